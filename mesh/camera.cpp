@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/camera.h"
+
+#include <cmath>
+#include <glm/glm.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+glm::dvec3 Camera::center() const { return -(glm::transpose(cam_from_world_rotation) * cam_from_world_translation); }
+
+glm::dvec3 Camera::viewing_direction() const {
+  return glm::transpose(cam_from_world_rotation) * glm::dvec3(0, 0, 1);
+}
+
+glm::dvec3 Camera::cam_from_world(const glm::dvec3& world) const {
+  return cam_from_world_rotation * world + cam_from_world_translation;
+}
+
+glm::dvec3 Camera::ray(const glm::dvec2& image) const {
+  return glm::transpose(cam_from_world_rotation) * glm::dvec3((image.x - cx) / fx, (image.y - cy) / fy, 1.0);
+}
+
+Camera Camera::scaled_to(std::uint32_t new_width, std::uint32_t new_height) const {
+  const double sx = static_cast<double>(new_width) / width;
+  const double sy = static_cast<double>(new_height) / height;
+  Camera scaled = *this;
+  scaled.width = new_width;
+  scaled.height = new_height;
+  scaled.fx *= sx;
+  scaled.cx *= sx;
+  scaled.fy *= sy;
+  scaled.cy *= sy;
+  return scaled;
+}
+
+namespace {
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (!holds) {
+    throw std::invalid_argument("camera: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+  }
+}
+
+}  // namespace
+
+void check(const Camera& camera) {
+  constexpr std::uint32_t kMaxSize = 65536;
+  require(camera.width >= 1 && camera.width <= kMaxSize, "width", camera.width, "in [1, 65536]");
+  require(camera.height >= 1 && camera.height <= kMaxSize, "height", camera.height, "in [1, 65536]");
+  require(std::isfinite(camera.fx) && camera.fx > 0, "fx", camera.fx, "finite and positive");
+  require(std::isfinite(camera.fy) && camera.fy > 0, "fy", camera.fy, "finite and positive");
+  require(std::isfinite(camera.cx), "cx", camera.cx, "finite");
+  require(std::isfinite(camera.cy), "cy", camera.cy, "finite");
+  const glm::dmat3 product = glm::transpose(camera.cam_from_world_rotation) * camera.cam_from_world_rotation;
+  for (int column = 0; column < 3; ++column) {
+    const double t = camera.cam_from_world_translation[column];
+    require(std::isfinite(t), "translation", t, "finite");
+    for (int row = 0; row < 3; ++row) {
+      const double expected = row == column ? 1.0 : 0.0;
+      require(std::abs(product[column][row] - expected) < 1e-6, "rotation", product[column][row], "orthonormal");
+    }
+  }
+  const double determinant = glm::determinant(camera.cam_from_world_rotation);
+  require(determinant > 0, "rotation's determinant", determinant, "positive");
+}
+
+}  // namespace lumatlas

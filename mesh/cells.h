@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cells: the unit of view planning and of the renderer's view references. Erat et al. 2019, section 3.2, use a regular
+// grid; here a cell is a cluster of mesh faces, with the grid kept for comparison.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+enum class Partition {
+  clusters,  // connected, compact, normal-coherent clusters of faces
+  grid,      // the paper's: faces by the grid cube that holds their centroid
+};
+
+struct CellOptions {
+  Partition partition = Partition::clusters;
+  // Target diameter of a cell, scene units; a cell's area is about size^2. 0: scene_diameter() / 60 (charted in
+  // docs/measurements.md; the paper finds 1/100 to 1/30 of the scene). Smaller: more cells, finer choice of views.
+  double size = 0;
+  // How strongly a cluster avoids turning: the cost of a face is its distance from the cluster's centre, in cell sizes,
+  // plus this times (1 - cos) of the angle between its normal and the cluster's. >= 0; clusters only.
+  double normal_weight = 2;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const CellOptions& options);
+
+struct Cell {
+  glm::dvec3 centroid{0.0};    // area-weighted
+  glm::dvec3 normal{0.0};      // unit mean normal, area-weighted; zero where the normals cancel
+  double normal_cone_cos = 1;  // every face's normal n has dot(n, normal) >= this; -1 where normal is zero
+  double area = 0;             // scene units squared, by CGAL
+  double radius = 0;           // every vertex is within this of the centroid
+  std::uint32_t faces = 0;     // how many, >= 1
+};
+
+struct Cells {
+  double size = 0;                          // the target that was used, scene units
+  std::vector<Cell> cells;                  // none is empty
+  std::vector<std::uint32_t> cell_of_face;  // one per face of the mesh
+};
+
+// Diagonal of the box that holds all but the outermost 1% of the area on each side of each axis: stray triangles far
+// away do not count. > 0 for a mesh with area.
+[[nodiscard]] double scene_diameter(const Mesh& mesh);
+
+// The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours interpolated.
+// Keeps the mesh manifold. Throws std::invalid_argument unless max_edge > 0.
+[[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge);
+
+// Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell
+// (split_large_faces with the options' size).
+[[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options);
+
+}  // namespace lumatlas

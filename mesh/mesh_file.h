@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Triangle soups from files: PLY (ASCII, binary little and big endian) and OBJ (with per-vertex colours as most scanners
+// write them). Polygons are cut into triangle fans; normals, texture coordinates and unknown properties are skipped.
+#pragma once
+
+#include <filesystem>
+
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+// Picks the reader by the file's ending, .ply or .obj, in any case. Never allocates more than the file's own size
+// justifies, whatever its header claims. Throws InputError: path, element and its index, value, what is wrong with it.
+[[nodiscard]] TriangleSoup read_triangle_soup(const std::filesystem::path& path);
+
+// Binary little-endian PLY with float positions, and colours if the mesh has them. Writes beside `path`, then renames.
+void write_ply(const std::filesystem::path& path, const Mesh& mesh);
+
+}  // namespace lumatlas
