@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/atlas.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "atlas/vertex_colors.h"
+
+namespace lumatlas {
+
+StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
+                            const ValidityOptions& options) {
+  const auto require_size = [&](const char* what, std::uint32_t width, std::uint32_t height) {
+    if (width == camera.width && height == camera.height) return;
+    throw std::invalid_argument("view " + name + ": the " + what + " is " + std::to_string(width) + "x" +
+                                std::to_string(height) + ", must be as large as its camera, " +
+                                std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  };
+  require_size("photograph", photograph.width, photograph.height);
+  require_size("visibility buffer", visible.width, visible.height);
+  StoredView view;
+  view.name = std::move(name);
+  view.camera = camera;
+  view.photograph = std::move(photograph);
+  view.depth = std::move(visible.depth);
+  view.validity = validity_mask(view.photograph, view.depth, options);
+  return view;
+}
+
+Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views)
+    : surface_(std::move(surface)),
+      views_(max_views),
+      references_to_slot_(max_views, 0),
+      references_(surface_->cells.cells.size()),
+      cell_seen_(surface_->cells.cells.size(), 0) {
+  if (max_views == 0) throw std::invalid_argument("atlas: max_views is 0, must be at least 1");
+}
+
+std::uint32_t Atlas::size() const {
+  const std::scoped_lock lock(mutex_);
+  return static_cast<std::uint32_t>(std::count_if(views_.begin(), views_.end(), [](const auto& view) { return view; }));
+}
+
+std::uint32_t Atlas::insert(StoredView view) {
+  auto stored = std::make_shared<const StoredView>(std::move(view));
+  const std::scoped_lock lock(mutex_);
+  const auto free_slot = std::find(views_.begin(), views_.end(), nullptr);
+  if (free_slot == views_.end()) throw std::logic_error("atlas: insert into a full store");
+  *free_slot = std::move(stored);
+  return static_cast<std::uint32_t>(free_slot - views_.begin());
+}
+
+void Atlas::erase(std::uint32_t slot) {
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  if (references_to_slot_[slot] != 0) {
+    throw std::logic_error("atlas: erase of slot " + std::to_string(slot) + ", which " +
+                           std::to_string(references_to_slot_[slot]) + " cells refer to");
+  }
+  views_[slot].reset();
+}
+
+std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
+  const std::scoped_lock lock(mutex_);
+  return views_.at(slot);
+}
+
+void Atlas::set_references(std::uint32_t cell, std::vector<std::uint32_t> slots) {
+  const std::scoped_lock lock(mutex_);
+  for (const std::uint32_t slot : slots) require_stored(slot);
+  for (const std::uint32_t slot : references_.at(cell)) --references_to_slot_[slot];
+  for (const std::uint32_t slot : slots) ++references_to_slot_[slot];
+  references_[cell] = std::move(slots);
+}
+
+std::vector<std::uint32_t> Atlas::references(std::uint32_t cell) const {
+  const std::scoped_lock lock(mutex_);
+  return references_.at(cell);
+}
+
+void Atlas::mark_seen(std::span<const CellPixels> cells) {
+  const std::scoped_lock lock(mutex_);
+  for (const CellPixels& seen : cells) cell_seen_.at(seen.cell) = 1;
+}
+
+Snapshot Atlas::snapshot() const {
+  Snapshot snapshot;
+  snapshot.surface = surface_;
+  {
+    const std::scoped_lock lock(mutex_);
+    snapshot.views = views_;
+    snapshot.cell_seen = cell_seen_;
+    for (const std::vector<std::uint32_t>& slots : references_) {
+      snapshot.references.views.insert(snapshot.references.views.end(), slots.begin(), slots.end());
+      snapshot.references.offsets.push_back(static_cast<std::uint32_t>(snapshot.references.views.size()));
+    }
+  }
+  VertexColorMean colors(surface_->mesh);
+  for (const auto& view : snapshot.views) {
+    if (view) colors.add(*view);
+  }
+  snapshot.vertex_colors = colors.colors();
+  return snapshot;
+}
+
+void Atlas::require_stored(std::uint32_t slot) const {
+  if (slot >= views_.size() || !views_[slot]) {
+    throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds no view");
+  }
+}
+
+}  // namespace lumatlas

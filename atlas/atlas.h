@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The view store that the planner writes and the renderer reads (Erat et al. 2019, Fig. 2): photographs with their depth
+// and validity, and per cell the references to them.
+//
+// The planner and the renderer run at their own rates: the planner changes the atlas view by view, the renderer draws
+// from a snapshot, which never changes and keeps alive what it shows.
+#pragma once
+
+#include <cstdint>
+#include <glm/gtc/type_precision.hpp>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "atlas/validity.h"
+#include "mesh/camera.h"
+#include "mesh/cells.h"
+#include "mesh/mesh.h"
+#include "mesh/visibility.h"
+
+namespace lumatlas {
+
+// The geometry that a store belongs to.
+struct Surface {
+  Mesh mesh;
+  Cells cells;
+  glm::dvec3 offset{0.0};  // what was subtracted from the input's coordinates
+};
+
+// f = (c, e, z) of section 3.1.
+struct StoredView {
+  std::string name;
+  Camera camera;
+  double gain = 1;                     // exposure: linear light of the photograph times this is the model's
+  Photograph photograph;
+  std::vector<float> depth;            // z at the photograph's resolution, infinity where no surface is
+  std::vector<std::uint8_t> validity;  // see validity_mask()
+};
+
+// Completes a view with its depth and its mask. Throws std::invalid_argument if photograph and camera differ in size.
+// `visible` is what the camera sees at its own resolution.
+[[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph,
+                                          VisibilityBuffer visible, const ValidityOptions& options);
+
+// Which slots of the store each cell refers to: of cell k, views[offsets[k]] up to views[offsets[k + 1]].
+struct ReferenceTable {
+  std::vector<std::uint32_t> offsets{0};  // one more than there are cells
+  std::vector<std::uint32_t> views;       // slots
+
+  [[nodiscard]] std::span<const std::uint32_t> of_cell(std::size_t cell) const {
+    return std::span(views).subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  }
+};
+
+// What the renderer needs to know of a scene at one moment. Immutable once made.
+struct Snapshot {
+  std::shared_ptr<const Surface> surface;
+  std::vector<std::shared_ptr<const StoredView>> views;  // by slot; null: the slot is free
+  ReferenceTable references;
+  std::vector<std::uint8_t> cell_seen;        // 1: some offered view saw the cell, kept or not
+  std::vector<glm::u8vec3> vertex_colors;     // sRGB, one per vertex: shown where no view is valid
+};
+
+// A store of at most `max_views` views. Every call is safe from any thread.
+class Atlas {
+ public:
+  // Throws std::invalid_argument unless max_views >= 1.
+  Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views);
+
+  [[nodiscard]] const Surface& surface() const { return *surface_; }
+  [[nodiscard]] std::uint32_t capacity() const { return static_cast<std::uint32_t>(views_.size()); }
+  [[nodiscard]] std::uint32_t size() const;  // views stored
+
+  // Puts a view in the lowest free slot and returns the slot. Throws std::logic_error if there is none.
+  std::uint32_t insert(StoredView view);
+  // Frees a slot. References to it must have been replaced before (std::logic_error).
+  void erase(std::uint32_t slot);
+  [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;  // null: free
+
+  // Replaces the references of one cell; every slot must hold a view (std::logic_error).
+  void set_references(std::uint32_t cell, std::vector<std::uint32_t> slots);
+  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
+  void mark_seen(std::span<const CellPixels> cells);
+
+  // Vertex colours are the mean of the stored views' colours (see vertex_colors.h), which costs a pass over them all.
+  [[nodiscard]] Snapshot snapshot() const;
+
+ private:
+  void require_stored(std::uint32_t slot) const;
+
+  std::shared_ptr<const Surface> surface_;
+  mutable std::mutex mutex_;
+  std::vector<std::shared_ptr<const StoredView>> views_;
+  std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each slot
+  std::vector<std::vector<std::uint32_t>> references_;
+  std::vector<std::uint8_t> cell_seen_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/blend_options.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+namespace {
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (!holds) {
+    throw std::invalid_argument("blend: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+  }
+}
+
+}  // namespace
+
+BlendOptions BlendOptions::printed() {
+  BlendOptions options;
+  options.position = Position::printed;
+  options.fade_last = false;
+  options.occlusion_tolerance = 0;
+  return options;
+}
+
+void check(const BlendOptions& options) {
+  require(options.views >= 1 && options.views <= kMaxBlendedViews, "views", options.views, "in [1, 8]");
+  require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
+  require(std::isfinite(options.occlusion_tolerance) && options.occlusion_tolerance >= 0, "occlusion_tolerance",
+          options.occlusion_tolerance, "finite and not negative");
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How the best K valid views of a cell become one pixel. Erat et al. 2019, section 3.1; Buehler et al. 2001 for the fade.
+//
+//   w_dir = max(0, cos of the angle at X between novel and stored camera)
+//   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
+//           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
+//   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
+//
+// valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth.
+#pragma once
+
+#include <cstdint>
+
+namespace lumatlas {
+
+// Above this many blended views the shader's registers spill; shared with the shader.
+inline constexpr std::uint32_t kMaxBlendedViews = 8;
+
+struct BlendOptions {
+  enum class Position {
+    ratio,    // min / max of the two distances
+    printed,  // as in the paper
+  };
+  std::uint32_t views = 3;          // K, [1, 8]
+  double lambda = 0.8;              // weight of direction against position, [0, 1]
+  Position position = Position::ratio;
+  bool fade_last = true;            // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
+
+  [[nodiscard]] static BlendOptions printed();
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const BlendOptions& options);
+
+}  // namespace lumatlas

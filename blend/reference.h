@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The renderer's CPU reference: the same formula in double precision and plain loops, against which the shader is tested.
+#pragma once
+
+#include "atlas/atlas.h"
+#include "blend/blend_options.h"
+#include "blend/rendering.h"
+#include "mesh/camera.h"
+#include "mesh/visibility.h"
+
+namespace lumatlas {
+
+// `visible` is what the camera sees at its own resolution. Throws std::invalid_argument for bad options or another size.
+[[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera,
+                                         const VisibilityBuffer& visible, const BlendOptions& options);
+
+}  // namespace lumatlas

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/coverage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+namespace {
+
+double sigma(const CoverageOptions& options) {
+  return options.distance_sigma > 0 ? options.distance_sigma : options.ideal_distance / 2;
+}
+
+double max_cell_coverage(const CoverageOptions& options) {
+  return options.max_cell_coverage > 0 ? options.max_cell_coverage : options.max_references / 2.0;
+}
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (!holds) {
+    throw std::invalid_argument("coverage: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+  }
+}
+
+// pix_total of section 3.2. A_px is one pixel's area at unit distance, 1 / (fx fy); A_cell a cell's face, size^2.
+double total_pixels(const Cell& cell, double cell_size, double distance, const Camera& camera) {
+  const double a_px = 1 / (camera.fx * camera.fy);
+  const double projected = std::min(cell.area, cell_size * cell_size) / (distance * distance);
+  return std::max(projected, a_px) / a_px;
+}
+
+// The largest cosine between view i's direction and another's; -1 for a view alone.
+double gamma_of(std::span<const Contribution> views, std::size_t i) {
+  double gamma = -1;
+  for (std::size_t j = 0; j < views.size(); ++j) {
+    if (j != i) gamma = std::max(gamma, glm::dot(views[i].direction, views[j].direction));
+  }
+  return gamma;
+}
+
+}  // namespace
+
+CoverageOptions CoverageOptions::printed() {
+  CoverageOptions options;
+  options.metric = Metric::printed;
+  return options;
+}
+
+void check(const CoverageOptions& options) {
+  require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
+  require(std::isfinite(options.ideal_distance) && options.ideal_distance > 0, "ideal_distance", options.ideal_distance,
+          "finite and above 0");
+  require(std::isfinite(options.distance_sigma) && options.distance_sigma >= 0, "distance_sigma", options.distance_sigma,
+          "finite and not negative");
+  require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
+  require(std::isfinite(options.max_cell_coverage) && options.max_cell_coverage >= 0, "max_cell_coverage",
+          options.max_cell_coverage, "finite and not negative");
+}
+
+double tammes_cosine_bound(const CoverageOptions& options) {
+  // The area of a cap, 2 pi (1 - cos(theta / 2)), is the sphere's (printed) or the hemisphere's divided by R_max; theta
+  // is the angle between the axes of two neighbouring caps. For few caps the division would exceed the whole: -1.
+  const double share = (options.metric == CoverageOptions::Metric::printed ? 2.0 : 1.0) / options.max_references;
+  if (share >= 1) return -1;
+  return 2 * (1 - share) * (1 - share) - 1;
+}
+
+Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
+                          const CoverageOptions& options) {
+  const glm::dvec3 to_camera = camera.center() - cell.centroid;
+  const double distance = glm::length(to_camera);
+  if (!(distance > 0)) return {};  // a camera at the centroid sees the cell from nowhere in particular
+  const double off = (distance - options.ideal_distance) / sigma(options);
+  const double g = std::exp(-off * off / 2);
+  double share = visible_pixels / total_pixels(cell, cell_size, distance, camera);
+  if (options.metric != CoverageOptions::Metric::printed) share = std::min(share, 1.0);
+  return {to_camera / distance, g * share};
+}
+
+double directional_coverage(double gamma, bool alone, const CoverageOptions& options) {
+  if (alone) return options.metric == CoverageOptions::Metric::printed ? 0 : 1;
+  return std::clamp((1 - gamma) / (1 - tammes_cosine_bound(options)), 0.0, 1.0);
+}
+
+double coverage(const Contribution& view, std::span<const Contribution> others, const CoverageOptions& options) {
+  double gamma = -1;
+  for (const Contribution& other : others) gamma = std::max(gamma, glm::dot(view.direction, other.direction));
+  return options.lambda * directional_coverage(gamma, others.empty(), options) + (1 - options.lambda) * view.positional;
+}
+
+double set_coverage(std::span<const Contribution> views, const CoverageOptions& options) {
+  const bool printed = options.metric == CoverageOptions::Metric::printed;
+  double sum = 0;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const double cov_d = printed ? 0 : directional_coverage(gamma_of(views, i), views.size() == 1, options);
+    sum += options.lambda * cov_d + (1 - options.lambda) * views[i].positional;
+  }
+  return std::min(sum, max_cell_coverage(options));
+}
+
+double set_coverage_with_newcomer(std::span<const Contribution> views, const CoverageOptions& options) {
+  if (options.metric != CoverageOptions::Metric::printed) return set_coverage(views, options);
+  const std::span<const Contribution> stored = views.first(views.size() - 1);
+  return std::min(set_coverage(stored, options) + coverage(views.back(), stored, options), max_cell_coverage(options));
+}
+
+}  // namespace lumatlas
