@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/egl_context.h"
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+
+#include <array>
+#include <utility>
+#include <vector>
+
+namespace lumatlas {
+
+namespace {
+
+// The first error that the driver reported through debug output on this thread; empty: none.
+thread_local std::string reported_error;
+
+void GLAPIENTRY remember_error(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum /*severity*/, GLsizei /*length*/,
+                               const GLchar* message, const void* /*user*/) {
+  if (type == GL_DEBUG_TYPE_ERROR && reported_error.empty()) reported_error = message;
+}
+
+struct Platform {
+  std::string name;
+  EGLDisplay display;
+};
+
+bool has_client_extension(const char* name) {
+  return epoxy_has_egl_extension(EGL_NO_DISPLAY, name);
+}
+
+// eglGetPlatformDisplayEXT, because epoxy cannot resolve eglGetPlatformDisplay before a display exists.
+std::vector<Platform> platforms() {
+  std::vector<Platform> found;
+  if (has_client_extension("EGL_EXT_device_enumeration") && has_client_extension("EGL_EXT_platform_device")) {
+    std::array<EGLDeviceEXT, 16> devices{};
+    EGLint count = 0;
+    if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count)) {
+      for (EGLint i = 0; i < count; ++i) {
+        found.push_back({"EGL device " + std::to_string(i),
+                         eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr)});
+      }
+    }
+  }
+  if (has_client_extension("EGL_MESA_platform_surfaceless")) {
+    found.push_back({"surfaceless", eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)});
+  }
+  return found;
+}
+
+std::string gl_string(GLenum name) {
+  const GLubyte* text = glGetString(name);
+  return text ? reinterpret_cast<const char*>(text) : "unknown";
+}
+
+}  // namespace
+
+struct EglContext::State {
+  EGLDisplay display = EGL_NO_DISPLAY;
+  EGLContext context = EGL_NO_CONTEXT;
+  std::string description;
+
+  State() = default;
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+  ~State() {
+    if (context == EGL_NO_CONTEXT) return;
+    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    eglDestroyContext(display, context);
+    // The display is shared by every context of the process and is not terminated.
+  }
+
+  // The empty string, or why this display does not do.
+  std::string open(const Platform& platform, bool debug) {
+    EGLint major = 0;
+    EGLint minor = 0;
+    if (platform.display == EGL_NO_DISPLAY || !eglInitialize(platform.display, &major, &minor)) return "no display";
+    if (!eglBindAPI(EGL_OPENGL_API)) return "no desktop OpenGL";
+    if (!epoxy_has_egl_extension(platform.display, "EGL_KHR_surfaceless_context")) return "no surfaceless contexts";
+    const std::array<EGLint, 3> config_attributes{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+    EGLConfig config = nullptr;
+    EGLint configs = 0;
+    if (!eglChooseConfig(platform.display, config_attributes.data(), &config, 1, &configs) || configs == 0) {
+      config = EGL_NO_CONFIG_KHR;
+    }
+    const std::array<EGLint, 9> attributes{EGL_CONTEXT_MAJOR_VERSION, 4,
+                                           EGL_CONTEXT_MINOR_VERSION, 5,
+                                           EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                           EGL_CONTEXT_OPENGL_DEBUG, debug ? EGL_TRUE : EGL_FALSE,
+                                           EGL_NONE};
+    const EGLContext made = eglCreateContext(platform.display, config, EGL_NO_CONTEXT, attributes.data());
+    if (made == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context";
+    if (!eglMakeCurrent(platform.display, EGL_NO_SURFACE, EGL_NO_SURFACE, made)) {
+      eglDestroyContext(platform.display, made);
+      return "the context cannot be made current";
+    }
+    display = platform.display;
+    context = made;
+    description = platform.name + ": " + gl_string(GL_RENDERER) + ", OpenGL " + gl_string(GL_VERSION);
+    return {};
+  }
+};
+
+EglContext::EglContext(const Options& options) : state_(std::make_unique<State>()) {
+  std::string tried;
+  for (const Platform& platform : platforms()) {
+    const std::string reason = state_->open(platform, options.debug);
+    if (reason.empty()) break;
+    tried += (tried.empty() ? "" : "; ") + platform.name + ": " + reason;
+  }
+  if (state_->context == EGL_NO_CONTEXT) {
+    throw GlError("no OpenGL 4.5 through EGL (" + (tried.empty() ? "no EGL platform" : tried) +
+                  "): install Mesa's software renderer (libegl1, libgl1-mesa-dri) or a driver");
+  }
+  reported_error.clear();
+  if (options.debug) {
+    glEnable(GL_DEBUG_OUTPUT);
+    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+    glDebugMessageCallback(remember_error, nullptr);
+  }
+}
+
+EglContext::~EglContext() = default;
+EglContext::EglContext(EglContext&&) noexcept = default;
+EglContext& EglContext::operator=(EglContext&&) noexcept = default;
+
+const std::string& EglContext::description() const { return state_->description; }
+
+void check_gl(const char* doing) {
+  const GLenum code = glGetError();
+  if (!reported_error.empty()) {
+    throw GlError("OpenGL failed while " + std::string(doing) + ": " + std::exchange(reported_error, {}));
+  }
+  if (code == GL_OUT_OF_MEMORY) {
+    throw GlError("OpenGL ran out of memory while " + std::string(doing) + ": use fewer views or smaller photographs");
+  }
+  if (code != GL_NO_ERROR) throw GlError("OpenGL failed while " + std::string(doing) + ": error " + std::to_string(code));
+}
+
+}  // namespace lumatlas

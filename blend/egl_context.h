@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A headless OpenGL 4.5 core context through EGL.
+#pragma once
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+// A failure of EGL, GL or its driver. what() is one sentence.
+class GlError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+// Tries every EGL device in turn, then Mesa's surfaceless platform, and takes the first that gives a GL 4.5 context.
+// The context is current on the thread that made it, from construction to destruction; one at a time per thread.
+class EglContext {
+ public:
+  struct Options {
+    bool debug = false;  // GL debug output on: an error reported by the driver becomes a GlError, see check_gl()
+  };
+  explicit EglContext(const Options& options);  // throws GlError: what was tried and why it failed
+  EglContext() : EglContext(Options{}) {}
+  ~EglContext();
+  EglContext(EglContext&&) noexcept;
+  EglContext& operator=(EglContext&&) noexcept;
+
+  [[nodiscard]] const std::string& description() const;  // platform, renderer and version: "device 0: llvmpipe (...)"
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when.
+void check_gl(const char* doing);
+
+}  // namespace lumatlas

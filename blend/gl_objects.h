@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One owning, move-only type per kind of GL object. All need the context that made them to be current.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace lumatlas {
+
+// Owns a GL name; `Release` gives it back.
+template <void (*Release)(GLuint)>
+class GlHandle {
+ public:
+  GlHandle() = default;
+  explicit GlHandle(GLuint name) : name_(name) {}
+  ~GlHandle() { reset(); }
+  GlHandle(GlHandle&& other) noexcept : name_(std::exchange(other.name_, 0)) {}
+  GlHandle& operator=(GlHandle&& other) noexcept {
+    if (this != &other) {
+      reset();
+      name_ = std::exchange(other.name_, 0);
+    }
+    return *this;
+  }
+  GlHandle(const GlHandle&) = delete;
+  GlHandle& operator=(const GlHandle&) = delete;
+
+  [[nodiscard]] GLuint get() const { return name_; }
+
+ private:
+  void reset() {
+    if (name_ != 0) Release(name_);
+    name_ = 0;
+  }
+  GLuint name_ = 0;
+};
+
+inline void release_buffer(GLuint name) { glDeleteBuffers(1, &name); }
+inline void release_texture(GLuint name) { glDeleteTextures(1, &name); }
+inline void release_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
+inline void release_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
+inline void release_shader(GLuint name) { glDeleteShader(name); }
+inline void release_program(GLuint name) { glDeleteProgram(name); }
+
+using GlBuffer = GlHandle<release_buffer>;
+using GlTexture = GlHandle<release_texture>;
+using GlFramebuffer = GlHandle<release_framebuffer>;
+using GlVertexArray = GlHandle<release_vertex_array>;
+using GlShader = GlHandle<release_shader>;
+using GlProgram = GlHandle<release_program>;
+
+// Immutable; never of size 0, which GL refuses: an empty span gives 16 zero bytes.
+[[nodiscard]] GlBuffer make_buffer(std::span<const std::byte> bytes);
+
+template <typename T>
+[[nodiscard]] GlBuffer make_buffer(const std::vector<T>& values) {
+  return make_buffer(std::as_bytes(std::span(values)));
+}
+
+[[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
+[[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter);
+
+// Compiles and links; throws GlError with the compiler's log and the shader's name.
+[[nodiscard]] GlProgram make_program(std::string_view name, std::string_view vertex_source,
+                                     std::string_view fragment_source);
+
+}  // namespace lumatlas
