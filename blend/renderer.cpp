@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Source: Erat et al. 2019, sections 3.1 and 3.4.
+#include "blend/renderer.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <glm/glm.hpp>
+#include <glm/vec4.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "blend/gl_objects.h"
+#include "blend/shaders.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Mirrors View in shaders/blend.frag, std430.
+struct ViewBlock {
+  glm::vec4 cam_from_world[3];
+  glm::vec4 intrinsics;
+  glm::vec4 center_gain;
+  glm::vec4 size;
+};
+static_assert(sizeof(ViewBlock) == 6 * sizeof(glm::vec4));
+
+// The nearest surface drawn, as a share of the scene's extent; depth is reversed, so that precision does not suffer.
+constexpr double kNearShare = 1e-5;
+
+struct LayerSize {
+  std::uint32_t width = 1;
+  std::uint32_t height = 1;
+};
+
+// Every layer has the size of the largest photograph.
+LayerSize layer_size(const Snapshot& snapshot) {
+  LayerSize size;
+  for (const auto& view : snapshot.views) {
+    if (!view) continue;
+    size.width = std::max(size.width, view->camera.width);
+    size.height = std::max(size.height, view->camera.height);
+  }
+  return size;
+}
+
+GLint limit(GLenum name) {
+  GLint value = 0;
+  glGetIntegerv(name, &value);
+  return value;
+}
+
+void require_limit(std::uint64_t needed, GLenum name, const char* what, const char* advice) {
+  const GLint most = limit(name);
+  if (needed > static_cast<std::uint64_t>(most)) {
+    throw GlError("the model needs " + std::to_string(needed) + " " + what + ", this driver takes " +
+                  std::to_string(most) + ": " + advice);
+  }
+}
+
+std::array<glm::vec4, 3> rows_of_pose(const Camera& camera) {
+  std::array<glm::vec4, 3> rows;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      rows[static_cast<std::size_t>(row)][column] = static_cast<float>(camera.cam_from_world_rotation[column][row]);
+    }
+    rows[static_cast<std::size_t>(row)].w = static_cast<float>(camera.cam_from_world_translation[row]);
+  }
+  return rows;
+}
+
+glm::vec4 intrinsics_of(const Camera& camera) { return glm::vec4(glm::dvec4(camera.fx, camera.fy, camera.cx, camera.cy)); }
+
+std::vector<ViewBlock> view_blocks(const Snapshot& snapshot) {
+  std::vector<ViewBlock> blocks(snapshot.views.size());
+  for (std::size_t slot = 0; slot < blocks.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    const StoredView& view = *snapshot.views[slot];
+    const std::array<glm::vec4, 3> rows = rows_of_pose(view.camera);
+    std::copy(rows.begin(), rows.end(), blocks[slot].cam_from_world);
+    blocks[slot].intrinsics = intrinsics_of(view.camera);
+    blocks[slot].center_gain = glm::vec4(glm::dvec4(view.camera.center(), view.gain));
+    blocks[slot].size = glm::vec4(view.camera.width, view.camera.height, 0, 0);
+  }
+  return blocks;
+}
+
+void upload_layer(GLuint photographs, GLuint depths, GLint layer, const StoredView& view) {
+  const std::size_t pixels = view.validity.size();
+  std::vector<std::uint8_t> rgba(4 * pixels);
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    std::copy_n(&view.photograph.rgb[3 * pixel], 3, &rgba[4 * pixel]);
+    rgba[4 * pixel + 3] = view.validity[pixel];
+  }
+  const auto width = static_cast<GLsizei>(view.camera.width);
+  const auto height = static_cast<GLsizei>(view.camera.height);
+  glTextureSubImage3D(photographs, 0, 0, 0, layer, width, height, 1, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
+  glTextureSubImage3D(depths, 0, 0, 0, layer, width, height, 1, GL_RED, GL_FLOAT, view.depth.data());
+}
+
+// What the first pass leaves for the second, and the picture.
+struct Targets {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  GlTexture face, depth, fallback, z_buffer, picture;
+  GlFramebuffer surface_pass, blend_pass;
+};
+
+void require_complete(const GlFramebuffer& framebuffer) {
+  const GLenum status = glCheckNamedFramebufferStatus(framebuffer.get(), GL_FRAMEBUFFER);
+  if (status != GL_FRAMEBUFFER_COMPLETE) {
+    throw GlError("the driver refuses the renderer's framebuffer (status " + std::to_string(status) + ")");
+  }
+}
+
+GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer) {
+  GLuint name = 0;
+  glCreateFramebuffers(1, &name);
+  GlFramebuffer framebuffer(name);
+  std::vector<GLenum> attachments;
+  for (const GlTexture* color : colors) {
+    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
+    glNamedFramebufferTexture(name, attachments.back(), color->get(), 0);
+  }
+  if (z_buffer) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, z_buffer->get(), 0);
+  glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(attachments.size()), attachments.data());
+  require_complete(framebuffer);
+  return framebuffer;
+}
+
+Targets make_targets(std::uint32_t width, std::uint32_t height) {
+  const std::uint32_t most = static_cast<std::uint32_t>(limit(GL_MAX_TEXTURE_SIZE));
+  if (std::max(width, height) > most) {
+    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
+                  " is above this driver's limit of " + std::to_string(most) + " pixels a side: render it smaller");
+  }
+  const auto w = static_cast<GLsizei>(width);
+  const auto h = static_cast<GLsizei>(height);
+  Targets targets;
+  targets.width = width;
+  targets.height = height;
+  targets.face = make_texture_2d(GL_R32UI, w, h);
+  targets.depth = make_texture_2d(GL_R32F, w, h);
+  targets.fallback = make_texture_2d(GL_RGBA16F, w, h);
+  targets.z_buffer = make_texture_2d(GL_DEPTH_COMPONENT32F, w, h);
+  targets.picture = make_texture_2d(GL_RGBA8, w, h);
+  targets.surface_pass = make_framebuffer({&targets.face, &targets.depth, &targets.fallback}, &targets.z_buffer);
+  targets.blend_pass = make_framebuffer({&targets.picture}, nullptr);
+  return targets;
+}
+
+std::string with_blend_limit(std::string_view source) {
+  std::string text(source);
+  text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) + "\n");
+  return text;
+}
+
+// A uniform that the driver has optimised away has location -1, which GL ignores.
+GLint location(const GlProgram& program, const char* name) { return glGetUniformLocation(program.get(), name); }
+
+void set_pose(const GlProgram& program, const Camera& camera) {
+  const std::array<glm::vec4, 3> rows = rows_of_pose(camera);
+  glProgramUniform4fv(program.get(), location(program, "cam_from_world"), 3, &rows[0].x);
+}
+
+}  // namespace
+
+std::uint64_t layer_bytes(const Snapshot& snapshot) {
+  const LayerSize size = layer_size(snapshot);
+  constexpr std::uint64_t kBytesPerTexel = 4 + 4;  // sRGB and validity, depth
+  return kBytesPerTexel * size.width * size.height * snapshot.views.size();
+}
+
+struct Renderer::State {
+  GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
+  GlProgram blend_program = make_program("blend", k_screen_vert, with_blend_limit(k_blend_frag));
+  GlVertexArray no_vertices;
+  GlVertexArray mesh;
+  GlBuffer positions, colors, faces, cell_of_face, offsets, slots, views, cell_seen;
+  GlTexture photographs, depths;
+  GLsizei index_count = 0;
+  double near_depth = 0;
+  bool loaded = false;
+  Targets targets;
+
+  void load_mesh(const Snapshot& snapshot);
+  void load_views(const Snapshot& snapshot);
+  void load_tables(const Snapshot& snapshot);
+  void draw_surface(const Camera& camera);
+  void draw_blend(const Camera& camera, const BlendOptions& options);
+  [[nodiscard]] Rendering read_back() const;
+};
+
+void Renderer::State::load_mesh(const Snapshot& snapshot) {
+  const Mesh& surface = snapshot.surface->mesh;
+  positions = make_buffer(surface.positions);
+  colors = make_buffer(snapshot.vertex_colors);
+  faces = make_buffer(surface.faces);
+  index_count = static_cast<GLsizei>(3 * surface.faces.size());
+  GLuint name = 0;
+  glCreateVertexArrays(1, &name);
+  mesh = GlVertexArray(name);
+  glVertexArrayVertexBuffer(name, 0, positions.get(), 0, sizeof(glm::vec3));
+  glVertexArrayVertexBuffer(name, 1, colors.get(), 0, sizeof(glm::u8vec3));
+  glVertexArrayAttribFormat(name, 0, 3, GL_FLOAT, GL_FALSE, 0);
+  glVertexArrayAttribFormat(name, 1, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
+  for (const GLuint attribute : {0u, 1u}) {
+    glVertexArrayAttribBinding(name, attribute, attribute);
+    glEnableVertexArrayAttrib(name, attribute);
+  }
+  glVertexArrayElementBuffer(name, faces.get());
+  const Bounds box = bounds(surface);
+  near_depth = kNearShare * glm::length(box.max - box.min);
+}
+
+void Renderer::State::load_views(const Snapshot& snapshot) {
+  const LayerSize size = layer_size(snapshot);
+  require_limit(std::max(size.width, size.height), GL_MAX_TEXTURE_SIZE, "pixels a side for its photographs",
+                "scale the photographs down");
+  require_limit(snapshot.views.size(), GL_MAX_ARRAY_TEXTURE_LAYERS, "views", "build it with fewer (--views)");
+  const auto width = static_cast<GLsizei>(size.width);
+  const auto height = static_cast<GLsizei>(size.height);
+  const auto layers = static_cast<GLsizei>(std::max<std::size_t>(snapshot.views.size(), 1));
+  photographs = {};  // give the earlier ones back before asking for more
+  depths = {};
+  photographs = make_texture_array(GL_SRGB8_ALPHA8, width, height, layers, GL_LINEAR);
+  depths = make_texture_array(GL_R32F, width, height, layers, GL_NEAREST);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    upload_layer(photographs.get(), depths.get(), static_cast<GLint>(slot), *snapshot.views[slot]);
+    check_gl("uploading a photograph");
+  }
+}
+
+void Renderer::State::load_tables(const Snapshot& snapshot) {
+  const std::vector<std::uint32_t>& face_cells = snapshot.surface->cells.cell_of_face;
+  const char* const advice = "decimate the mesh or lower --references";
+  require_limit(sizeof(std::uint32_t) * face_cells.size(), GL_MAX_SHADER_STORAGE_BLOCK_SIZE, "bytes for its faces", advice);
+  require_limit(sizeof(std::uint32_t) * snapshot.references.views.size(), GL_MAX_SHADER_STORAGE_BLOCK_SIZE,
+                "bytes for its references", advice);
+  cell_of_face = make_buffer(face_cells);
+  offsets = make_buffer(snapshot.references.offsets);
+  slots = make_buffer(snapshot.references.views);
+  views = make_buffer(view_blocks(snapshot));
+  cell_seen = make_buffer(std::vector<std::uint32_t>(snapshot.cell_seen.begin(), snapshot.cell_seen.end()));
+}
+
+void Renderer::State::draw_surface(const Camera& camera) {
+  const GLuint target = targets.surface_pass.get();
+  const std::array<GLuint, 4> no_face{0xFFFFFFFFu, 0, 0, 0};
+  const std::array<GLfloat, 4> zero{};
+  glClearNamedFramebufferuiv(target, GL_COLOR, 0, no_face.data());
+  glClearNamedFramebufferfv(target, GL_COLOR, 1, zero.data());
+  glClearNamedFramebufferfv(target, GL_COLOR, 2, zero.data());
+  glClearNamedFramebufferfv(target, GL_DEPTH, 0, zero.data());
+  glBindFramebuffer(GL_FRAMEBUFFER, target);
+  glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthFunc(GL_GREATER);
+  glDisable(GL_CULL_FACE);
+  const GlProgram& program = surface_program;
+  glUseProgram(program.get());
+  set_pose(program, camera);
+  // Image x right and y down from the top left corner to clip coordinates, where y is up.
+  const glm::vec4 clip(glm::dvec4(2 * camera.fx / camera.width, -2 * camera.fy / camera.height,
+                                  2 * camera.cx / camera.width - 1, 1 - 2 * camera.cy / camera.height));
+  glProgramUniform4fv(program.get(), location(program, "clip_from_cam"), 1, &clip.x);
+  glProgramUniform1f(program.get(), location(program, "near_depth"), static_cast<float>(near_depth));
+  glBindVertexArray(mesh.get());
+  glDrawElements(GL_TRIANGLES, index_count, GL_UNSIGNED_INT, nullptr);
+  check_gl("drawing the surface");
+}
+
+void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& options) {
+  const GlProgram& program = blend_program;
+  const GLuint name = program.get();
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.blend_pass.get());
+  glDisable(GL_DEPTH_TEST);
+  glUseProgram(name);
+  set_pose(program, camera);
+  const glm::vec4 intrinsics = intrinsics_of(camera);
+  const glm::vec3 center(camera.center());
+  glProgramUniform4fv(name, location(program, "intrinsics"), 1, &intrinsics.x);
+  glProgramUniform3fv(name, location(program, "center"), 1, &center.x);
+  glProgramUniform1f(name, location(program, "height"), static_cast<float>(camera.height));
+  glProgramUniform1ui(name, location(program, "blended_views"), options.views);
+  glProgramUniform1f(name, location(program, "lambda"), static_cast<float>(options.lambda));
+  glProgramUniform1f(name, location(program, "occlusion_tolerance"), static_cast<float>(options.occlusion_tolerance));
+  glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
+  glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
+  const std::array buffers{cell_of_face.get(), offsets.get(), slots.get(), views.get(), cell_seen.get()};
+  glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
+  const std::array textures{photographs.get(), depths.get(), targets.face.get(), targets.depth.get(),
+                            targets.fallback.get()};
+  glBindTextures(0, static_cast<GLsizei>(textures.size()), textures.data());
+  glBindVertexArray(no_vertices.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  check_gl("blending views");
+}
+
+Rendering Renderer::State::read_back() const {
+  const std::size_t width = targets.width;
+  const std::size_t height = targets.height;
+  std::vector<std::uint8_t> rgba(4 * width * height);
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  glGetTextureImage(targets.picture.get(), 0, GL_RGBA, GL_UNSIGNED_BYTE, static_cast<GLsizei>(rgba.size()), rgba.data());
+  check_gl("reading the picture");
+  Rendering rendering;
+  rendering.picture.width = targets.width;
+  rendering.picture.height = targets.height;
+  rendering.picture.rgb.resize(3 * width * height);
+  rendering.state.resize(width * height);
+  for (std::size_t y = 0; y < height; ++y) {
+    for (std::size_t x = 0; x < width; ++x) {
+      const std::uint8_t* from = &rgba[4 * ((height - 1 - y) * width + x)];
+      const std::size_t pixel = y * width + x;
+      std::copy_n(from, 3, &rendering.picture.rgb[3 * pixel]);
+      rendering.state[pixel] = static_cast<PixelState>(from[3]);
+    }
+  }
+  return rendering;
+}
+
+Renderer::Renderer(const EglContext& /*current*/) : state_(std::make_unique<State>()) {
+  GLuint name = 0;
+  glCreateVertexArrays(1, &name);
+  state_->no_vertices = GlVertexArray(name);
+}
+
+Renderer::~Renderer() = default;
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+void Renderer::load(const Snapshot& snapshot) {
+  state_->loaded = false;
+  state_->load_mesh(snapshot);
+  state_->load_views(snapshot);
+  state_->load_tables(snapshot);
+  state_->loaded = true;
+}
+
+Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
+  check(camera);
+  check(options);
+  if (!state_->loaded) throw std::invalid_argument("renderer: no snapshot is loaded, load() must come first");
+  if (state_->targets.width != camera.width || state_->targets.height != camera.height) {
+    state_->targets = {};
+    state_->targets = make_targets(camera.width, camera.height);
+  }
+  state_->draw_surface(camera);
+  state_->draw_blend(camera, options);
+  return state_->read_back();
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Renders new viewpoints from a snapshot of the view store, on the GPU: one pass for the visible surface, one that blends
+// the best valid views at each visible pixel (Erat et al. 2019, sections 3.1 and 3.4).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "atlas/atlas.h"
+#include "blend/blend_options.h"
+#include "blend/egl_context.h"
+#include "blend/rendering.h"
+#include "mesh/camera.h"
+
+namespace lumatlas {
+
+// GL memory, bytes, that a snapshot's photographs and depths need as layers of a texture array.
+[[nodiscard]] std::uint64_t layer_bytes(const Snapshot& snapshot);
+
+class Renderer {
+ public:
+  // `context` must be current on the calling thread, for every call, and outlive the renderer.
+  explicit Renderer(const EglContext& context);
+  ~Renderer();
+  Renderer(Renderer&&) noexcept;
+  Renderer& operator=(Renderer&&) noexcept;
+
+  // Copies the snapshot to the GPU in place of an earlier one. Throws GlError if the driver's limits (layers, texture
+  // size, buffer size) are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
+  void load(const Snapshot& snapshot);
+
+  // Throws GlError for a picture above the driver's texture size, std::invalid_argument for bad options or without load().
+  [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The texts of the files in blend/shaders, built into the library.
+#pragma once
+
+#include <string_view>
+
+namespace lumatlas {
+
+extern const std::string_view k_surface_vert;
+extern const std::string_view k_surface_frag;
+extern const std::string_view k_screen_vert;
+extern const std::string_view k_blend_frag;
+
+}  // namespace lumatlas

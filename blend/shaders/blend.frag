@@ -1,0 +1,127 @@
+#version 450 core
+// Second pass: each visible pixel is the mean of the K best valid views that its cell refers to.
+// Erat et al. 2019, section 3.1; the same formula as blend/reference.cpp, line by line.
+
+// Mirrored by ViewBlock in renderer.cpp.
+struct View {
+  vec4 cam_from_world[3];  // rows: rotation, translation
+  vec4 intrinsics;         // fx, fy, cx, cy
+  vec4 center_gain;        // camera centre in the world, exposure gain
+  vec4 size;               // width, height in pixels
+};
+
+layout(std430, binding = 0) readonly buffer CellOfFace { uint cell_of_face[]; };
+layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };     // of a cell's references
+layout(std430, binding = 2) readonly buffer References { uint slots[]; };
+layout(std430, binding = 3) readonly buffer Views { View views[]; };         // by slot = layer
+layout(std430, binding = 4) readonly buffer CellSeen { uint cell_seen[]; };
+
+layout(binding = 0) uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
+layout(binding = 1) uniform sampler2DArray depths;       // z
+layout(binding = 2) uniform usampler2D faces;
+layout(binding = 3) uniform sampler2D surface_depth;
+layout(binding = 4) uniform sampler2D fallback_color;
+
+uniform vec4 cam_from_world[3];
+uniform vec4 intrinsics;
+uniform vec3 center;
+uniform float height;  // of the picture; its first row is the framebuffer's last
+uniform uint blended_views;
+uniform float lambda;
+uniform float occlusion_tolerance;
+uniform bool printed_position;
+uniform bool fade_last;
+
+const uint kNoFace = 0xFFFFFFFFu;
+const float kEmpty = 0.0, kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
+
+layout(location = 0) out vec4 picture;  // sRGB; alpha: PixelState / 255
+
+vec3 srgb_from_linear(vec3 c) {
+  c = clamp(c, 0.0, 1.0);
+  return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
+}
+
+vec3 world_from_pixel(vec2 image, float z) {
+  vec3 cam = vec3((image - intrinsics.zw) / intrinsics.xy, 1.0) * z;
+  return center + cam.x * cam_from_world[0].xyz + cam.y * cam_from_world[1].xyz + cam.z * cam_from_world[2].xyz;
+}
+
+float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
+  float i = length(to_stored);
+  if (!(o > 0.0 && i > 0.0)) return 0.0;
+  float w_dir = max(0.0, dot(to_novel, to_stored) / (o * i));
+  float w_pos = printed_position ? max(0.0, 1.0 - o / i) : min(o, i) / max(o, i);
+  return lambda * w_dir + (1.0 - lambda) * w_pos;
+}
+
+// Image position in a stored view; false where valid() is 0 whatever the mask says.
+bool project(uint slot, vec3 world, out vec2 image) {
+  vec4 at = vec4(world, 1.0);
+  vec3 cam = vec3(dot(views[slot].cam_from_world[0], at), dot(views[slot].cam_from_world[1], at),
+                  dot(views[slot].cam_from_world[2], at));
+  if (!(cam.z > 0.0)) return false;
+  image = views[slot].intrinsics.xy * cam.xy / cam.z + views[slot].intrinsics.zw;
+  if (!all(greaterThanEqual(image, vec2(0.0))) || !all(lessThan(image, views[slot].size.xy))) return false;
+  float stored = texelFetch(depths, ivec3(ivec2(image), int(slot)), 0).x;
+  return cam.z <= stored * (1.0 + occlusion_tolerance);
+}
+
+vec4 sample_photograph(uint slot, vec2 image) {
+  vec2 inside = clamp(image, vec2(0.5), views[slot].size.xy - 0.5);
+  vec4 texel = textureLod(photographs, vec3(inside / vec2(textureSize(photographs, 0).xy), float(slot)), 0.0);
+  return vec4(texel.rgb * views[slot].center_gain.w, texel.a);
+}
+
+bool blend(uint cell, vec3 world, out vec3 color) {
+  vec4 best[MAX_BLENDED_VIEWS + 1];  // colour, weight; best first
+  for (uint rank = 0u; rank <= blended_views; ++rank) best[rank] = vec4(0.0);
+  vec3 to_novel = center - world;
+  float o = length(to_novel);
+  for (uint reference = offsets[cell]; reference < offsets[cell + 1u]; ++reference) {
+    uint slot = slots[reference];
+    float weight = geometric_weight(to_novel, o, views[slot].center_gain.xyz - world);
+    if (weight <= best[blended_views].w) continue;  // validity can only lower it
+    vec2 image;
+    if (!project(slot, world, image)) continue;
+    vec4 next = sample_photograph(slot, image);
+    next.w *= weight;
+    for (uint rank = 0u; rank <= blended_views; ++rank) {
+      if (next.w > best[rank].w) {
+        vec4 demoted = best[rank];
+        best[rank] = next;
+        next = demoted;
+      }
+    }
+  }
+  if (!(best[0].w > 0.0)) return false;
+  float threshold = fade_last ? best[blended_views].w : 0.0;
+  float total = 0.0;
+  vec3 sum = vec3(0.0);
+  for (uint rank = 0u; rank < blended_views; ++rank) {
+    float weight = best[rank].w > 0.0 ? best[rank].w - threshold : 0.0;
+    total += weight;
+    sum += weight * best[rank].rgb;
+  }
+  color = total > 0.0 ? sum / total : best[0].rgb;
+  return true;
+}
+
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  uint face = texelFetch(faces, pixel, 0).x;
+  if (face == kNoFace) {
+    picture = vec4(0.0, 0.0, 0.0, kEmpty);
+    return;
+  }
+  vec2 image = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
+  vec3 world = world_from_pixel(image, texelFetch(surface_depth, pixel, 0).x);
+  uint cell = cell_of_face[face];
+  vec3 color;
+  float state = kTextured;
+  if (!blend(cell, world, color)) {
+    color = texelFetch(fallback_color, pixel, 0).rgb;
+    state = cell_seen[cell] != 0u ? kUntextured : kUnseen;
+  }
+  picture = vec4(srgb_from_linear(color), state / 255.0);
+}
