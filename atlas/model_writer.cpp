@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/parallel_for.h>
+
+#include <cstring>
+#include <glm/glm.hpp>
+#include <string>
+
+#include "atlas/model_extension.h"
+#include "atlas/model_file.h"
+#include "atlas/srgb.h"
+#include "atlas/tiny_gltf.h"
+#include "mesh/errors.h"
+
+namespace lumatlas {
+
+namespace {
+
+using Json = tinygltf::Value;
+
+std::string image_name(std::size_t view) {
+  std::string number = std::to_string(view);
+  number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
+  return "images/" + number;
+}
+
+// Appends values to the model's only buffer and describes them. glTF wants every view aligned to its component.
+template <typename T>
+int add_accessor(tinygltf::Model& model, const std::vector<T>& values, int component, int type, int target = 0) {
+  std::vector<unsigned char>& bytes = model.buffers[0].data;
+  bytes.resize((bytes.size() + 3) / 4 * 4);
+  tinygltf::BufferView view;
+  view.buffer = 0;
+  view.byteOffset = bytes.size();
+  view.byteLength = values.size() * sizeof(T);
+  view.target = target;
+  bytes.resize(bytes.size() + view.byteLength);
+  if (!values.empty()) std::memcpy(&bytes[view.byteOffset], values.data(), view.byteLength);
+  tinygltf::Accessor accessor;
+  accessor.bufferView = static_cast<int>(model.bufferViews.size());
+  accessor.componentType = component;
+  accessor.type = type;
+  accessor.count = values.size();
+  model.bufferViews.push_back(std::move(view));
+  model.accessors.push_back(std::move(accessor));
+  return static_cast<int>(model.accessors.size()) - 1;
+}
+
+int add_scalars(tinygltf::Model& model, const std::vector<std::uint32_t>& values) {
+  return add_accessor(model, values, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR);
+}
+
+// glTF wants COLOR_0 aligned to four bytes, hence alpha, and in linear light: so 16 bit, to keep what sRGB tells apart.
+std::vector<glm::u16vec4> linear_colors(const std::vector<glm::u8vec3>& srgb) {
+  const auto& linear = linear_from_srgb8();
+  const auto convert = [&](std::uint8_t value) { return static_cast<std::uint16_t>(std::lround(65535 * linear[value])); };
+  std::vector<glm::u16vec4> colors;
+  colors.reserve(srgb.size());
+  for (const glm::u8vec3& color : srgb) colors.emplace_back(convert(color.r), convert(color.g), convert(color.b), 65535);
+  return colors;
+}
+
+Json array_of(const glm::dvec3& v) { return Json(Json::Array{Json(v.x), Json(v.y), Json(v.z)}); }
+
+void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
+  const Mesh& mesh = snapshot.surface->mesh;
+  tinygltf::Primitive primitive;
+  primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  const int positions = add_accessor(model, mesh.positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
+                                     TINYGLTF_TARGET_ARRAY_BUFFER);
+  const Bounds box = bounds(mesh);
+  for (int axis = 0; axis < 3; ++axis) {
+    model.accessors[static_cast<std::size_t>(positions)].minValues.push_back(box.min[axis]);
+    model.accessors[static_cast<std::size_t>(positions)].maxValues.push_back(box.max[axis]);
+  }
+  primitive.attributes["POSITION"] = positions;
+  const int colors = add_accessor(model, linear_colors(snapshot.vertex_colors), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                                  TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+  model.accessors[static_cast<std::size_t>(colors)].normalized = true;
+  primitive.attributes["COLOR_0"] = colors;
+  primitive.indices = add_accessor(model, mesh.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+                                   TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
+  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * mesh.faces.size();
+  tinygltf::Mesh gltf_mesh;
+  gltf_mesh.primitives.push_back(std::move(primitive));
+  model.meshes.push_back(std::move(gltf_mesh));
+  tinygltf::Node node;
+  node.mesh = 0;
+  model.nodes.push_back(std::move(node));
+  tinygltf::Scene scene;
+  scene.nodes.push_back(0);
+  model.scenes.push_back(std::move(scene));
+  model.defaultScene = 0;
+}
+
+int add_image(tinygltf::Model& model, const std::string& uri) {
+  tinygltf::Image image;
+  image.uri = uri;
+  image.mimeType.clear();
+  model.images.push_back(std::move(image));
+  return static_cast<int>(model.images.size()) - 1;
+}
+
+Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index) {
+  const Camera& camera = view.camera;
+  Json::Array rotation;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) rotation.emplace_back(camera.cam_from_world_rotation[column][row]);
+  }
+  Json::Object object;
+  object["name"] = Json(view.name);
+  object["image"] = Json(add_image(model, image_name(index) + ".png"));
+  if (!view.photograph.valid.empty()) object["lensMask"] = Json(add_image(model, image_name(index) + "-lens.png"));
+  object["width"] = Json(static_cast<int>(camera.width));
+  object["height"] = Json(static_cast<int>(camera.height));
+  object["focalLength"] = Json(Json::Array{Json(camera.fx), Json(camera.fy)});
+  object["principalPoint"] = Json(Json::Array{Json(camera.cx), Json(camera.cy)});
+  object["rotation"] = Json(std::move(rotation));
+  object["translation"] = array_of(camera.cam_from_world_translation);
+  object["gain"] = Json(view.gain);
+  return Json(std::move(object));
+}
+
+// References by the views' numbers in the file instead of their slots.
+std::vector<std::uint32_t> renumbered(const Snapshot& snapshot) {
+  std::vector<std::uint32_t> number(snapshot.views.size(), 0);
+  std::uint32_t next = 0;
+  for (std::size_t slot = 0; slot < number.size(); ++slot) number[slot] = snapshot.views[slot] ? next++ : 0;
+  std::vector<std::uint32_t> references;
+  references.reserve(snapshot.references.views.size());
+  for (const std::uint32_t slot : snapshot.references.views) references.push_back(number[slot]);
+  return references;
+}
+
+void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const ValidityOptions& validity) {
+  const Cells& cells = snapshot.surface->cells;
+  Json::Object extension;
+  extension["version"] = Json(kLumigraphVersion);
+  extension["offset"] = array_of(snapshot.surface->offset);
+  extension["cellSize"] = Json(cells.size);
+  extension["cellOfFace"] = Json(add_scalars(model, cells.cell_of_face));
+  extension["cellSeen"] = Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
+                                            TINYGLTF_TYPE_SCALAR));
+  extension["referenceOffsets"] = Json(add_scalars(model, snapshot.references.offsets));
+  const std::vector<std::uint32_t> references = renumbered(snapshot);
+  if (!references.empty()) extension["references"] = Json(add_scalars(model, references));  // glTF has no empty accessor
+  extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
+                                            {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
+                                            {"fade", Json(static_cast<int>(validity.fade_px))}});
+  Json::Array views;
+  for (const auto& view : snapshot.views) {
+    if (view) views.push_back(view_json(model, *view, views.size()));
+  }
+  extension["views"] = Json(std::move(views));
+  model.extensions[kLumigraphExtension] = Json(std::move(extension));
+  model.extensionsUsed.emplace_back(kLumigraphExtension);
+}
+
+Photograph mask_image(const Photograph& photograph) {
+  Photograph mask;
+  mask.width = photograph.width;
+  mask.height = photograph.height;
+  mask.rgb.reserve(photograph.rgb.size());
+  for (const std::uint8_t value : photograph.valid) mask.rgb.insert(mask.rgb.end(), 3, value);
+  return mask;
+}
+
+void write_images(const std::filesystem::path& folder, const Snapshot& snapshot) {
+  std::error_code error;
+  std::filesystem::create_directories(folder / "images", error);
+  if (error) throw InputError((folder / "images").string() + ": cannot be made: " + error.message());
+  std::vector<const StoredView*> views;
+  for (const auto& view : snapshot.views) {
+    if (view) views.push_back(view.get());
+  }
+  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t index) {
+    const Photograph& photograph = views[index]->photograph;
+    write_image(folder / (image_name(index) + ".png"), photograph);
+    if (!photograph.valid.empty()) write_image(folder / (image_name(index) + "-lens.png"), mask_image(photograph));
+  });
+}
+
+}  // namespace
+
+void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity) {
+  tinygltf::Model model;
+  model.asset.version = "2.0";
+  model.asset.generator = "lumatlas";
+  model.buffers.emplace_back();
+  model.buffers[0].uri = "scene.bin";
+  add_mesh(model, snapshot);
+  add_lumigraph(model, snapshot, validity);
+  write_images(folder, snapshot);
+  const std::filesystem::path file = folder / kModelFileName;
+  tinygltf::TinyGLTF writer;
+  if (!writer.WriteGltfSceneToFile(&model, file.string(), false, false, true, false)) {
+    throw InputError(file.string() + ": cannot be written: check that the disk has room and the folder is writable");
+  }
+}
+
+}  // namespace lumatlas
