@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/photograph.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "atlas/image_header.h"
+#include "mesh/errors.h"
+#include "mesh/pending_file.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+using OIIO::TypeDesc;
+
+constexpr int kMaxSide = 65536;  // pixels; also the largest camera
+
+// No format packs a photograph tighter than this: deflate ends at 1032 to 1, JPEG near 1000 to 1. A header that claims
+// more is damaged, and is refused before anything is allocated for it. Small images may be as regular as they like.
+constexpr std::uint64_t kMaxCompression = 2048;
+constexpr std::uint64_t kAlwaysPlausible = 16 << 20;  // bytes
+
+[[noreturn]] void fail(const fs::path& path, const std::string& reason) {
+  throw InputError(path.string() + ": " + reason);
+}
+
+// OpenImageIO's reason in brackets, on one line; it does not always give one.
+std::string because(std::string reason) {
+  while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) reason.pop_back();
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason.empty() ? reason : " (" + reason + ")";
+}
+
+struct Signature {
+  std::string_view first_bytes;
+  const char* format;  // as OpenImageIO names it
+};
+constexpr std::array<Signature, 10> kSignatures{{
+    {"\xff\xd8\xff", "jpeg"},
+    {"\x89PNG\r\n\x1a\n", "png"},
+    {{"II*\0", 4}, "tiff"},
+    {{"MM\0*", 4}, "tiff"},
+    {{"II+\0", 4}, "tiff"},
+    {"\x76\x2f\x31\x01", "openexr"},
+    {"#?", "hdr"},
+    {"BM", "bmp"},
+    {"GIF8", "gif"},
+    {"RIFF", "webp"},
+}};
+
+std::ifstream open_file(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) fail(path, "no such file");
+  if (!fs::is_regular_file(status)) fail(path, "is not a file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) fail(path, "cannot be opened; check that it may be read");
+  return file;
+}
+
+using Reader = std::unique_ptr<OIIO::ImageInput>;
+
+Reader reader_named(const std::string& format) {
+  Reader reader = OIIO::ImageInput::create(format);
+  if (!reader) (void)OIIO::geterror();  // an error that nobody fetches would be printed at exit
+  return reader;
+}
+
+// Formats that have a signature but not here are not what the ending says.
+Reader reader_by_ending(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  Reader reader = ending.size() > 1 ? reader_named(ending.substr(1)) : nullptr;
+  const auto has_signature = [&](const Signature& signature) {
+    return std::string_view(reader->format_name()) == signature.format;
+  };
+  if (!reader || std::any_of(kSignatures.begin(), kSignatures.end(), has_signature)) {
+    fail(path, "not an image; its first bytes are not those of a known format");
+  }
+  return reader;
+}
+
+// By the first bytes, because photographs are often misnamed; else by the ending.
+Reader reader_for(const fs::path& path) {
+  std::ifstream file = open_file(path);
+  std::array<char, 8> head{};
+  file.read(head.data(), head.size());
+  const std::string_view bytes(head.data(), static_cast<std::size_t>(file.gcount()));
+  if (bytes.empty()) fail(path, "is empty");
+  for (const Signature& signature : kSignatures) {
+    if (!bytes.starts_with(signature.first_bytes)) continue;
+    if (Reader reader = reader_named(signature.format)) return reader;
+  }
+  return reader_by_ending(path);
+}
+
+// What must be known before anything is allocated for the pixels.
+struct Header {
+  std::uint64_t width, height;  // pixels, as stored
+  std::uint64_t pixel_bytes;
+  int orientation;  // EXIF: 1 as stored, 2..4 mirrored or turned by 180 degrees, 5..8 with rows and columns exchanged
+};
+
+void check_size(const fs::path& path, const Header& header) {
+  const std::string size = std::to_string(header.width) + "x" + std::to_string(header.height) + " pixels";
+  if (header.width < 1 || header.height < 1) fail(path, size + ", there is nothing in it");
+  if (header.width > kMaxSide || header.height > kMaxSide) fail(path, size + ", more than 65536 a side");
+  const std::uint64_t file_bytes = fs::file_size(path);
+  if (header.width * header.height * header.pixel_bytes > kAlwaysPlausible + kMaxCompression * file_bytes) {
+    fail(path, "claims " + size + ", which its " + std::to_string(file_bytes) + " bytes cannot hold");
+  }
+}
+
+Header jpeg_header(const fs::path& path) {
+  std::ifstream file = open_file(path);
+  const std::optional<JpegHeader> jpeg = read_jpeg_header(file);
+  if (!jpeg) fail(path, "is damaged or cut off, a JPEG without a frame header");
+  return {jpeg->width, jpeg->height, 3, jpeg->orientation};
+}
+
+// A reader that does its work on the calling thread, so that callers decide about parallelism.
+void open_image(const fs::path& path, OIIO::ImageInput& reader) {
+  reader.threads(1);
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // alpha is dropped, so colours must not be multiplied by it
+  OIIO::ImageSpec spec;
+  if (!reader.open(path.string(), spec, config)) {
+    fail(path, std::string("cannot be read as ") + reader.format_name() + because(reader.geterror()));
+  }
+}
+
+Header opened_header(const fs::path& path, const OIIO::ImageInput& reader) {
+  const OIIO::ImageSpec& spec = reader.spec();
+  if (spec.depth > 1) fail(path, "a volume, not a photograph");
+  const int orientation = spec.get_int_attribute("Orientation", 1);
+  return {static_cast<std::uint64_t>(std::max(0, spec.width)), static_cast<std::uint64_t>(std::max(0, spec.height)),
+          spec.pixel_bytes(true), orientation >= 1 && orientation <= 8 ? orientation : 1};
+}
+
+bool is_jpeg(const OIIO::ImageInput& reader) {
+  return std::string_view(reader.format_name()) == "jpeg";
+}
+bool is_png(const OIIO::ImageInput& reader) {
+  return std::string_view(reader.format_name()) == "png";
+}
+
+// Leaves a JPEG's reader closed, see image_header.h.
+Header checked_header(const fs::path& path, OIIO::ImageInput& reader) {
+  if (!is_jpeg(reader)) open_image(path, reader);
+  const Header header = is_jpeg(reader) ? jpeg_header(path) : opened_header(path, reader);
+  check_size(path, header);
+  return header;
+}
+
+void check_complete(const fs::path& path, const OIIO::ImageInput& reader) {
+  if (!is_jpeg(reader) && !is_png(reader)) return;  // the other readers tell
+  std::ifstream file = open_file(path);
+  std::vector<std::uint8_t> bytes(fs::file_size(path));
+  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  if (is_jpeg(reader) ? !jpeg_is_complete(bytes) : !png_is_complete(bytes)) {
+    fail(path, "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
+  }
+}
+
+ImageSize upright_size(const Header& header) {
+  ImageSize size{static_cast<std::uint32_t>(header.width), static_cast<std::uint32_t>(header.height)};
+  if (header.orientation >= 5) std::swap(size.width, size.height);
+  return size;
+}
+
+// The stored pixel that is seen at the top left of the upright image, and the steps from it to the right and down.
+struct Walk {
+  std::ptrdiff_t start, right, down;  // pixels
+};
+Walk walk_of(const Header& header) {
+  const auto width = static_cast<std::ptrdiff_t>(header.width);
+  const std::ptrdiff_t last_column = width - 1;
+  const std::ptrdiff_t last_row = (static_cast<std::ptrdiff_t>(header.height) - 1) * width;
+  const std::array<Walk, 8> walks{{{0, 1, width},
+                                   {last_column, -1, width},
+                                   {last_row + last_column, -1, -width},
+                                   {last_row, 1, -width},
+                                   {0, width, 1},
+                                   {last_row, -width, 1},
+                                   {last_row + last_column, -width, -1},
+                                   {last_column, width, -1}}};
+  return walks[static_cast<std::size_t>(header.orientation - 1)];
+}
+
+std::uint8_t byte_of(std::uint8_t value) {
+  return value;
+}
+std::uint8_t byte_of(std::uint16_t value) {
+  return static_cast<std::uint8_t>((value + 128u) / 257u);
+}
+
+// IEC 61966-2-1. Written so that NaN becomes black.
+std::uint8_t byte_of(float linear) {
+  if (!(linear > 0.0f)) return 0;
+  if (linear >= 1.0f) return 255;
+  const float encoded = linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
+  return static_cast<std::uint8_t>(encoded * 255.0f + 0.5f);
+}
+
+float linear_of(std::uint8_t byte) {
+  const float encoded = static_cast<float>(byte) / 255.0f;
+  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
+}
+
+// Which stored channels are red, green and blue: by name, since an EXR may hold others; one or two channels are grey.
+std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
+  if (spec.nchannels < 3) return {0, 0, 0};
+  const std::array<int, 3> named{spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B")};
+  if (named[0] < 0 || named[1] < 0 || named[2] < 0) return {0, 1, 2};
+  return {static_cast<std::size_t>(named[0]), static_cast<std::size_t>(named[1]), static_cast<std::size_t>(named[2])};
+}
+
+template <typename Sample>
+void copy_upright(std::span<const Sample> stored, const OIIO::ImageSpec& spec, const Walk& walk, Photograph& photo) {
+  const std::array<std::size_t, 3> channels = rgb_channels(spec);
+  std::uint8_t* out = photo.rgb.data();
+  for (std::uint32_t y = 0; y < photo.height; ++y) {
+    std::ptrdiff_t pixel = walk.start + walk.down * y;
+    for (std::uint32_t x = 0; x < photo.width; ++x, pixel += walk.right) {
+      const Sample* const samples = stored.data() + pixel * spec.nchannels;
+      for (const std::size_t channel : channels) *out++ = byte_of(samples[channel]);
+    }
+  }
+}
+
+void read_pixels(const fs::path& path, OIIO::ImageInput& reader, TypeDesc type, void* pixels) {
+  if (!reader.read_image(0, 0, 0, -1, type, pixels)) {
+    fail(path, "is damaged or cut off" + because(reader.geterror()));
+  }
+}
+
+template <typename Sample>
+void read_as(const fs::path& path, OIIO::ImageInput& reader, TypeDesc type, const Walk& walk, Photograph& photo) {
+  const OIIO::ImageSpec spec = reader.spec();
+  std::vector<Sample> stored(spec.image_pixels() * static_cast<std::uint64_t>(spec.nchannels));
+  read_pixels(path, reader, type, stored.data());
+  copy_upright<Sample>(stored, spec, walk, photo);
+}
+
+void read_into(const fs::path& path, OIIO::ImageInput& reader, const Header& header, Photograph& photo) {
+  const OIIO::ImageSpec& spec = reader.spec();
+  const Walk walk = walk_of(header);
+  if (spec.format.is_floating_point()) {
+    read_as<float>(path, reader, TypeDesc::FLOAT, walk, photo);
+  } else if (spec.format.size() > 1) {
+    read_as<std::uint16_t>(path, reader, TypeDesc::UINT16, walk, photo);
+  } else if (spec.nchannels == 3 && header.orientation == 1) {
+    read_pixels(path, reader, TypeDesc::UINT8, photo.rgb.data());  // as it is
+  } else {
+    read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, walk, photo);
+  }
+}
+
+void check(const Photograph& image) {
+  const std::size_t expected = std::size_t{3} * image.width * image.height;
+  if (expected == 0 || image.width > kMaxSide || image.height > kMaxSide) {
+    throw std::invalid_argument("image size is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
+                                "; each side must be in [1, 65536]");
+  }
+  if (image.rgb.size() != expected) {
+    throw std::invalid_argument("image.rgb has " + std::to_string(image.rgb.size()) + " bytes; it must have " +
+                                std::to_string(expected) + " (3 * width * height)");
+  }
+}
+
+// Formats that hold numbers instead of codes get linear light, as read_photograph() expects of them.
+bool write_pixels(OIIO::ImageOutput& output, const Photograph& image) {
+  if (!output.spec().format.is_floating_point()) return output.write_image(TypeDesc::UINT8, image.rgb.data());
+  std::vector<float> linear(image.rgb.size());
+  std::transform(image.rgb.begin(), image.rgb.end(), linear.begin(), linear_of);
+  return output.write_image(TypeDesc::FLOAT, linear.data());
+}
+
+}  // namespace
+
+ImageSize photograph_size(const fs::path& path) {
+  const Reader reader = reader_for(path);
+  return upright_size(checked_header(path, *reader));
+}
+
+Photograph read_photograph(const fs::path& path) {
+  const Reader reader = reader_for(path);
+  check_complete(path, *reader);
+  const Header header = checked_header(path, *reader);
+  if (is_jpeg(*reader)) open_image(path, *reader);
+  const ImageSize size = upright_size(header);
+  Photograph photo;
+  photo.width = size.width;
+  photo.height = size.height;
+  photo.rgb.resize(std::size_t{3} * size.width * size.height);
+  read_into(path, *reader, header, photo);
+  return photo;
+}
+
+void write_image(const fs::path& path, const Photograph& image) {
+  check(image);
+  const auto output = OIIO::ImageOutput::create(path.string());
+  if (!output) {
+    OIIO::geterror();
+    fail(path, "no image format is known by the ending '" + path.extension().string() + "'; use .png or .jpg");
+  }
+  output->threads(1);
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, TypeDesc::UINT8);
+  // Six times as fast as the defaults on photographs, and no larger.
+  spec.attribute("png:compressionLevel", 1);
+  spec.attribute("png:filter", 0x20);  // "up", PNG_FILTER_UP
+  PendingFile file(path);
+  if (!output->open(file.path().string(), spec) || !write_pixels(*output, image) || !output->close()) {
+    fail(path, "cannot be written" + because(output->geterror()));
+  }
+  file.commit();
+}
+
+}  // namespace lumatlas
