@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How well a rendering reproduces the photograph that was held out, over the pixels where the mesh is seen.
+//
+// Conventions of every function here:
+//   The two pictures have the same size, at least one pixel; otherwise std::invalid_argument.
+//   `mask` has one entry per pixel, row by row; a pixel counts where it is not 0. An empty mask counts all pixels.
+//   Pixels outside the lens's image (photograph.valid is 0) never count; rendering.valid is not looked at: a pixel
+//   that the method left empty counts with whatever colour it shows.
+//   Where no pixel counts, a score is NaN and a gain is 1.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "atlas/photograph.h"
+
+namespace lumatlas {
+
+struct Scores {
+  double psnr = 0;  // dB; infinity for identical pictures
+  double ssim = 0;  // in [-1, 1]; 1 for identical pictures
+};
+
+// Peak signal-to-noise ratio of the 8-bit sRGB values, all three channels together.
+[[nodiscard]] double psnr(const Photograph& rendering, const Photograph& photograph,
+                          std::span<const std::uint8_t> mask);
+
+// Structural similarity, Wang et al. 2004: of luma (Rec. 601, not rounded), Gaussian window of 11x11 with sigma 1.5,
+// K1 = .01, K2 = .03, L = 255, population covariance. Pictures are continued beyond their borders by reflection, edge
+// pixel repeated, so every pixel has a value: the figure is the mean over the pixels that count, those near the border
+// included, so that both scores speak of the same pixels (scikit-image's own mean leaves out a border of 5 pixels; its
+// full map is this one). Windows at the mask's edge reach up to 5 pixels beyond it, into the pictures as they are.
+[[nodiscard]] double ssim(const Photograph& rendering, const Photograph& photograph,
+                          std::span<const std::uint8_t> mask);
+
+// Exposure gains are looked for within [1 / kLargestGain, kLargestGain].
+inline constexpr double kLargestGain = 64;
+
+// The exposure gain on the rendering, in linear light, that minimises the mean square error of apply_gain(rendering,
+// gain): the global minimum, so that a fitted PSNR is never below the raw one. The middle of the range of gains that
+// give the minimum; 1 if that range holds 1.
+[[nodiscard]] double fit_gain(const Photograph& rendering, const Photograph& photograph,
+                              std::span<const std::uint8_t> mask);
+
+// Every value times `gain` in linear light, back to 8-bit sRGB; a gain of 1 changes nothing.
+// Throws std::invalid_argument unless gain is finite and not negative.
+[[nodiscard]] Photograph apply_gain(const Photograph& image, double gain);
+
+// One held-out view.
+struct ViewScores {
+  std::size_t pixels = 0;         // that counted
+  Scores raw;                     // the rendering as it is
+  Scores fitted;                  // after `gain`
+  std::optional<Scores> aligned;  // fitted, with the camera's pose refined as well; absent where it was not measured
+  double gain = 1;                // fit_gain
+  double textured = 0;  // share of the pixels that a stored photograph coloured, in [0, 1]; NaN without pixels
+};
+
+// Raw and fitted scores. `textured` has one entry per pixel, not 0 where a stored photograph coloured it; empty: none.
+[[nodiscard]] ViewScores score_view(const Photograph& rendering, const Photograph& photograph,
+                                    std::span<const std::uint8_t> mask, std::span<const std::uint8_t> textured);
+
+// Stands for infinity where a number must be finite, in means and in JSON. Above every PSNR of pictures that differ:
+// one level in one channel of 65536 x 65536 pixels is 149.2 dB.
+inline constexpr double kPsnrOfIdentical = 150;
+
+// Means over the views that have pixels; NaN if none has. An infinite PSNR enters a mean as kPsnrOfIdentical, unless
+// all are infinite.
+struct MethodScores {
+  std::size_t views = 0;  // that have pixels
+  Scores raw;
+  Scores fitted;
+  std::optional<Scores> aligned;  // if every view with pixels has it
+  double textured = 0;            // share of all pixels of all views
+};
+[[nodiscard]] MethodScores mean_scores(std::span<const ViewScores> views);
+
+}  // namespace lumatlas
