@@ -42,8 +42,11 @@ function(lumatlas_install_package)
     INSTALL_DESTINATION ${LUMATLAS_PACKAGE_DIR} NO_SET_AND_CHECK_MACRO)
   write_basic_package_version_file(${PROJECT_BINARY_DIR}/cmake/lumatlasConfigVersion.cmake
     COMPATIBILITY SameMinorVersion)
-  file(GLOB find_modules CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/cmake/Find*.cmake)
-  install(FILES ${find_modules} ${PROJECT_BINARY_DIR}/cmake/lumatlasConfig.cmake
-    ${PROJECT_BINARY_DIR}/cmake/lumatlasConfigVersion.cmake DESTINATION ${LUMATLAS_PACKAGE_DIR})
+  install(FILES
+    ${PROJECT_BINARY_DIR}/cmake/lumatlasConfig.cmake
+    ${PROJECT_BINARY_DIR}/cmake/lumatlasConfigVersion.cmake
+    ${PROJECT_SOURCE_DIR}/cmake/FindOpenImageIO.cmake
+    ${PROJECT_SOURCE_DIR}/cmake/Findepoxy.cmake
+    DESTINATION ${LUMATLAS_PACKAGE_DIR})
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 endfunction()
