@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# What every module of lumatlas has in common: one static library, an alias, warnings, sanitizers.
-include(GNUInstallDirs)
+# What every module of lumatlas has in common: one static library, an alias, warnings, sanitizers, and its place in the
+# installed package (LumatlasInstall.cmake).
 
 function(lumatlas_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
@@ -16,14 +16,32 @@ function(lumatlas_compile_options target)
   endif()
 endfunction()
 
-# lumatlas_module(NAME SOURCES ... HEADERS ... PUBLIC ... PRIVATE ...)
+# lumatlas_find_package(NAME [VERSION] ...)
+# find_package(NAME [VERSION] ... REQUIRED) for the module of this folder. Static libraries hand even their private
+# dependencies on to the program that links them, so the installed package repeats each of these calls for whoever asks
+# for this module, and for nobody else.
+macro(lumatlas_find_package)
+  find_package(${ARGV} REQUIRED)
+  string(REPLACE ";" " " _lumatlas_package "${ARGV}")
+  set_property(DIRECTORY APPEND PROPERTY LUMATLAS_PACKAGES "${_lumatlas_package}")
+  unset(_lumatlas_package)
+endmacro()
+
+# lumatlas_module(NAME [INTERNAL] SOURCES ... HEADERS ... PUBLIC ... PRIVATE ...)
 # Makes lumatlas_NAME with the alias lumatlas::NAME; its headers are included as "NAME/header.h".
+# It is installed as the package's component NAME unless it is INTERNAL.
 function(lumatlas_module name)
-  cmake_parse_arguments(arg "" "" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(PARSE_ARGV 1 arg "INTERNAL" "" "SOURCES;HEADERS;PUBLIC;PRIVATE")
+  if(arg_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "lumatlas_module(${name}): cannot place the arguments ${arg_UNPARSED_ARGUMENTS}")
+  endif()
   add_library(lumatlas_${name} STATIC ${arg_SOURCES})
   add_library(lumatlas::${name} ALIAS lumatlas_${name})
   set_target_properties(lumatlas_${name} PROPERTIES EXPORT_NAME ${name} POSITION_INDEPENDENT_CODE ON)
   target_sources(lumatlas_${name} PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES ${arg_HEADERS})
   target_link_libraries(lumatlas_${name} PUBLIC ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
   lumatlas_compile_options(lumatlas_${name})
+  if(LUMATLAS_INSTALL AND NOT arg_INTERNAL)
+    lumatlas_install_module(${name} LINKS ${arg_PUBLIC} ${arg_PRIVATE})
+  endif()
 endfunction()
