@@ -49,8 +49,8 @@ struct Cells {
 // away do not count. > 0 for a mesh with area.
 [[nodiscard]] double scene_diameter(const Mesh& mesh);
 
-// The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours interpolated.
-// Keeps the mesh manifold. Throws std::invalid_argument unless max_edge > 0.
+// The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
+// interpolated. Keeps the mesh manifold. Throws std::invalid_argument unless max_edge > 0.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge);
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell
