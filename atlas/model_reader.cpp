@@ -121,10 +121,10 @@ std::vector<double> Reader::numbers(const Json& object, const std::string& where
   }
   std::vector<double> numbers;
   for (std::size_t i = 0; i < count; ++i) {
-    if (!array.Get(i).IsNumber() || !std::isfinite(array.Get(i).GetNumberAsDouble())) {
+    if (!array.Get(static_cast<int>(i)).IsNumber() || !std::isfinite(array.Get(static_cast<int>(i)).GetNumberAsDouble())) {
       refuse(where + ": \"" + name + "\"[" + std::to_string(i) + "] is not a finite number");
     }
-    numbers.push_back(array.Get(i).GetNumberAsDouble());
+    numbers.push_back(array.Get(static_cast<int>(i)).GetNumberAsDouble());
   }
   return numbers;
 }
@@ -288,7 +288,7 @@ std::vector<Reader::ViewEntry> Reader::view_entries() const {
   if (!views.IsArray() || static_cast<double>(views.ArrayLen()) > kMaxViews) refuse("\"views\" is not an array of views");
   std::vector<ViewEntry> entries;
   for (std::size_t index = 0; index < views.ArrayLen(); ++index) {
-    entries.push_back(view_entry(views.Get(index), index));
+    entries.push_back(view_entry(views.Get(static_cast<int>(index)), index));
   }
   return entries;
 }

@@ -49,12 +49,16 @@ struct Cells {
 // away do not count. > 0 for a mesh with area.
 [[nodiscard]] double scene_diameter(const Mesh& mesh);
 
-// The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours interpolated.
-// Keeps the mesh manifold. Throws std::invalid_argument unless max_edge > 0.
+// The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
+// interpolated. Keeps the mesh manifold. Throws std::invalid_argument unless max_edge > 0.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge);
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell
 // (split_large_faces with the options' size).
 [[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options);
+
+// The cells of a partition that is known already: statistics of each, by its number in `cell_of_face` (one per face,
+// cells numbered from 0 without gaps; std::invalid_argument otherwise). `size` is passed on.
+[[nodiscard]] Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size);
 
 }  // namespace lumatlas

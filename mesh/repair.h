@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// From any triangle soup to a manifold mesh, with a count of everything that was changed on the way (CGAL's polygon-soup
-// repair; colours follow their vertices).
+// From any triangle soup to a manifold mesh, with a count of everything that was changed on the way (CGAL's
+// polygon-soup repair; colours follow their vertices).
 #pragma once
 
 #include <cstdint>
@@ -10,16 +10,21 @@
 
 namespace lumatlas {
 
+// Exact counts, in the order of the work: each step sees what the steps before it left.
 struct RepairReport {
-  std::uint64_t non_finite_vertices = 0;     // NaN or infinite: their faces are dropped
-  std::uint64_t merged_vertices = 0;         // at exactly the same position as another
-  std::uint64_t isolated_vertices = 0;       // used by no face
-  std::uint64_t degenerate_faces = 0;        // two equal corners, or collinear ones
-  std::uint64_t duplicate_faces = 0;         // the same three vertices as another, in any order
-  std::uint64_t non_manifold_edges = 0;      // shared by three faces or more, split
-  std::uint64_t non_manifold_vertices = 0;   // whose faces do not form one fan, split
-  std::uint64_t reversed_faces = 0;          // turned round to agree with their neighbours
-  [[nodiscard]] bool changed_anything() const;
+  std::uint64_t non_finite_vertices = 0;    // NaN or infinite, also after the offset and as a float: dropped
+  std::uint64_t non_finite_faces = 0;       // that had such a corner: dropped
+  std::uint64_t merged_vertices = 0;        // at exactly the same position (less offset, as a float) as an earlier one
+  std::uint64_t degenerate_faces = 0;       // two equal corners, or collinear ones: dropped
+  std::uint64_t duplicate_faces = 0;        // the same three vertices as an earlier one, in any order: dropped
+  std::uint64_t isolated_vertices = 0;      // used by no face that is left: dropped
+  std::uint64_t non_manifold_edges = 0;     // shared by three faces or more: each of them gets an edge of its own
+  std::uint64_t non_manifold_vertices = 0;  // whose faces do not form one fan (the ends of non-manifold edges, and
+                                            // where a one-sided surface had to be cut, among them): one copy per fan
+  std::uint64_t reversed_faces = 0;  // turned round to agree with their neighbours
+
+  bool operator==(const RepairReport&) const = default;
+  [[nodiscard]] bool changed_anything() const { return *this != RepairReport{}; }
 };
 
 struct RepairedMesh {
@@ -28,8 +33,10 @@ struct RepairedMesh {
 };
 
 // `offset` is subtracted from every position in double precision before it becomes a float.
-// Within a connected component the orientation that most of its faces had is kept.
-// Throws InputError if no face is left.
+// Within a connected component the orientation that most of its faces had is kept. A merged vertex has the colour of
+// the first. A soup that needs no repair keeps the order of its vertices and faces.
+// Throws InputError if no face is left, std::invalid_argument if the soup breaks its own rules (mesh.h) or the offset
+// is not finite.
 [[nodiscard]] RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset);
 
 }  // namespace lumatlas

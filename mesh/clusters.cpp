@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Variational clustering in the manner of Cohen-Steiner et al., "Variational Shape Approximation", 2004: grow all
+// clusters at once from their seeds, move each seed to the middle of its cluster, repeat. Departures: the cost is
+// mostly a distance, for compact cells, and the seeds come from dart throwing, so that their number follows from the
+// size.
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_sort.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+#include "mesh/face_graph.h"
+#include "mesh/partitions.h"
+#include "mesh/slivers.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Where and how a cluster lies. Every cluster owns its seed face.
+struct Center {
+  std::uint32_t seed;
+  glm::vec3 position;
+  glm::vec3 normal;
+};
+
+struct Metric {
+  float per_size;  // 1 / cell size
+  float normal_weight;
+
+  // See CellOptions::normal_weight.
+  [[nodiscard]] float cost(const FaceGraph& graph, const Center& center, std::uint32_t face) const {
+    const float turn = 1 - glm::dot(graph.normals[face], center.normal);
+    return glm::distance(graph.centroids[face], center.position) * per_size + normal_weight * turn;
+  }
+};
+
+Center center_at(const FaceGraph& graph, std::uint32_t face) {
+  return {face, graph.centroids[face], graph.normals[face]};
+}
+
+// The last step of splitmix64: a permutation of the integers that looks random.
+std::uint64_t scramble(std::uint64_t x) {
+  x += 0x9e3779b97f4a7c15ull;
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebull;
+  return x ^ (x >> 31);
+}
+
+std::vector<std::uint32_t> shuffled_faces(std::size_t faces) {
+  std::vector<std::uint32_t> order(faces);
+  std::iota(order.begin(), order.end(), 0u);
+  tbb::parallel_sort(order.begin(), order.end(),
+                     [](std::uint32_t a, std::uint32_t b) { return scramble(a) < scramble(b); });
+  return order;
+}
+
+// Maximal dart throwing by the metric, along the surface: no seed is within kSpacing of an earlier one, and every face
+// is within kSpacing of a seed of its own component, so that both sides of a thin wall get theirs.
+class Seeding {
+ public:
+  Seeding(const FaceGraph& graph, const Metric& metric)
+      : graph_(graph), metric_(metric), covered_(graph.size(), 0), visitor_(graph.size(), kNoNeighbor) {}
+
+  [[nodiscard]] std::vector<Center> run() {
+    for (const std::uint32_t face : shuffled_faces(graph_.size())) {
+      if (covered_[face]) continue;
+      centers_.push_back(center_at(graph_, face));
+      cover_around(face);
+    }
+    return std::move(centers_);
+  }
+
+ private:
+  // Random sequential discs of radius r / 2 cover 54.7% of the plane: an area of 1.436 r^2 for each, here 1.
+  static constexpr float kSpacing = 0.834f;
+
+  void cover_around(std::uint32_t seed) {
+    const auto visit = static_cast<std::uint32_t>(centers_.size() - 1);
+    visitor_[seed] = visit;
+    stack_.assign(1, seed);
+    while (!stack_.empty()) {
+      const std::uint32_t face = stack_.back();
+      stack_.pop_back();
+      covered_[face] = 1;
+      for (const std::uint32_t next : graph_.neighbors[face]) {
+        if (next == kNoNeighbor || visitor_[next] == visit) continue;
+        visitor_[next] = visit;
+        if (metric_.cost(graph_, centers_.back(), next) < kSpacing) stack_.push_back(next);
+      }
+    }
+  }
+
+  const FaceGraph& graph_;
+  const Metric& metric_;
+  std::vector<Center> centers_;
+  std::vector<std::uint8_t> covered_;
+  std::vector<std::uint32_t> visitor_;  // the last seed that came by
+  std::vector<std::uint32_t> stack_;
+};
+
+// A monotone priority queue: costs in steps of 1/256 of a cell size, first in first out within a step.
+class BucketQueue {
+ public:
+  struct Entry {
+    std::uint32_t face;
+    std::uint32_t cluster;
+  };
+  void push(float cost, const Entry& entry) {
+    const float step = std::min(cost * kStepsPerSize, static_cast<float>(kBuckets - 1));
+    buckets_[std::max(static_cast<std::size_t>(step), current_)].push_back(entry);
+  }
+  // False when nothing is left.
+  bool pop(Entry& entry) {
+    while (next_ == buckets_[current_].size()) {
+      if (current_ + 1 == kBuckets) return false;
+      std::vector<Entry>().swap(buckets_[current_++]);
+      next_ = 0;
+    }
+    entry = buckets_[current_][next_++];
+    return true;
+  }
+
+ private:
+  static constexpr float kStepsPerSize = 256;
+  static constexpr std::size_t kBuckets = 16 * 256;  // whatever costs more comes last, in the order it was found
+  std::vector<std::vector<Entry>> buckets_{kBuckets};
+  std::size_t current_ = 0;
+  std::size_t next_ = 0;
+};
+
+// Gives each face to the cluster that reaches it over faces of least cost (the dearest on the way counts), so that
+// every cluster is connected.
+std::vector<std::uint32_t> grow(const FaceGraph& graph, const std::vector<Center>& centers, const Metric& metric) {
+  std::vector<std::uint32_t> labels(graph.size(), kNoNeighbor);
+  BucketQueue queue;
+  for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
+  for (BucketQueue::Entry entry{}; queue.pop(entry);) {
+    if (labels[entry.face] != kNoNeighbor) continue;
+    labels[entry.face] = entry.cluster;
+    for (const std::uint32_t next : graph.neighbors[entry.face]) {
+      if (next == kNoNeighbor || labels[next] != kNoNeighbor) continue;
+      queue.push(metric.cost(graph, centers[entry.cluster], next), {next, entry.cluster});
+    }
+  }
+  return labels;
+}
+
+// Moves each centre to its cluster's centroid and mean normal, and its seed to the face of least cost from there.
+void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, const Metric& metric,
+              std::vector<Center>& centers) {
+  struct Sums {
+    glm::dvec3 position{0.0};
+    glm::dvec3 normal{0.0};
+    double area = 0;
+  };
+  std::vector<Sums> sums(centers.size());
+  for (std::size_t face = 0; face < graph.size(); ++face) {
+    Sums& sum = sums[labels[face]];
+    const double area = graph.areas[face];
+    sum.position += area * glm::dvec3(graph.centroids[face]);
+    sum.normal += area * glm::dvec3(graph.normals[face]);
+    sum.area += area;
+  }
+  for (std::size_t cluster = 0; cluster < centers.size(); ++cluster) {
+    const Sums& sum = sums[cluster];
+    const double length = glm::length(sum.normal);
+    if (sum.area > 0) centers[cluster].position = sum.position / sum.area;
+    if (length > 0) centers[cluster].normal = sum.normal / length;
+  }
+  std::vector<float> least(centers.size(), std::numeric_limits<float>::infinity());
+  for (std::uint32_t face = 0; face < graph.size(); ++face) {
+    const std::uint32_t cluster = labels[face];
+    const float cost = metric.cost(graph, centers[cluster], face);
+    if (cost >= least[cluster]) continue;
+    least[cluster] = cost;
+    centers[cluster].seed = face;
+  }
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, const std::vector<double>& areas, double size,
+                                          double normal_weight) {
+  constexpr int kLloydSteps = 3;
+  constexpr double kSmoothingRadius = 1.0 / 6;  // of the size: small against a cell, several faces of a dense scan
+  const FaceGraph graph = make_face_graph(mesh, areas, kSmoothingRadius * size);
+  const Metric metric{static_cast<float>(1 / size), static_cast<float>(normal_weight)};
+  std::vector<Center> centers = Seeding(graph, metric).run();
+  std::vector<std::uint32_t> labels = grow(graph, centers, metric);
+  for (int step = 0; step < kLloydSteps; ++step) {
+    recenter(graph, labels, metric, centers);
+    labels = grow(graph, centers, metric);
+  }
+  merge_slivers(graph, size, labels);
+  return labels;
+}
+
+}  // namespace lumatlas

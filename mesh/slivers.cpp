@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/slivers.h"
+
+#include <algorithm>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <queue>
+#include <utility>
+
+namespace lumatlas {
+
+namespace {
+
+constexpr double kSliverArea = 0.35;    // of size^2
+constexpr double kLargestArea = 1.8;    // of size^2, after merging
+constexpr double kLargestRadius = 1.0;  // of the size, after merging
+constexpr double kLeastFlatness = 0.8;  // after merging; a fold of two equal parts by 74 degrees
+
+struct Cluster {
+  std::vector<std::uint32_t> faces;
+  glm::dvec3 moment{0.0};  // area times centroid
+  glm::dvec3 normal{0.0};  // area times normal
+  double area = 0;
+
+  [[nodiscard]] glm::dvec3 centroid() const { return area > 0 ? moment / area : moment; }
+  // 1 for a plane, 0 where the normals cancel.
+  [[nodiscard]] double flatness() const { return area > 0 ? glm::length(normal) / area : 1; }
+};
+
+class SliverMerger {
+ public:
+  SliverMerger(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels)
+      : graph_(graph), size_(size), labels_(labels) {}
+
+  void run() {
+    gather();
+    Queue slivers;
+    for (std::uint32_t i = 0; i < clusters_.size(); ++i) enqueue_if_small(i, slivers);
+    while (!slivers.empty()) {
+      const auto [area, index] = slivers.top();
+      slivers.pop();
+      if (clusters_[index].faces.empty() || clusters_[index].area != area) continue;  // merged since it was queued
+      const std::uint32_t host = best_host(index);
+      if (host == kNoNeighbor) continue;
+      merge(index, host);
+      enqueue_if_small(host, slivers);
+    }
+  }
+
+ private:
+  using Queue = std::priority_queue<std::pair<double, std::uint32_t>, std::vector<std::pair<double, std::uint32_t>>,
+                                    std::greater<>>;
+
+  void gather() {
+    if (!labels_.empty()) clusters_.resize(*std::max_element(labels_.begin(), labels_.end()) + 1);
+    for (std::uint32_t face = 0; face < labels_.size(); ++face) {
+      Cluster& cluster = clusters_[labels_[face]];
+      const double area = graph_.areas[face];
+      cluster.faces.push_back(face);
+      cluster.moment += area * glm::dvec3(graph_.centroids[face]);
+      cluster.normal += area * glm::dvec3(graph_.normals[face]);
+      cluster.area += area;
+    }
+  }
+
+  void enqueue_if_small(std::uint32_t index, Queue& slivers) const {
+    if (clusters_[index].area < kSliverArea * size_ * size_) slivers.emplace(clusters_[index].area, index);
+  }
+
+  [[nodiscard]] std::vector<std::uint32_t> neighbors(std::uint32_t index) const {
+    std::vector<std::uint32_t> found;
+    for (const std::uint32_t face : clusters_[index].faces) {
+      for (const std::uint32_t other : graph_.neighbors[face]) {
+        if (other != kNoNeighbor && labels_[other] != index) found.push_back(labels_[other]);
+      }
+    }
+    std::sort(found.begin(), found.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+    return found;
+  }
+
+  [[nodiscard]] Cluster sums_of(const Cluster& a, const Cluster& b) const {
+    return {{}, a.moment + b.moment, a.normal + b.normal, a.area + b.area};
+  }
+
+  [[nodiscard]] double radius_around(const glm::dvec3& centroid, const Cluster& cluster) const {
+    double radius = 0;
+    for (const std::uint32_t face : cluster.faces) {
+      radius = std::max(radius, glm::distance(centroid, glm::dvec3(graph_.centroids[face])));
+    }
+    return radius;
+  }
+
+  // The neighbour with which the sliver makes the most compact and flat cluster, or kNoNeighbor.
+  [[nodiscard]] std::uint32_t best_host(std::uint32_t sliver) const {
+    std::uint32_t best = kNoNeighbor;
+    double least_cost = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t host : neighbors(sliver)) {
+      const Cluster merged = sums_of(clusters_[sliver], clusters_[host]);
+      if (merged.area > kLargestArea * size_ * size_ || merged.flatness() < kLeastFlatness) continue;
+      const glm::dvec3 centroid = merged.centroid();
+      const double radius =
+          std::max(radius_around(centroid, clusters_[sliver]), radius_around(centroid, clusters_[host])) / size_;
+      const double cost = radius + 2 * (1 - merged.flatness());
+      if (radius > kLargestRadius || cost >= least_cost) continue;
+      least_cost = cost;
+      best = host;
+    }
+    return best;
+  }
+
+  void merge(std::uint32_t sliver, std::uint32_t host) {
+    Cluster merged = sums_of(clusters_[sliver], clusters_[host]);
+    merged.faces = std::move(clusters_[host].faces);
+    for (const std::uint32_t face : clusters_[sliver].faces) {
+      labels_[face] = host;
+      merged.faces.push_back(face);
+    }
+    clusters_[sliver] = {};
+    clusters_[host] = std::move(merged);
+  }
+
+  const FaceGraph& graph_;
+  double size_;
+  std::vector<std::uint32_t>& labels_;
+  std::vector<Cluster> clusters_;
+};
+
+}  // namespace
+
+void merge_slivers(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels) {
+  SliverMerger(graph, size, labels).run();
+}
+
+}  // namespace lumatlas

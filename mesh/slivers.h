@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to mesh/: clusters too small to be worth a cell of their own.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mesh/face_graph.h"
+
+namespace lumatlas {
+
+// Gives each cluster much smaller than size^2, smallest first, to a neighbour with which it is still compact and mostly
+// faces one way; it stays where there is none. `labels` holds a connected cluster for each face, numbered densely.
+void merge_slivers(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels);
+
+}  // namespace lumatlas
