@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/build_model.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "mesh/errors.h"
+#include "tools/photograph_stream.h"
+#include "tools/progress.h"
+#include "tools/surface_input.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+std::vector<Camera> cameras_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks) {
+  std::vector<Camera> cameras;
+  for (const std::size_t rank : ranks) cameras.push_back(views[rank].camera);
+  return cameras;
+}
+
+std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optional<HoldOut>& hold_out) {
+  std::vector<std::size_t> ranks;
+  if (hold_out) {
+    ranks = split(scene.views.size(), *hold_out).input;
+  } else {
+    for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
+  }
+  if (ranks.empty()) {
+    throw InputError(scene.root.string() + ": none of its " + std::to_string(scene.views.size()) +
+                     " views is left to build from: check --hold and --block");
+  }
+  return ranks;
+}
+
+json spread(std::vector<double> values) {
+  if (values.empty()) return {{"median", 0}, {"p95", 0}};
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double share) {
+    return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
+  };
+  return {{"median", at(0.5)}, {"p95", at(0.95)}};
+}
+
+json spread_of(const std::vector<PlannedView>& planned, double Verdict::*field) {
+  std::vector<double> values;
+  for (const PlannedView& view : planned) values.push_back(view.verdict.*field);
+  return spread(std::move(values));
+}
+
+std::size_t count(const std::vector<PlannedView>& planned, Decision decision) {
+  return static_cast<std::size_t>(std::count_if(planned.begin(), planned.end(), [&](const PlannedView& view) {
+    return view.verdict.decision == decision;
+  }));
+}
+
+std::uint64_t peak_resident_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+const char* name_of(Decision decision) {
+  switch (decision) {
+    case Decision::kept: return "kept";
+    case Decision::replaced: return "replaced";
+    case Decision::rejected: break;
+  }
+  return "rejected";
+}
+
+// Pixels of all stored views, and of a full store of the largest of them.
+struct Texels {
+  std::uint64_t resident = 0;
+  std::uint64_t largest = 0;
+};
+Texels texels_of(const Snapshot& snapshot) {
+  Texels texels;
+  for (const auto& view : snapshot.views) {
+    if (!view) continue;
+    const std::uint64_t pixels = std::uint64_t{view->camera.width} * view->camera.height;
+    texels.resident += pixels;
+    texels.largest = std::max(texels.largest, pixels);
+  }
+  return texels;
+}
+
+}  // namespace
+
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  BuildResult result;
+  const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
+  result.mesh_file = input.mesh_file;
+  const SceneViews views = read_scene_views(scene, input.surface->offset);
+  const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(input.surface->mesh);
+  result.effective = options.planner;
+  if (result.effective.coverage.ideal_distance == 0) {
+    result.effective.coverage.ideal_distance = median_surface_distance(cameras_of(views.views, ranks), *visibility);
+  }
+  // A store larger than the stream would only hold empty slots.
+  Atlas atlas(input.surface, std::min(options.max_views, static_cast<std::uint32_t>(ranks.size())));
+  Planner planner(atlas, *visibility, result.effective);
+  {
+    Progress progress("planning views", ranks.size(), ProgressOptions::standard_error(options.quiet));
+    PhotographStream photographs(views.views, ranks);
+    for (const std::size_t rank : ranks) {
+      const SceneView& view = views.views[rank];
+      result.planned.push_back({view.name, planner.offer(view.name, view.camera, photographs.next())});
+      progress.tick();
+    }
+  }
+  result.summed_coverage = planner.summed_coverage();
+  result.snapshot = atlas.snapshot();
+  result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return result;
+}
+
+json summary(const BuildResult& result, const BuildOptions& options) {
+  const Texels texels = texels_of(result.snapshot);
+  constexpr std::uint64_t kBytesPerTexel = 3 + 4 + 1;  // colour, depth, validity
+  const auto seen = std::count(result.snapshot.cell_seen.begin(), result.snapshot.cell_seen.end(), 1);
+  std::size_t referenced = 0;
+  const std::size_t cells = result.snapshot.surface->cells.cells.size();
+  for (std::size_t cell = 0; cell < cells; ++cell) referenced += !result.snapshot.references.of_cell(cell).empty();
+  return {{"views",
+           {{"offered", result.planned.size()},
+            {"kept", count(result.planned, Decision::kept)},
+            {"replaced", count(result.planned, Decision::replaced)},
+            {"rejected", count(result.planned, Decision::rejected)}}},
+          {"cells", cells},
+          {"cells_seen", seen},
+          {"cells_referenced", referenced},
+          {"references", result.snapshot.references.views.size()},
+          {"summed_coverage", result.summed_coverage},
+          {"texels", {{"resident", texels.resident}, {"budget", texels.largest * options.max_views}}},
+          {"bytes", {{"resident", kBytesPerTexel * texels.resident}, {"peak_rss", peak_resident_bytes()}}},
+          {"time_ms",
+           {{"total", result.total_ms},
+            {"per_view",
+             {{"visibility", spread_of(result.planned, &Verdict::visibility_ms)},
+              {"plan", spread_of(result.planned, &Verdict::plan_ms)},
+              {"store", spread_of(result.planned, &Verdict::store_ms)}}}}}};
+}
+
+json effective_options(const BuildResult& result, const BuildOptions& options) {
+  const CoverageOptions& coverage = result.effective.coverage;
+  json hold_out = nullptr;
+  if (options.hold_out) hold_out = {{"hold", options.hold_out->hold}, {"block", options.hold_out->block}};
+  return {{"command", "build"},
+          {"mesh", result.mesh_file.string()},
+          {"hold_out", hold_out},
+          {"views", options.max_views},
+          {"references", coverage.max_references},
+          {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
+          {"cell_size", result.snapshot.surface->cells.size},
+          {"normal_weight", options.cells.normal_weight},
+          {"metric", coverage.metric == CoverageOptions::Metric::printed ? "printed" : "departures"},
+          {"coverage_lambda", coverage.lambda},
+          {"ideal_distance", coverage.ideal_distance},
+          {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
+          {"max_cell_coverage", coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
+          {"min_view_gain", result.effective.min_view_gain},
+          {"min_reference_gain", result.effective.min_reference_gain},
+          {"victims", result.effective.victims},
+          {"visibility", result.effective.visibility_px},
+          {"depth_edge", result.effective.validity.depth_edge},
+          {"edge_radius", result.effective.validity.edge_radius_px},
+          {"fade", result.effective.validity.fade_px}};
+}
+
+json plan_json(const BuildResult& result) {
+  json views = json::array();
+  for (const PlannedView& view : result.planned) {
+    json entry = {{"name", view.name},
+                  {"decision", name_of(view.verdict.decision)},
+                  {"gain", view.verdict.gain},
+                  {"cells_seen", view.verdict.cells_seen},
+                  {"visibility_ms", view.verdict.visibility_ms},
+                  {"plan_ms", view.verdict.plan_ms},
+                  {"store_ms", view.verdict.store_ms}};
+    if (view.verdict.replaced) entry["in_place_of"] = *view.verdict.replaced;
+    views.push_back(std::move(entry));
+  }
+  return {{"views", std::move(views)}};
+}
+
+}  // namespace lumatlas

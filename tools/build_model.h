@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The main job: a scene's photographs, offered to the planner one by one in order of their names, become a model.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/cells.h"
+#include "planner/planner.h"
+#include "tools/scene.h"
+
+namespace lumatlas {
+
+struct BuildOptions {
+  std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
+  CellOptions cells;
+  PlannerOptions planner;           // coverage.ideal_distance 0: the median camera-surface distance of the scene
+  std::uint32_t max_views = 100;    // N, >= 1
+  std::optional<HoldOut> hold_out;  // none: every view is offered
+  bool quiet = false;
+};
+
+// What became of one view that was offered.
+struct PlannedView {
+  std::string name;
+  Verdict verdict;
+};
+
+struct BuildResult {
+  Snapshot snapshot;
+  std::vector<PlannedView> planned;     // in the order of the stream
+  std::filesystem::path mesh_file;
+  PlannerOptions effective;             // with every automatic value filled in
+  double summed_coverage = 0;
+  double total_ms = 0;
+};
+
+// Throws InputError, and std::invalid_argument for options that break a rule.
+[[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
+
+// What `build --json` prints (DESIGN: machine-readable results).
+[[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
+
+// The options as they were used, for the file beside the output.
+[[nodiscard]] nlohmann::json effective_options(const BuildResult& result, const BuildOptions& options);
+
+// One entry per offered view: its decision, gain and times.
+[[nodiscard]] nlohmann::json plan_json(const BuildResult& result);
+
+}  // namespace lumatlas

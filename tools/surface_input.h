@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From a scene's mesh file to the surface that views are planned on.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "atlas/atlas.h"
+#include "mesh/cells.h"
+#include "mesh/repair.h"
+
+namespace lumatlas {
+
+struct SurfaceInput {
+  std::shared_ptr<const Surface> surface;
+  std::filesystem::path mesh_file;
+  std::uint64_t file_vertices = 0;
+  std::uint64_t file_faces = 0;
+  bool file_has_colors = false;
+  RepairReport repair;
+  std::uint64_t split_faces = 0;  // faces added by splitting those that were larger than a cell
+};
+
+// Reads, centres (the offset is the middle of the mesh's box), repairs, splits faces larger than a cell, makes cells.
+// Throws InputError.
+[[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
+                                        const std::optional<std::filesystem::path>& mesh_file, CellOptions options);
+
+}  // namespace lumatlas

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The baselines that a bounded store is measured against: the lumigraph of all input views without any budget, and the
+// mesh's averaged vertex colours.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "atlas/validity.h"
+#include "tools/scene.h"
+
+namespace lumatlas {
+
+// Every view of `ranks`, and every cell refers to each view that has a pixel on it at full resolution. Its vertex colours
+// are the mean over all of these views, so that without its references it is the baseline of averaged colours.
+// Needs memory for all photographs and depths at once: 8 bytes a pixel.
+[[nodiscard]] Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::vector<SceneView>& views,
+                                           const std::vector<std::size_t>& ranks, const ValidityOptions& options,
+                                           bool quiet);
+
+// Only the vertex colours of a snapshot: nothing is textured.
+[[nodiscard]] Snapshot without_views(const Snapshot& snapshot);
+
+}  // namespace lumatlas
