@@ -41,23 +41,24 @@ std::uint8_t srgb_level(double linear) {
   return static_cast<std::uint8_t>(std::lround(255 * srgb));
 }
 
-constexpr int kSteps = 1024;  // of the table from black to the brightest: finer than 8-bit colours need
+// The sum over the channels of the squared differences: a whole number, so the colours of all of them are a table.
+constexpr int kFullScaleSquares = static_cast<int>(3 * kErrorFullScale * kErrorFullScale);
 
-std::vector<std::array<std::uint8_t, 3>> color_table() {
+std::vector<std::array<std::uint8_t, 3>> color_of_squares() {
   std::vector<std::array<std::uint8_t, 3>> table;
-  for (int step = 0; step <= kSteps; ++step) {
-    table.push_back(error_color(kErrorFullScale * step / kSteps));
+  for (int squares = 0; squares <= kFullScaleSquares; ++squares) {
+    table.push_back(error_color(std::sqrt(squares / 3.0)));
   }
   return table;
 }
 
-double difference_levels(const std::uint8_t* a, const std::uint8_t* b) {
+int difference_squares(const std::uint8_t* a, const std::uint8_t* b) {
   int squares = 0;
   for (int channel = 0; channel < 3; ++channel) {
     const int difference = int{a[channel]} - int{b[channel]};
     squares += difference * difference;
   }
-  return std::sqrt(squares / 3.0);
+  return squares;
 }
 
 }  // namespace
@@ -77,7 +78,7 @@ std::array<std::uint8_t, 3> error_color(double levels) {
 Photograph error_picture(const Photograph& rendering, const Photograph& photograph,
                          std::span<const std::uint8_t> mask) {
   const CountedPixels counted = counted_pixels(rendering, photograph, mask);
-  const std::vector<std::array<std::uint8_t, 3>> colors = color_table();
+  static const std::vector<std::array<std::uint8_t, 3>> colors = color_of_squares();
   Photograph picture;
   picture.width = photograph.width;
   picture.height = photograph.height;
@@ -85,8 +86,8 @@ Photograph error_picture(const Photograph& rendering, const Photograph& photogra
   for (std::size_t i = 0; i < counted.size(); ++i) {
     std::array<std::uint8_t, 3> color = kNotScoredColor;
     if (counted[i] != 0) {
-      const double part = difference_levels(&rendering.rgb[3 * i], &photograph.rgb[3 * i]) / kErrorFullScale;
-      color = colors[static_cast<std::size_t>(std::lround(std::min(part, 1.0) * kSteps))];
+      const int squares = difference_squares(&rendering.rgb[3 * i], &photograph.rgb[3 * i]);
+      color = colors[static_cast<std::size_t>(std::min(squares, kFullScaleSquares))];
     }
     std::copy(color.begin(), color.end(), picture.rgb.begin() + static_cast<std::ptrdiff_t>(3 * i));
   }

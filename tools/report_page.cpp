@@ -245,7 +245,7 @@ std::string bar(const Report& report) {
   html +=
       "</div>\n<label class=\"needs-script\">order <select id=\"order\"><option value=\"worst\">worst first</option>"
       "<option value=\"best\">best first</option><option value=\"name\">by name</option></select></label>\n"
-      "<label class=\"needs-script\">of <select id=\"score\"><option value=\"fitted\">fitted PSNR</option>"
+      "<label class=\"needs-script\">by <select id=\"score\"><option value=\"fitted\">fitted PSNR</option>"
       "<option value=\"raw\">raw PSNR</option><option value=\"ssim\">fitted SSIM</option>"
       "<option value=\"textured\">textured share</option></select></label>\n";
   return html + legend() + "</div>\n";
