@@ -6,6 +6,7 @@ set -euo pipefail
 root=$(dirname "$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")")
 cd "$root"
 mkdir -p out/log
+rm -f out/log/"${script##*/}"-*.log
 exec </dev/null  # nothing here asks anything
 
 current_step="the start"
