@@ -19,6 +19,7 @@
 #include "atlas/image_header.h"
 #include "mesh/errors.h"
 #include "mesh/pending_file.h"
+#include "mesh/whole_file.h"
 
 namespace lumatlas {
 
@@ -167,9 +168,8 @@ Header checked_header(const fs::path& path, OIIO::ImageInput& reader) {
 
 void check_complete(const fs::path& path, const OIIO::ImageInput& reader) {
   if (!is_jpeg(reader) && !is_png(reader)) return;  // the other readers tell
-  std::ifstream file = open_file(path);
-  std::vector<std::uint8_t> bytes(fs::file_size(path));
-  file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const std::string file = read_whole_file(path);
+  const std::span bytes(reinterpret_cast<const std::uint8_t*>(file.data()), file.size());
   if (is_jpeg(reader) ? !jpeg_is_complete(bytes) : !png_is_complete(bytes)) {
     fail(path, "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
   }
