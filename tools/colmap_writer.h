@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// COLMAP's binary model files, https://colmap.github.io/format.html: little-endian, one PINHOLE camera per image.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mesh/camera.h"
+
+namespace lumatlas {
+
+struct ColmapObservation {
+  std::uint32_t image;  // index into the images
+  glm::dvec2 position;  // image position, pixels
+};
+
+struct ColmapPoint {
+  glm::dvec3 position{0.0};
+  glm::u8vec3 color{0};
+  std::vector<ColmapObservation> track;
+};
+
+struct ColmapImage {
+  std::string name;  // relative to images/, with '/' between folders
+  Camera camera;
+};
+
+// Writes cameras.bin, images.bin and points3D.bin into `folder`, which must exist. Ids count from 1 in the given order;
+// images whose intrinsics are equal share a camera. Throws InputError where a file cannot be written,
+// std::invalid_argument for a track that names no image.
+void write_colmap_model(const std::filesystem::path& folder, std::span<const ColmapImage> images,
+                        std::span<const ColmapPoint> points);
+
+}  // namespace lumatlas

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/synth.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <iomanip>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
+#include "atlas/photograph.h"
+#include "mesh/errors.h"
+#include "mesh/mesh_file.h"
+#include "tools/colmap_writer.h"
+#include "tools/synth_random.h"
+#include "tools/synth_tracer.h"
+
+namespace lumatlas {
+namespace {
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (holds) return;
+  std::ostringstream text;
+  text << "synth: " << field << " is " << value << ", must be " << rule;
+  throw std::invalid_argument(text.str());
+}
+
+std::string photograph_name(std::size_t view) {
+  std::ostringstream name;
+  name << std::setw(4) << std::setfill('0') << view << ".png";
+  return name.str();
+}
+
+void make_folder(const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directory(folder, error);
+  if (error) throw InputError(folder.string() + ": cannot be created: " + error.message());
+}
+
+// Points spread over the mesh by area.
+std::vector<glm::dvec3> sample_surface(const Mesh& mesh, std::size_t count, std::uint64_t seed) {
+  std::vector<double> area{0};
+  for (const glm::uvec3& f : mesh.faces) {
+    const glm::dvec3 a(mesh.positions[f.x]);
+    const glm::dvec3 normal = glm::cross(glm::dvec3(mesh.positions[f.y]) - a, glm::dvec3(mesh.positions[f.z]) - a);
+    area.push_back(area.back() + 0.5 * glm::length(normal));
+  }
+  synth::Random random(seed);
+  std::vector<glm::dvec3> points;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double target = area.back() * (static_cast<double>(i) + random.uniform()) / static_cast<double>(count);
+    const auto after = std::upper_bound(area.begin() + 1, area.end() - 1, target);
+    const glm::uvec3& f = mesh.faces[static_cast<std::size_t>(after - area.begin()) - 1];
+    const double root = std::sqrt(random.uniform());
+    const double share = random.uniform();
+    points.push_back((1 - root) * glm::dvec3(mesh.positions[f.x]) +
+                     root * (1 - share) * glm::dvec3(mesh.positions[f.y]) +
+                     root * share * glm::dvec3(mesh.positions[f.z]));
+  }
+  return points;
+}
+
+bool in_picture(const Camera& camera, const glm::dvec3& cam) {
+  if (cam.z <= 0) return false;
+  const glm::dvec2 at = camera.image_from_cam(cam);
+  return at.x >= 0 && at.y >= 0 && at.x < camera.width && at.y < camera.height;
+}
+
+// Points on the surface that two views or more see, with the views that see them and the colour in the first of those.
+std::vector<ColmapPoint> sparse_points(const synth::Scene& scene, const synth::Tracer& tracer,
+                                       const std::vector<Camera>& cameras, std::uint64_t seed) {
+  constexpr std::size_t kPoints = 4000;
+  std::vector<ColmapPoint> points(kPoints);
+  const std::vector<glm::dvec3> places = sample_surface(scene.geometry.mesh, kPoints, seed);
+  tbb::parallel_for(std::size_t{0}, kPoints, [&](std::size_t i) {
+    points[i].position = places[i];
+    for (std::uint32_t view = 0; view < cameras.size(); ++view) {
+      const glm::dvec3 cam = cameras[view].cam_from_world(places[i]);
+      if (!in_picture(cameras[view], cam) || !tracer.sees(cameras[view].center(), places[i])) continue;
+      points[i].track.push_back({view, cameras[view].image_from_cam(cam)});
+    }
+  });
+  std::erase_if(points, [](const ColmapPoint& point) { return point.track.size() < 2; });
+  return points;
+}
+
+glm::u8vec3 color_at(const Photograph& photo, const glm::dvec2& position) {
+  const std::size_t pixel = static_cast<std::size_t>(position.y) * photo.width + static_cast<std::size_t>(position.x);
+  return {photo.rgb[3 * pixel], photo.rgb[3 * pixel + 1], photo.rgb[3 * pixel + 2]};
+}
+
+}  // namespace
+
+void check(const SynthOptions& options) {
+  require(options.views >= 1 && options.views <= 100000, "views", options.views, "in [1, 100000]");
+  require(options.width >= 16 && options.width <= 8192, "width", options.width, "in [16, 8192]");
+  require(options.height >= 16 && options.height <= 8192, "height", options.height, "in [16, 8192]");
+  require(options.fov_deg > 0 && options.fov_deg <= 170, "fov_deg", options.fov_deg, "in (0, 170]");
+  require(options.samples >= 1 && options.samples <= 1024, "samples", options.samples, "in [1, 1024]");
+  require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
+}
+
+void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder) {
+  check(options);
+  const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
+  const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
+  const synth::Tracer tracer(scene);
+  make_folder(folder / "images");
+  make_folder(folder / "sparse");
+  std::vector<ColmapImage> images(cameras.size());
+  std::vector<ColmapPoint> points = sparse_points(scene, tracer, cameras, synth::hashed(options.seed, 1));
+  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t view) {
+    images[view] = {photograph_name(view), cameras[view]};
+    const Photograph photo = tracer.photograph(cameras[view], options.samples, synth::hashed(options.seed, 2, view));
+    write_image(folder / "images" / images[view].name, photo);
+    for (ColmapPoint& point : points) {  // each point belongs to the one view that saw it first
+      if (point.track[0].image == view) point.color = color_at(photo, point.track[0].position);
+    }
+  });
+  write_colmap_model(folder / "sparse", images, points);
+  write_ply(folder / "mesh.ply", scene.geometry.mesh);
+}
+
+}  // namespace lumatlas

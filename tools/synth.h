@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Synthetic scenes with exact ground truth: a furnished apartment with glossy floors, its mesh, a walk through it, and
+// photographs traced along the walk. Lengths are about metres, z is up. Same options, same bytes.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "mesh/camera.h"
+#include "mesh/mesh.h"
+#include "tools/synth_solids.h"
+#include "tools/synth_surface.h"
+
+namespace lumatlas {
+
+struct SynthOptions {
+  std::uint64_t seed = 1;      // furniture, patterns, colours, and the grain of the photographs
+  std::uint32_t views = 40;    // photographs along one loop of the walk, [1, 100000]
+  std::uint32_t width = 320;   // pixels, [16, 8192]
+  std::uint32_t height = 240;  // pixels, [16, 8192]
+  double fov_deg = 75;         // horizontal field of view, (0, 170]
+  std::uint32_t samples = 12;  // light paths per pixel, [1, 1024]; noise falls with the square root at worst
+  std::uint32_t triangles =
+      30000;  // of the mesh, about, [1, 20000000]; the shapes are the same, cut more or less finely
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const SynthOptions& options);
+
+namespace synth {
+
+// A parallelogram that shines towards cross(edge_u, edge_v), the same in all directions.
+struct AreaLight {
+  glm::vec3 corner{0.0F}, edge_u{1, 0, 0}, edge_v{0, 1, 0};
+  glm::vec3 radiance{1.0F};
+};
+
+// All that a picture depends on. The lights are for lighting only: what is to be seen of them is a surface with
+// emission.
+struct Scene {
+  std::vector<Solid> solids;  // the first is the hollow one that the cameras are in
+  std::vector<Material> materials;
+  std::vector<AreaLight> lights;
+  glm::vec3 ambient_above{0.0F}, ambient_below{0.0F};  // radiance of all that is not traced, for normals up and down
+  std::vector<glm::dvec3> walk;  // control points of the closed cubic B-spline that the photographer walks
+  Tessellation geometry;
+};
+
+// Two furnished rooms joined by a doorway. Solids, materials and the walk depend on the seed alone.
+[[nodiscard]] Scene make_apartment(std::uint64_t seed, std::uint32_t triangles);
+
+// Cameras at equal steps along the walk, turning as they go, looking up and down by turns; the last is one step before
+// the first. Throws std::invalid_argument for bad options or a walk of fewer than four points.
+[[nodiscard]] std::vector<Camera> cameras_on_walk(const Scene& scene, const SynthOptions& options);
+
+}  // namespace synth
+
+// Makes the scene, traces its photographs and writes a COLMAP workspace into `folder`, which must exist:
+// images/0000.png and so on, sparse/cameras.bin, images.bin and points3D.bin (PINHOLE; points on the surface with the
+// tracks of the views that see them), mesh.ply. The same files for any number of threads. Throws std::invalid_argument
+// for bad options, InputError where the folder cannot be written.
+void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder);
+
+}  // namespace lumatlas

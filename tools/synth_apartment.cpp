@@ -1,0 +1,424 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The apartment: a living room (x in [0, 5.2]) and a bedroom (x in [5.35, 8.6]), joined by a doorway.
+#include <glm/glm.hpp>
+#include <numbers>
+
+#include "tools/synth.h"
+#include "tools/synth_random.h"
+
+namespace lumatlas::synth {
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+using glm::vec3;
+
+// Furniture stands this deep in what carries it: no coincident faces, no light from below.
+constexpr double kSink = 0.002;
+constexpr double kCeiling = 2.6;
+constexpr float kLampRadiance = 26;  // exposes a white wall about right
+constexpr double kPi = std::numbers::pi;
+
+enum Room : std::size_t { kLiving, kBedroom, kDoorway, kNorthWindow, kEastWindow, kRoomCount };
+
+class Apartment {
+ public:
+  explicit Apartment(std::uint64_t seed) : random_(hashed(seed, 0x61706172)) {}
+
+  Scene furnished() {
+    make_rooms();
+    make_lights();
+    make_living_room();
+    make_bedroom();
+    make_walk();
+    return std::move(scene_);
+  }
+
+ private:
+  std::int32_t add(Material material) {
+    material.seed = static_cast<std::uint32_t>(random_.next());
+    scene_.materials.push_back(material);
+    return static_cast<std::int32_t>(scene_.materials.size() - 1);
+  }
+
+  std::int32_t add(Pattern pattern, const vec3& a, const vec3& b, const vec3& c, float scale = 1) {
+    Material material;
+    material.pattern = pattern;
+    material.colors = {a, b, c};
+    material.scale = scale;
+    return add(material);
+  }
+
+  std::int32_t add_glossy(Pattern pattern, const vec3& a, const vec3& b, const vec3& c, float scale, float gloss) {
+    const std::int32_t id = add(pattern, a, b, c, scale);
+    scene_.materials.back().gloss = gloss;
+    scene_.materials.back().roughness = 0.03F;
+    return id;
+  }
+
+  std::int32_t add_metal(const vec3& tint, float roughness) {
+    const std::int32_t id = add(Pattern::plain, tint, tint, tint);
+    scene_.materials.back().metal = true;
+    scene_.materials.back().gloss = 0.8F;
+    scene_.materials.back().roughness = roughness;
+    return id;
+  }
+
+  std::int32_t add_emission(Pattern pattern, const vec3& a, const vec3& b, float emission) {
+    const std::int32_t id = add(pattern, a, b, b);
+    scene_.materials.back().emission = emission;
+    return id;
+  }
+
+  vec3 dye() {  // a lively colour, not too dark
+    const auto level = [&] { return static_cast<int>(random_.uniform(40, 225)); };
+    const int red = level();
+    const int green = level();
+    return linear_from_srgb(red, green, level());
+  }
+
+  std::int32_t oak() {
+    return add(Pattern::wood, linear_from_srgb(196, 152, 100), linear_from_srgb(120, 78, 44), vec3(0.1F));
+  }
+
+  std::int32_t poster() { return add(Pattern::poster, dye(), dye(), dye()); }
+
+  // A box on (x, y) = the middle of its bottom; that bottom is open, since it stands on something.
+  Block& box(dvec2 middle, double bottom, dvec3 size, std::int32_t material, double yaw = 0) {
+    Block block;
+    block.origin = dvec3(middle, bottom - kSink);
+    block.yaw = yaw;
+    const dvec3 half(0.5 * size.x, 0.5 * size.y, 0);
+    BlockPart part{-half, half + dvec3(0, 0, size.z + kSink), {}};
+    part.material.fill(material);
+    part.material[4] = kOpen;
+    block.parts.push_back(part);
+    scene_.solids.emplace_back(block);
+    return std::get<Block>(scene_.solids.back());
+  }
+
+  // A box in the air, all of whose sides may be seen.
+  Block& board(dvec2 middle, double bottom, dvec3 size, std::int32_t material, double yaw = 0) {
+    Block& block = box(middle, bottom + kSink, size - dvec3(0, 0, kSink), material, yaw);
+    block.parts[0].material[4] = material;
+    return block;
+  }
+
+  // A picture of `size` (width, height) on a wall; `side` is the block side that faces the room, `at` the middle.
+  void hang(dvec3 at, dvec2 size, int side, std::int32_t picture, std::int32_t frame) {
+    const double depth = 0.03;
+    const bool along_y = side / 2 == 0;
+    const dvec3 extent = along_y ? dvec3(2 * depth, size.x, size.y) : dvec3(size.x, 2 * depth, size.y);
+    Block& block = board({at.x, at.y}, at.z - 0.5 * size.y, extent, frame);
+    block.parts[0].material[side] = picture;
+    block.parts[0].material[side ^ 1] = kOpen;  // half of the depth is in the wall
+  }
+
+  void cylinder(dvec2 middle, double bottom, double radius, double height, std::int32_t side, std::int32_t top) {
+    scene_.solids.emplace_back(Cylinder{dvec3(middle, bottom - kSink), radius, height + kSink, side, kOpen, top});
+  }
+
+  void sphere(dvec3 center, double radius, std::int32_t material) {
+    scene_.solids.emplace_back(Sphere{center, radius, material});
+  }
+
+  void legs(dvec2 middle, dvec2 size, double height, double thick, std::int32_t material) {
+    for (const double x : {-0.5, 0.5}) {
+      for (const double y : {-0.5, 0.5}) {
+        const dvec2 inset = size - thick - 0.04;
+        Block& leg = box(middle + dvec2(x, y) * inset, 0, {thick, thick, height + kSink}, material);
+        leg.parts[0].material[5] = kOpen;  // it ends inside the top
+      }
+    }
+  }
+
+  // ---- The rooms.
+
+  void make_rooms() {
+    const auto tone = [&](int r, int g, int b) {
+      return linear_from_srgb(r + random_.below(16), g + random_.below(16), b + random_.below(16));
+    };
+    const std::int32_t ceiling = add(Pattern::plaster, tone(228, 226, 220), vec3(0.5F), vec3(0.3F));
+    const std::int32_t living_wall =
+        add(Pattern::wallpaper, tone(214, 202, 176), tone(196, 188, 160), dye() * 0.6F, 0.24F);
+    const std::int32_t accent_wall = add(Pattern::plaster, tone(150, 176, 180), vec3(0.5F), vec3(0.3F));
+    const std::int32_t bed_wall = add(Pattern::wallpaper, tone(180, 196, 214), tone(208, 210, 220), dye() * 0.6F, 0.3F);
+    const std::int32_t parquet = add_glossy(Pattern::parquet, linear_from_srgb(190, 140, 88),
+                                            linear_from_srgb(128, 82, 46), linear_from_srgb(40, 24, 14), 0.13F, 0.1F);
+    const std::int32_t tile = add_glossy(Pattern::tiles, linear_from_srgb(206, 200, 190),
+                                         linear_from_srgb(120, 132, 140), dye() * 0.7F, 0.36F, 0.1F);
+    const std::int32_t jamb =
+        add(Pattern::wood, linear_from_srgb(222, 214, 200), linear_from_srgb(196, 184, 164), vec3(0.1F));
+    std::vector<BlockPart> air(kRoomCount);
+    air[kLiving] = {
+        {0, 0, 0}, {5.2, 4.2, kCeiling}, {living_wall, living_wall, accent_wall, living_wall, parquet, ceiling}};
+    air[kBedroom] = {{5.35, 0, 0}, {8.6, 4.2, kCeiling}, {bed_wall, bed_wall, accent_wall, bed_wall, tile, ceiling}};
+    air[kDoorway] = {{5.2, 1.6, 0}, {5.35, 2.6, 2.1}, {jamb, jamb, jamb, jamb, jamb, jamb}};
+    air[kNorthWindow] = {{2.5, 4.2, 0.95}, {4.1, 4.4, 2.15}, {jamb, jamb, jamb, view_outside(), jamb, jamb}};
+    air[kEastWindow] = {{8.6, 1.6, 0.95}, {8.8, 2.9, 2.15}, {jamb, view_outside(), jamb, jamb, jamb, jamb}};
+    scene_.solids.emplace_back(Block{{}, 0, air, true});
+  }
+
+  std::int32_t view_outside() {
+    return add_emission(Pattern::sky, linear_from_srgb(120, 168, 226), linear_from_srgb(236, 238, 240), 1.15F);
+  }
+
+  void make_lights() {
+    const vec3 warm(1.0F, 0.86F, 0.68F);
+    const vec3 day(0.72F, 0.86F, 1.0F);
+    ceiling_panel({2.5, 2.0}, {1.1, 0.7}, kLampRadiance * warm);
+    ceiling_panel({7.0, 2.1}, {0.8, 0.6}, kLampRadiance * warm);
+    scene_.lights.push_back({{2.5F, 4.36F, 0.95F}, {1.6F, 0, 0}, {0, 0, 1.2F}, 3.6F * day});   // shines towards -y
+    scene_.lights.push_back({{8.76F, 2.9F, 0.95F}, {0, -1.3F, 0}, {0, 0, 1.2F}, 4.0F * day});  // shines towards -x
+    scene_.ambient_above = {0.18F, 0.18F, 0.19F};
+    scene_.ambient_below = {0.34F, 0.29F, 0.24F};
+    const std::int32_t bars =
+        add(Pattern::wood, linear_from_srgb(230, 226, 216), linear_from_srgb(206, 198, 184), vec3(0.1F));
+    box({3.3, 4.33}, 0.95, {0.05, 0.04, 1.2 + kSink}, bars).parts[0].material[5] = kOpen;
+    box({8.73, 2.25}, 0.95, {0.04, 0.05, 1.2 + kSink}, bars).parts[0].material[5] = kOpen;
+  }
+
+  void ceiling_panel(dvec2 middle, dvec2 size, const vec3& radiance) {
+    const double bottom = kCeiling - 0.05;
+    const std::int32_t rim = add_metal(vec3(0.7F), 0.2F);
+    const std::int32_t glow = add_emission(Pattern::plain, radiance / kLampRadiance, vec3(1.0F), 2);
+    Block& panel = board(middle, bottom, {size.x, size.y, 0.1}, rim);
+    panel.parts[0].material[4] = glow;
+    panel.parts[0].material[5] = kOpen;
+    const dvec2 low = middle - 0.5 * size;
+    scene_.lights.push_back({vec3(low.x, low.y, bottom - 0.003),
+                             {0, static_cast<float>(size.y), 0},
+                             {static_cast<float>(size.x), 0, 0},
+                             radiance});
+  }
+
+  // ---- The living room.
+
+  void make_living_room() {
+    sofa({2.4, 0.46});
+    coffee_table({2.4 + random_.uniform(-0.1, 0.1), 2.1});
+    bookshelf({0.19, 3.2});
+    window_cabinet({3.3, 3.96});
+    floor_lamp({0.42, 0.42});
+    corner_table({4.5, 0.55});
+    toy_blocks({4.0, 1.3});
+    const std::int32_t frame =
+        add(Pattern::wood, linear_from_srgb(70, 52, 40), linear_from_srgb(40, 28, 20), vec3(0.1F));
+    hang({2.4, 0, 1.62}, {1.5, 0.8}, 3, poster(), frame);
+    hang({0, 1.45, 1.5}, {0.8, 1.1}, 1, print_page(), frame);
+    hang({5.2, 0.8, 1.55}, {0.7, 1.0}, 0, poster(), frame);
+    hang({5.2, 3.45, 1.5}, {1.1, 0.8}, 0, print_page(), frame);
+    hang({1.3, 4.2, 1.55}, {0.9, 0.7}, 2, poster(), frame);
+  }
+
+  std::int32_t print_page() { return add(Pattern::print, vec3(0.75F, 0.73F, 0.66F), dye(), dye() * 0.3F, 0.11F); }
+
+  void sofa(dvec2 at) {
+    const std::int32_t cloth = add(Pattern::fabric, dye(), dye(), dye());
+    const std::int32_t cushion = add(Pattern::rug, dye(), dye(), dye(), 0.16F);
+    box(at, 0, {2.0, 0.84, 0.4}, cloth);
+    box(at + dvec2(0, -0.3), 0.4, {2.0, 0.22, 0.45}, cloth);
+    for (const double side : {-1.0, 1.0}) {
+      box(at + dvec2(side * 1.08, 0), 0, {0.18, 0.86, 0.6}, cloth);
+      box(at + dvec2(side * 0.48, 0.08), 0.4, {0.9, 0.5, 0.12}, cloth);
+      box(at + dvec2(side * 0.7, -0.05), 0.52, {0.4, 0.14, 0.38}, cushion, side * random_.uniform(0.1, 0.35));
+    }
+  }
+
+  void coffee_table(dvec2 at) {
+    const std::int32_t top = oak();
+    const std::int32_t carpet = add(Pattern::rug, dye(), dye(), dye() * 0.5F, 0.3F);
+    box(at, 0, {2.3, 1.5, 0.015}, carpet);
+    board(at, 0.42, {1.2, 0.66, 0.05}, top);
+    legs(at, {1.2, 0.66}, 0.42, 0.06, top);
+    sphere(dvec3(at + dvec2(0.34, 0.04), 0.47 + 0.15 - kSink), 0.15, add_metal({0.95F, 0.76F, 0.42F}, 0.02F));
+    const std::int32_t glaze = add_glossy(Pattern::bands, dye(), dye(), dye(), 0.07F, 0.05F);
+    cylinder(at + dvec2(-0.42, 0.14), 0.47, 0.08, 0.24, glaze, add(Pattern::plain, vec3(0.02F), {}, {}));
+    for (int i = 0; i < 3; ++i) {
+      book_lying(at + dvec2(-0.05, -0.08), 0.47 + 0.035 * i, random_.uniform(-0.5, 0.5));
+    }
+  }
+
+  void book_lying(dvec2 at, double bottom, double yaw) {
+    Block& book = box(at, bottom, {0.24, 0.17, 0.035}, add(Pattern::plain, vec3(0.7F, 0.68F, 0.6F), {}, {}), yaw);
+    book.parts[0].material[5] = poster();
+    book.parts[0].material[2] = add(Pattern::plain, dye(), {}, {});
+  }
+
+  void bookshelf(dvec2 at) {
+    const std::int32_t wood = oak();
+    const double width = 1.5;
+    const double depth = 0.32;
+    const double height = 2.0;
+    for (const double side : {-0.5, 0.5}) box(at + dvec2(0, side * width), 0, {depth, 0.04, height}, wood);
+    board(at - dvec2(0.5 * depth - 0.01, 0), 0.02, {0.02, width - 0.02, height - 0.05}, wood);
+    const double pitch = (height - 0.06) / 5;
+    for (int shelf = 0; shelf <= 5; ++shelf) {
+      const double z = 0.03 + pitch * shelf - (shelf == 5 ? 0.01 : 0);
+      board(at, z, {depth - 0.004, width - 0.02, 0.03}, wood);
+      if (shelf < 5) fill_shelf(at, z + 0.03, 0.5 * width - 0.03, pitch - 0.06);
+    }
+  }
+
+  void fill_shelf(dvec2 at, double bottom, double half_width, double tallest) {
+    double y = -half_width;
+    while (y < half_width - 0.12) {
+      const double thick = random_.uniform(0.035, 0.09);
+      const double high = tallest * random_.uniform(0.65, 0.95);
+      if (random_.uniform() < 0.88F) {
+        const std::int32_t spine = add(Pattern::book, dye(), dye(), dye() * 0.3F + 0.5F);
+        const std::int32_t cover = add(Pattern::plain, scene_.materials.back().colors[0], {}, {});
+        Block& book = box(at + dvec2(random_.uniform(-0.03, 0.02), y + 0.5 * thick), bottom, {0.2, thick, high}, cover);
+        book.parts[0].material[1] = spine;
+        book.parts[0].material[5] = add(Pattern::plain, vec3(0.7F, 0.68F, 0.6F), {}, {});
+      }
+      y += thick + 0.004;
+    }
+  }
+
+  void window_cabinet(dvec2 at) {
+    const std::int32_t wood = oak();
+    Block& body = box(at, 0, {1.9, 0.44, 0.6}, wood);
+    body.parts[0].material[2] = add(Pattern::tiles, dye(), dye(), dye(), 0.2F);
+    const std::int32_t earth = add(Pattern::globe, linear_from_srgb(52, 96, 168), linear_from_srgb(96, 140, 66),
+                                   linear_from_srgb(206, 178, 120));
+    cylinder(at + dvec2(-0.6, 0), 0.6, 0.09, 0.03, wood, wood);
+    sphere(dvec3(at + dvec2(-0.6, 0), 0.63 + 0.16 - kSink), 0.16, earth);
+    const std::int32_t glaze = add_glossy(Pattern::bands, dye(), dye(), dye(), 0.05F, 0.05F);
+    cylinder(at + dvec2(0.15, 0.03), 0.6, 0.06, 0.2, glaze, glaze);
+    box(at + dvec2(0.6, 0), 0.6, {0.3, 0.2, 0.18}, add(Pattern::letter, dye(), dye(), dye() * 0.2F), 0.3);
+  }
+
+  void floor_lamp(dvec2 at) {
+    const std::int32_t steel = add_metal(vec3(0.6F, 0.6F, 0.62F), 0.1F);
+    const std::int32_t shade =
+        add(Pattern::bands, linear_from_srgb(236, 220, 180), linear_from_srgb(200, 150, 110), dye(), 0.12F);
+    cylinder(at, 0, 0.16, 0.03, steel, steel);
+    cylinder(at, 0.03, 0.018, 1.5, steel, steel);
+    scene_.solids.emplace_back(Cylinder{dvec3(at, 1.4), 0.2, 0.32, shade, shade, shade});
+  }
+
+  void corner_table(dvec2 at) {
+    const std::int32_t wood = oak();
+    cylinder(at, 0, 0.05, 0.55, wood, kOpen);
+    scene_.solids.emplace_back(Cylinder{dvec3(at, 0.54), 0.34, 0.04, wood, wood, wood});
+    cylinder(at + dvec2(0.05, 0.03), 0.58, 0.09, 0.16, add_metal({0.93F, 0.6F, 0.48F}, 0.06F),
+             add(Pattern::plain, vec3(0.03F), {}, {}));
+    book_lying(at + dvec2(-0.17, -0.12), 0.58, 0.7);
+  }
+
+  void toy_blocks(dvec2 at) {
+    for (int i = 0; i < 6; ++i) {
+      const double side = random_.uniform(0.13, 0.2);
+      const dvec2 place =
+          at + dvec2(0.32 * (i % 3) + random_.uniform(-0.03, 0.03), 0.34 * (i / 3) + random_.uniform(-0.03, 0.03));
+      toy_block(place, 0, side, random_.uniform(0, 0.5 * kPi));
+      if (i == 1 || i == 3) toy_block(place, side, 0.12, random_.uniform(0, 0.5 * kPi));
+    }
+  }
+
+  void toy_block(dvec2 at, double bottom, double side, double yaw) {
+    Block& block = box(at, bottom, dvec3(side), 0, yaw);
+    for (const int face : {0, 1, 2, 3, 5}) {
+      block.parts[0].material[face] = add(Pattern::letter, dye() * 0.4F + 0.4F, dye(), dye() * 0.25F);
+    }
+  }
+
+  // ---- The bedroom.
+
+  void make_bedroom() {
+    bed({7.5, 1.02});
+    wardrobe({5.66, 3.55});
+    desk({7.4, 3.85});
+    round_rug({7.1, 2.75});
+    const std::int32_t steel = add_metal(vec3(0.75F, 0.78F, 0.82F), 0.05F);
+    cylinder({8.3, 3.85}, 0, 0.14, 0.75, steel, add(Pattern::plain, vec3(0.02F), {}, {}));
+    const std::int32_t frame =
+        add(Pattern::wood, linear_from_srgb(210, 200, 180), linear_from_srgb(180, 166, 140), vec3(0.1F));
+    hang({7.5, 0, 1.65}, {1.2, 0.8}, 3, poster(), frame);
+    hang({5.35, 0.8, 1.5}, {0.8, 1.0}, 1, print_page(), frame);
+    hang({7.4, 4.2, 1.75}, {1.1, 0.55}, 2, poster(), frame);
+    hang({8.6, 0.8, 1.5}, {0.7, 0.9}, 0, poster(), frame);
+  }
+
+  void bed(dvec2 at) {
+    const std::int32_t wood = oak();
+    const std::int32_t cover = add(Pattern::fabric, dye(), dye(), dye(), 1.6F);
+    const std::int32_t pillow = add(Pattern::fabric, vec3(0.75F), dye() * 0.5F + 0.4F, vec3(0.6F), 0.8F);
+    box(at, 0, {1.5, 1.96, 0.3}, wood);
+    box(at + dvec2(0, 0.02), 0.3, {1.42, 1.88, 0.18}, cover);
+    box(at + dvec2(0, -0.96), 0, {1.5, 0.06, 0.95}, wood);
+    for (const double side : {-0.36, 0.36}) box(at + dvec2(side, -0.68), 0.48, {0.6, 0.36, 0.12}, pillow, 0.15 * side);
+    const std::int32_t chest = add(Pattern::letter, dye(), dye(), dye() * 0.2F);
+    box(at + dvec2(-1.05, -0.76), 0, {0.42, 0.4, 0.5}, chest);
+  }
+
+  void wardrobe(dvec2 at) {
+    const std::int32_t wood = oak();
+    Block& body = box(at, 0, {0.56, 1.2, 2.1}, wood);
+    body.parts[0].material[0] = kOpen;
+    body.origin.x -= 0.04;  // its back is in the wall
+    const std::int32_t knob = add_metal({0.95F, 0.8F, 0.5F}, 0.05F);
+    for (const double side : {-0.3, 0.3}) {
+      const std::int32_t panel = add(Pattern::wood, dye() * 0.5F + 0.2F, dye() * 0.3F + 0.1F, vec3(0.1F), 1.5F);
+      board(at + dvec2(0.24, side), 0.12, {0.03, 0.5, 1.85}, panel);
+      sphere(dvec3(at + dvec2(0.275, 0.2 * side), 1.05), 0.03, knob);
+    }
+  }
+
+  void desk(dvec2 at) {
+    const std::int32_t wood = oak();
+    const std::int32_t dark = add_glossy(Pattern::plain, vec3(0.03F), vec3(0.03F), vec3(0.03F), 1, 0.05F);
+    board(at, 0.7, {1.4, 0.62, 0.04}, wood);
+    legs(at, {1.4, 0.62}, 0.7, 0.05, wood);
+    const std::int32_t picture = add_glossy(Pattern::screen, dye(), dye(), dye() * 0.5F + 0.4F, 1, 0.05F);
+    box(at + dvec2(-0.1, 0.12), 0.74, {0.26, 0.18, 0.015}, dark);
+    box(at + dvec2(-0.1, 0.16), 0.755, {0.06, 0.04, 0.12}, dark);
+    board(at + dvec2(-0.1, 0.1), 0.85, {0.66, 0.04, 0.4}, dark).parts[0].material[2] = picture;
+    box(at + dvec2(-0.08, -0.16), 0.74, {0.42, 0.14, 0.02},
+        add(Pattern::print, vec3(0.08F), vec3(0.1F), vec3(0.02F), 0.035F));
+    cylinder(at + dvec2(0.45, -0.1), 0.74, 0.045, 0.1, add(Pattern::bands, dye(), dye(), dye(), 0.04F), dark);
+    chair(at + dvec2(0.1, -0.6), random_.uniform(0.15, 0.5));
+  }
+
+  void chair(dvec2 at, double yaw) {
+    const std::int32_t wood = oak();
+    const std::int32_t seat = add(Pattern::fabric, dye(), dye(), dye());
+    const dvec2 x(std::cos(yaw), std::sin(yaw));
+    const dvec2 y(-x.y, x.x);
+    for (const double i : {-0.19, 0.19}) {
+      for (const double j : {-0.19, 0.19}) {
+        box(at + i * x + j * y, 0, {0.04, 0.04, j < 0 ? 0.9 : 0.44}, wood, yaw);
+      }
+    }
+    board(at, 0.42, {0.44, 0.44, 0.06}, seat, yaw);
+    board(at - 0.19 * y, 0.62, {0.36, 0.025, 0.22}, wood, yaw);
+  }
+
+  void round_rug(dvec2 at) {
+    const std::int32_t carpet = add(Pattern::rug, dye(), dye(), dye() * 0.5F, 0.22F);
+    cylinder(at, 0, 0.6, 0.015, carpet, carpet);
+  }
+
+  // Round the living room, through the door, round the bedroom and back; above all furniture that it passes over.
+  void make_walk() {
+    scene_.walk = {{4.75, 2.1, 1.50},  {4.30, 1.75, 1.65}, {3.60, 1.35, 1.80}, {2.40, 1.25, 1.45}, {1.20, 1.30, 1.15},
+                   {0.85, 2.00, 1.35}, {1.00, 2.75, 1.70}, {2.00, 3.05, 1.90}, {3.30, 3.00, 1.55}, {4.30, 2.55, 1.20},
+                   {4.75, 2.10, 1.30}, {5.20, 2.10, 1.45}, {5.70, 2.10, 1.55}, {6.20, 1.90, 1.70}, {6.25, 1.30, 1.50},
+                   {6.40, 1.50, 1.25}, {7.00, 2.20, 1.40}, {8.00, 2.30, 1.75}, {8.05, 2.80, 1.90}, {7.20, 2.75, 1.60},
+                   {6.40, 2.50, 1.25}, {5.80, 2.10, 1.20}, {5.25, 2.10, 1.35}};
+  }
+
+  Scene scene_;
+  Random random_;
+};
+
+}  // namespace
+
+Scene make_apartment(std::uint64_t seed, std::uint32_t triangles) {
+  Scene scene = Apartment(seed).furnished();
+  scene.geometry = tessellate(scene.solids, edge_for_faces(scene.solids, triangles));
+  return scene;
+}
+
+}  // namespace lumatlas::synth

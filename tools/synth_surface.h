@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the surfaces of a synthetic scene look like: coordinates on them, procedural patterns, gloss. A pattern is a
+// function of the place on the surface alone, so it does not change with the mesh's tessellation.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace lumatlas::synth {
+
+// Every pattern but `plain` encodes position: its marks differ from place to place and have no mirror symmetry, so that
+// a flipped axis or a shift shows.
+enum class Pattern {
+  plain,      // colors[0] alone
+  plaster,    // colors[0], clouded, with specks
+  wallpaper,  // stripes of colors[0] and [1], a glyph in colors[2] per repeat
+  parquet,    // planks of width `scale` along s, between colors[0] and [1]
+  tiles,      // squares of side `scale`, colors[0] and [1] with an arc in colors[2]
+  wood,       // grain along s, between colors[0] and [1]
+  fabric,     // a weave with a plaid
+  rug,        // borders, diamonds, and a glyph in each repeat
+  poster,     // a landscape with a title
+  print,      // a page of glyphs whose hue says where they are
+  book,       // a spine: bands and a vertical title
+  letter,     // one framed glyph, as on a toy block
+  globe,      // land and sea, meridians
+  sky,        // clouds over a skyline, for what is outside a window
+  bands,      // zigzag bands, as on a vase
+  screen,     // windows with lines of text
+};
+
+struct Material {
+  Pattern pattern = Pattern::plain;
+  std::array<glm::vec3, 3> colors{glm::vec3(0.5F), glm::vec3(0.3F), glm::vec3(0.1F)};  // linear reflectances
+  float scale = 1;         // of the pattern's unit, scene units
+  std::uint32_t seed = 0;  // of the pattern's marks
+  float gloss = 0;         // mirror reflectance at normal incidence, [0, 1]; 0: none at any angle
+  float roughness = 0;     // radius of the reflection's lobe, at distance 1
+  bool metal = false;      // no diffuse light, and the reflection takes the pattern's colour
+  float emission = 0;      // > 0: radiance is this times the pattern's colour, and nothing is reflected
+};
+
+enum class Shape { plane, cylinder, sphere };
+
+// Coordinates (s, t) in scene units. plane: origin + s u + t v. cylinder: round the axis v through origin, s the arc
+// from direction u. sphere: origin is the centre, s the longitude's arc from u, t the latitude's from its south pole.
+struct Surface {
+  Shape shape = Shape::plane;
+  glm::vec3 origin{0.0F};
+  glm::vec3 u{1, 0, 0}, v{0, 0, 1};  // unit, orthogonal
+  glm::vec2 size{1.0F};              // s is in [0, size.x], t in [0, size.y]
+  float radius = 0;
+  std::uint32_t material = 0;
+};
+
+[[nodiscard]] glm::vec2 coordinates(const Surface& surface, const glm::vec3& point);
+// Unit, of the smooth shape: planes towards cross(u, v), the others outwards.
+[[nodiscard]] glm::vec3 normal(const Surface& surface, const glm::vec3& point);
+
+// In linear light, >= 0.
+[[nodiscard]] glm::vec3 pattern_color(const Material& material, const glm::vec2& st, const glm::vec2& size);
+
+// Linear light of an 8-bit sRGB colour, and back: rounded to nearest, clamped to [0, 1] first.
+[[nodiscard]] glm::vec3 linear_from_srgb(int red, int green, int blue);
+[[nodiscard]] std::uint8_t srgb_from_linear(float value);
+
+}  // namespace lumatlas::synth
