@@ -18,8 +18,13 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 // slots become consecutive. Throws InputError if a file cannot be written.
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity);
 
+struct Model {
+  Snapshot snapshot;
+  ValidityOptions validity;  // that its masks were made with
+};
+
 // Reads a model folder, or its .gltf file. Depth and validity are not in the file: they are made again from the mesh,
 // with the options that it was written with. Throws InputError: file, index, value, what is wrong with it.
-[[nodiscard]] Snapshot read_model(const std::filesystem::path& path);
+[[nodiscard]] Model read_model(const std::filesystem::path& path);
 
 }  // namespace lumatlas

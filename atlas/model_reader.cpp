@@ -27,6 +27,7 @@ class Reader {
   explicit Reader(const std::filesystem::path& file) : file_(file) { parse(); }
 
   [[nodiscard]] Snapshot snapshot() const;
+  [[nodiscard]] ValidityOptions validity() const;
 
  private:
   struct ViewEntry {
@@ -57,7 +58,6 @@ class Reader {
   [[nodiscard]] std::vector<ViewEntry> view_entries() const;
   [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
                                 const ValidityOptions& validity) const;
-  [[nodiscard]] ValidityOptions validity() const;
 
   std::filesystem::path file_;
   tinygltf::Model model_;
@@ -364,8 +364,9 @@ Snapshot Reader::snapshot() const {
 
 }  // namespace
 
-Snapshot read_model(const std::filesystem::path& path) {
-  return Reader(std::filesystem::is_directory(path) ? path / kModelFileName : path).snapshot();
+Model read_model(const std::filesystem::path& path) {
+  const Reader reader(std::filesystem::is_directory(path) ? path / kModelFileName : path);
+  return {reader.snapshot(), reader.validity()};
 }
 
 }  // namespace lumatlas

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The options of blending, for every command that renders.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "blend/blend_options.h"
+
+namespace lumatlas {
+
+struct BlendFlags {
+  BlendOptions values;
+  std::string weights = "ratio";
+
+  void add_to(CLI::App& command) {
+    command.add_option("--blend-views", values.views, "K: how many views are blended at a pixel")
+        ->check(CLI::Range(1u, kMaxBlendedViews));
+    command.add_option("--lambda", values.lambda, "Weight of direction against distance when views are blended")
+        ->check(CLI::Range(0.0, 1.0));
+    command.add_option("--weights", weights, "Distance term: ratio, or printed (the paper's formulas to the letter)")
+        ->check(CLI::IsMember({"ratio", "printed"}));
+  }
+
+  [[nodiscard]] BlendOptions options() const {
+    BlendOptions options = weights == "printed" ? BlendOptions::printed() : BlendOptions{};
+    options.views = values.views;
+    options.lambda = values.lambda;
+    check(options);
+    return options;
+  }
+
+  [[nodiscard]] nlohmann::json json() const {
+    return {{"blend_views", values.views}, {"lambda", values.lambda}, {"weights", weights}};
+  }
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "atlas/model_file.h"
+#include "mesh/errors.h"
+#include "tools/build_model.h"
+#include "tools/commands.h"
+#include "tools/output_folder.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+struct BuildFlags {
+  std::filesystem::path scene, output, mesh;
+  BuildOptions options;
+  HoldFlags hold;
+  bool printed_metric = false;
+  bool json_output = false;
+};
+
+void write_json(const std::filesystem::path& path, const json& value) {
+  std::ofstream file(path);
+  file << value.dump(2) << '\n';
+  if (!file.flush()) throw InputError(path.string() + ": cannot be written: check that the disk has room");
+}
+
+void print_summary(const json& s, const std::filesystem::path& output) {
+  const json& views = s["views"];
+  std::cout << output.string() << ": " << s["cells"] << " cells (" << s["cells_seen"] << " seen, " << s["cells_referenced"]
+            << " textured); of " << views["offered"] << " views " << views["kept"] << " kept, " << views["replaced"]
+            << " took another's place, " << views["rejected"] << " rejected; " << s["references"] << " references, "
+            << s["texels"]["resident"] << " texels; "
+            << std::to_string(static_cast<long>(s["time_ms"]["total"].get<double>() / 1000)) << " s\n";
+}
+
+void run(const BuildFlags& flags) {
+  BuildOptions options = flags.options;
+  if (!flags.mesh.empty()) options.mesh = flags.mesh;
+  options.hold_out = flags.hold.protocol();
+  if (flags.printed_metric) options.planner.coverage.metric = CoverageOptions::Metric::printed;
+  OutputFolder output(flags.output);
+  const BuildResult result = build_model(flags.scene, options);
+  if (!options.quiet && !flags.options.mesh) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  write_model(output.path(), result.snapshot, options.planner.validity);
+  const json totals = summary(result, options);
+  json plan = plan_json(result);
+  plan["summary"] = totals;
+  write_json(output.path() / "plan.json", plan);
+  output.commit(effective_options(result, options));
+  if (flags.json_output) {
+    std::cout << totals.dump(2) << '\n';
+  } else {
+    print_summary(totals, flags.output);
+  }
+}
+
+void add_planner_options(CLI::App& command, BuildFlags& flags) {
+  PlannerOptions& planner = flags.options.planner;
+  command.add_option("--views", flags.options.max_views, "Photographs that the model may hold")
+      ->check(CLI::Range(1u, 1u << 20));
+  command.add_option("--references", planner.coverage.max_references, "Views that a cell may refer to")
+      ->check(CLI::Range(1u, 1u << 16));
+  command.add_option("--coverage-lambda", planner.coverage.lambda, "Weight of direction against position when views are chosen")
+      ->check(CLI::Range(0.0, 1.0));
+  command.add_option("--ideal-distance", planner.coverage.ideal_distance,
+                     "Camera distance at which a cell is covered best, scene units; 0: the scene's median");
+  command.add_option("--distance-sigma", planner.coverage.distance_sigma,
+                     "How far from it coverage falls to 0.6, scene units; 0: half of it");
+  command.add_option("--min-gain", planner.min_view_gain,
+                     "Coverage that a view must add, as a share of the cells that it sees");
+  command.add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
+      ->check(CLI::Range(1u, 65536u));
+  command.add_option("--fade", planner.validity.fade_px, "Pixels over which a photograph fades at its border and at depth edges")
+      ->check(CLI::Range(0u, 255u));
+  command.add_option_function<std::string>(
+             "--metric", [&flags](const std::string& name) { flags.printed_metric = name == "printed"; },
+             "Coverage metric: departures (DESIGN: from the paper's print) or printed (to the letter)")
+      ->check(CLI::IsMember({"departures", "printed"}))
+      ->default_str("departures");
+}
+
+}  // namespace
+
+void add_build_command(CLI::App& program) {
+  auto flags = std::make_shared<BuildFlags>();
+  CLI::App* command = program.add_subcommand("build", "Plan, cross-reference and save a model: the main job");
+  command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh")->required();
+  command->add_option("-o,--output", flags->output, "Folder of the model; an earlier model there is replaced")->required();
+  command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
+  command
+      ->add_option_function<std::string>(
+          "--partition",
+          [flags](const std::string& name) {
+            flags->options.cells.partition = name == "grid" ? Partition::grid : Partition::clusters;
+          },
+          "How faces are grouped into cells: clusters or grid (the paper's)")
+      ->check(CLI::IsMember({"clusters", "grid"}))
+      ->default_str("clusters");
+  command->add_option("--cell-size", flags->options.cells.size, "Target diameter of a cell, scene units; 0: 1/60 of the scene")
+      ->check(CLI::NonNegativeNumber);
+  add_planner_options(*command, *flags);
+  flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");
+  command->add_flag("--json", flags->json_output, "Print what was built as JSON");
+  command->add_flag("--quiet", flags->options.quiet, "No progress");
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

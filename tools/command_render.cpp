@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <vector>
+
+#include "atlas/model_file.h"
+#include "blend/renderer.h"
+#include "mesh/errors.h"
+#include "tools/commands.h"
+#include "tools/output_folder.h"
+#include "tools/blend_flags.h"
+#include "tools/progress.h"
+
+namespace lumatlas {
+
+namespace {
+
+struct RenderFlags {
+  std::filesystem::path model, views, output;
+  HoldFlags hold;
+  BlendFlags blend;
+  bool quiet = false;
+};
+
+std::vector<std::size_t> ranks_to_render(std::size_t views, const std::optional<HoldOut>& protocol) {
+  if (protocol) return split(views, *protocol).scored;
+  std::vector<std::size_t> ranks(views);
+  for (std::size_t rank = 0; rank < views; ++rank) ranks[rank] = rank;
+  return ranks;
+}
+
+// Where a view's picture goes: its own name, as PNG. Two photographs may differ in nothing but their ending.
+std::filesystem::path picture_path(const SceneView& view, std::set<std::filesystem::path>& taken) {
+  std::filesystem::path path = view.name;
+  path.replace_extension(".png");
+  if (!taken.insert(path).second) {
+    path = view.name + ".png";
+    taken.insert(path);
+  }
+  return path;
+}
+
+void run(const RenderFlags& flags) {
+  const BlendOptions blend = flags.blend.options();
+  OutputFolder output(flags.output);
+  const Snapshot snapshot = read_model(flags.model).snapshot;
+  const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
+  const std::vector<std::size_t> ranks = ranks_to_render(scene.views.size(), flags.hold.protocol());
+  const EglContext context;
+  if (!flags.quiet) std::cerr << "renderer: " << context.description() << '\n';
+  Renderer renderer(context);
+  renderer.load(snapshot);
+  std::set<std::filesystem::path> taken;
+  {
+    Progress progress("rendering", ranks.size(), ProgressOptions::standard_error(flags.quiet));
+    for (const std::size_t rank : ranks) {
+      const std::filesystem::path path = output.path() / picture_path(scene.views[rank], taken);
+      std::filesystem::create_directories(path.parent_path());
+      write_image(path, renderer.render(scene.views[rank].camera, blend).picture);
+      progress.tick();
+    }
+  }
+  nlohmann::json options = flags.blend.json();
+  options["command"] = "render";
+  options["model"] = flags.model.string();
+  options["views"] = flags.views.string();
+  output.commit(options);
+  std::cout << flags.output.string() << ": " << ranks.size() << " pictures\n";
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program) {
+  auto flags = std::make_shared<RenderFlags>();
+  CLI::App* command = program.add_subcommand("render", "Render pictures of a model from given cameras");
+  command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
+  command->add_option("--views", flags->views, "COLMAP workspace whose cameras are rendered, at their size")->required();
+  command->add_option("-o,--output", flags->output, "Folder of the pictures; earlier ones there are replaced")->required();
+  flags->hold.add_to(*command, "Render only the views that this protocol scores");
+  flags->blend.add_to(*command);
+  command->add_flag("--quiet", flags->quiet, "No progress");
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "atlas/model_file.h"
+#include "mesh/errors.h"
+#include "tools/blend_flags.h"
+#include "tools/commands.h"
+#include "tools/output_folder.h"
+#include "tools/validation.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+struct ValidateFlags {
+  std::filesystem::path model, views, output;
+  HoldFlags hold;
+  BlendFlags blend;
+  bool no_unbounded = false;
+  bool no_pictures = false;
+  bool json_output = false;
+  bool quiet = false;
+};
+
+// The options that the model was built with; null if it does not say.
+json build_options(const std::filesystem::path& model) {
+  std::ifstream file(model / kMarkerFile);
+  const json marker = json::parse(file, nullptr, false);
+  if (!marker.is_object() || !marker.contains("options") || !marker["options"].is_object()) return {};
+  return marker["options"];
+}
+
+// The protocol that was asked for, else the one that the model was built with.
+HoldOut protocol(const ValidateFlags& flags, const json& built) {
+  if (const std::optional<HoldOut> asked = flags.hold.protocol()) return *asked;
+  const json recorded = built.is_object() ? built.value("hold_out", json()) : json();
+  if (recorded.is_object() && recorded.value("hold", json()).is_number_unsigned() &&
+      recorded.value("block", json()).is_number_unsigned()) {
+    return {recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
+  }
+  throw InputError(flags.model.string() +
+                   ": was built from every view, so none is left to score: build it with --hold 8, for example");
+}
+
+void print_table(const Report& report) {
+  const std::vector<MethodScores> means = method_means(report);
+  std::cout << report.views.size() << " held-out views (--hold " << report.hold << " --block " << report.block << ")\n"
+            << "                raw            fitted       textured\n"
+            << std::fixed;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const MethodScores& m = means[i];
+    std::cout << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2) << std::setw(7)
+              << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim << std::setprecision(2)
+              << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.fitted.ssim
+              << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %\n";
+  }
+}
+
+void run(const ValidateFlags& flags) {
+  const json built = build_options(flags.model);
+  ValidationOptions options;
+  options.protocol = protocol(flags, built);
+  options.blend = flags.blend.options();
+  options.unbounded = !flags.no_unbounded;
+  options.pictures = !flags.no_pictures;
+  options.quiet = flags.quiet;
+  const std::filesystem::path target = flags.output.empty() ? flags.model / "report" : flags.output;
+  OutputFolder output(target);
+  const Model model = read_model(flags.model);
+  options.validity = model.validity;
+  const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);
+  const EglContext context;
+  Report report = validate_model(model.snapshot, scene, context, options, output.path());
+  report.facts.emplace_back("model", flags.model.string());
+  report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));
+  report.facts.emplace_back("renderer", context.description());
+  write_report(output.path() / "index.html", report);
+  const json scores = report_json(report);
+  std::ofstream(output.path() / "scores.json") << scores.dump(2) << '\n';
+  json effective = flags.blend.json();
+  effective["command"] = "validate";
+  effective["views"] = flags.views.string();
+  effective["protocol"] = scores["protocol"];
+  effective["built_with"] = built;
+  output.commit(effective);
+  if (flags.json_output) {
+    std::cout << scores.dump(2) << '\n';
+  } else {
+    print_table(report);
+  }
+  if (!flags.quiet) std::cerr << "report: " << (target / "index.html").string() << '\n';
+}
+
+}  // namespace
+
+void add_validate_command(CLI::App& program) {
+  auto flags = std::make_shared<ValidateFlags>();
+  CLI::App* command = program.add_subcommand("validate", "Score a model on held-out photographs, with an HTML report");
+  command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
+  command->add_option("--views", flags->views, "COLMAP workspace that the model was built from")->required();
+  command->add_option("-o,--output", flags->output, "Folder of the report; without it, report/ in the model");
+  flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
+  flags->blend.add_to(*command);
+  command->add_flag("--no-unbounded", flags->no_unbounded, "Leave out the baseline of all input views, which takes memory for them all");
+  command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
+  command->add_flag("--json", flags->json_output, "Print the scores as JSON");
+  command->add_flag("--quiet", flags->quiet, "No progress");
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/validation.h"
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "blend/renderer.h"
+#include "mesh/errors.h"
+#include "tools/error_picture.h"
+#include "tools/photograph_stream.h"
+#include "tools/progress.h"
+#include "tools/unbounded.h"
+
+namespace lumatlas {
+
+namespace {
+
+// A held-out view that shows up in the model would be scored against itself.
+void require_unseen(const Snapshot& model, const SceneViews& scene, const Split& parts) {
+  std::set<std::string> input;
+  for (const std::size_t rank : parts.input) input.insert(scene.views[rank].name);
+  for (const auto& view : model.views) {
+    if (view && !input.contains(view->name)) {
+      throw InputError("the model holds the view " + view->name +
+                       ", which this protocol leaves out: build it with the same --hold and --block, from this scene");
+    }
+  }
+}
+
+std::string folder_name(std::size_t index) {
+  std::string number = std::to_string(index);
+  return number.insert(0, number.size() < 4 ? 4 - number.size() : 0, '0');
+}
+
+std::vector<std::uint8_t> seen_mask(const VisibilityBuffer& visible) {
+  std::vector<std::uint8_t> mask(visible.face.size());
+  std::transform(visible.face.begin(), visible.face.end(), mask.begin(),
+                 [](std::uint32_t face) { return static_cast<std::uint8_t>(face != kNoFace); });
+  return mask;
+}
+
+// Scores one method on every scored view, and adds its renderings to the report's views.
+class MethodRun {
+ public:
+  MethodRun(const SceneViews& scene, const std::vector<std::size_t>& scored, const Visibility& visibility,
+            const ValidationOptions& options, const std::filesystem::path& folder)
+      : scene_(scene), scored_(scored), visibility_(visibility), options_(options), folder_(folder) {}
+
+  void run(const std::string& method, Renderer& renderer, std::vector<ReportView>& views) const {
+    Progress progress("scoring: " + method, scored_.size(), ProgressOptions::standard_error(options_.quiet));
+    PhotographStream photographs(scene_.views, scored_);
+    for (std::size_t i = 0; i < scored_.size(); ++i) {
+      const Camera& camera = scene_.views[scored_[i]].camera;
+      const Photograph photograph = photographs.next();
+      const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
+      views[i].renderings.push_back(score(method, i, renderer.render(camera, options_.blend), photograph, mask));
+      progress.tick();
+    }
+  }
+
+ private:
+  ReportRendering score(const std::string& method, std::size_t index, const Rendering& rendering,
+                        const Photograph& photograph, const std::vector<std::uint8_t>& mask) const {
+    std::vector<std::uint8_t> textured(rendering.state.size());
+    std::transform(rendering.state.begin(), rendering.state.end(), textured.begin(),
+                   [](PixelState state) { return static_cast<std::uint8_t>(state == PixelState::textured); });
+    ReportRendering result;
+    result.scores = score_view(rendering.picture, photograph, mask, textured);
+    if (!options_.pictures) return result;
+    result.picture = folder_name(index) + "/" + method + ".png";
+    result.error = folder_name(index) + "/" + method + "-error.png";
+    write_image(folder_ / result.picture, rendering.picture);
+    write_image(folder_ / result.error,
+                error_picture(apply_gain(rendering.picture, result.scores.gain), photograph, mask));
+    return result;
+  }
+
+  const SceneViews& scene_;
+  const std::vector<std::size_t>& scored_;
+  const Visibility& visibility_;
+  const ValidationOptions& options_;
+  const std::filesystem::path& folder_;
+};
+
+// The report's views with their photographs, still without renderings.
+std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<std::size_t>& scored,
+                                     const ValidationOptions& options, const std::filesystem::path& folder) {
+  std::vector<ReportView> views;
+  PhotographStream photographs(scene.views, scored);
+  for (const std::size_t rank : scored) {
+    const SceneView& view = scene.views[rank];
+    ReportView& entry = views.emplace_back();
+    entry.name = view.name;
+    entry.width = view.camera.width;
+    entry.height = view.camera.height;
+    const Photograph photograph = photographs.next();
+    if (!options.pictures) continue;
+    entry.photograph = folder_name(views.size() - 1) + "/photograph.png";
+    std::filesystem::create_directories(folder / folder_name(views.size() - 1));
+    write_image(folder / entry.photograph, photograph);
+  }
+  return views;
+}
+
+}  // namespace
+
+Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
+                      const ValidationOptions& options, const std::filesystem::path& folder) {
+  const Split parts = split(scene.views.size(), options.protocol);
+  require_unseen(model, scene, parts);
+  if (parts.scored.empty()) {
+    throw InputError(scene.root.string() + ": the protocol scores none of its " + std::to_string(scene.views.size()) +
+                     " views: check --hold and --block");
+  }
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.surface->mesh);
+  Report report;
+  report.title = scene.root.filename().string();
+  report.hold = options.protocol.hold;
+  report.block = options.protocol.block;
+  report.input_views = parts.input.size();
+  report.views = report_views(scene, parts.scored, options, folder);
+  const MethodRun methods(scene, parts.scored, *visibility, options, folder);
+  Renderer renderer(context);
+  renderer.load(model);
+  report.methods.push_back({"store", "the model: the views that the planner kept"});
+  methods.run("store", renderer, report.views);
+  Snapshot all = unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet,
+                                     options.unbounded);
+  if (options.unbounded) {
+    renderer.load(all);
+    report.methods.push_back({"unbounded", "every input view, without a budget"});
+    methods.run("unbounded", renderer, report.views);
+  }
+  renderer.load(without_views(all));
+  report.methods.push_back({"vertex", "the mean of all input views at each vertex of the mesh"});
+  methods.run("vertex", renderer, report.views);
+  return report;
+}
+
+}  // namespace lumatlas

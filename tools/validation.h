@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scores a model on photographs that were held out, beside the two baselines, over the pixels where the mesh is seen.
+#pragma once
+
+#include <filesystem>
+
+#include "atlas/atlas.h"
+#include "blend/blend_options.h"
+#include "blend/egl_context.h"
+#include "tools/report.h"
+#include "tools/scene.h"
+
+namespace lumatlas {
+
+struct ValidationOptions {
+  HoldOut protocol;
+  BlendOptions blend;
+  ValidityOptions validity;  // of the unbounded baseline's masks
+  bool unbounded = true;     // the baseline of all input views, which needs memory for all of them
+  bool pictures = true;      // write photograph, rendering and error of every scored view
+  bool quiet = false;
+};
+
+// Renders every scored view with each method ("store", "unbounded", "vertex"), writes the pictures into `folder`, which
+// must exist, and returns what the report page shows. Needs a GL context current on this thread.
+// Throws InputError if the model holds a view that the protocol leaves out, or if nothing is left to score.
+[[nodiscard]] Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
+                                    const ValidationOptions& options, const std::filesystem::path& folder);
+
+}  // namespace lumatlas
