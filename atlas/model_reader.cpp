@@ -3,208 +3,128 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <exception>
 #include <glm/glm.hpp>
+#include <set>
 #include <string>
+#include <utility>
 
+#include "atlas/gltf_file.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
-#include "atlas/tiny_gltf.h"
 #include "mesh/errors.h"
 
 namespace lumatlas {
 
 namespace {
 
-using Json = tinygltf::Value;
+namespace fs = std::filesystem;
 
-constexpr double kMaxViews = 1 << 20;
+constexpr AccessorType kWholeNumbers{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kTriangles{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3};
+constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
+constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
 
-// Reads the parts of one model file; every refusal names the file and the field.
-class Reader {
- public:
-  explicit Reader(const std::filesystem::path& file) : file_(file) { parse(); }
-
-  [[nodiscard]] Snapshot snapshot() const;
-  [[nodiscard]] ValidityOptions validity() const;
-
- private:
-  struct ViewEntry {
-    std::string name;
-    Camera camera;
-    double gain;
-    std::filesystem::path image, lens_mask;
-  };
-
-  [[noreturn]] void refuse(const std::string& why) const { throw InputError(file_.string() + ": " + why); }
-  void parse();
-  [[nodiscard]] const Json& field(const Json& object, const std::string& where, const char* name) const;
-  [[nodiscard]] double number(const Json& object, const std::string& where, const char* name, double least,
-                              double most) const;
-  [[nodiscard]] std::vector<double> numbers(const Json& object, const std::string& where, const char* name,
-                                            std::size_t count) const;
-  template <typename T>
-  [[nodiscard]] std::vector<T> values(int accessor, const std::string& what, int component, int type,
-                                      std::size_t scalars_per_value) const;
-  [[nodiscard]] std::vector<std::uint32_t> scalars(const char* name) const;
-  [[nodiscard]] Mesh mesh() const;
-  [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
-  [[nodiscard]] const tinygltf::Primitive& primitive() const;
-  [[nodiscard]] int attribute(const char* name) const;
-  [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
-  [[nodiscard]] std::filesystem::path image_path(const Json& view, const std::string& where, const char* name) const;
-  [[nodiscard]] ViewEntry view_entry(const Json& view, std::size_t index) const;
-  [[nodiscard]] std::vector<ViewEntry> view_entries() const;
-  [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
-                                const ValidityOptions& validity) const;
-
-  std::filesystem::path file_;
-  tinygltf::Model model_;
-  Json lumigraph_;
+// A stored view, less its pixels.
+struct ViewEntry {
+  std::string name;
+  Camera camera;
+  double gain = 1;
+  fs::path image, lens_mask;  // lens_mask may be empty
 };
 
-// One sentence of what tinygltf may report on several lines.
-std::string one_line(std::string text) {
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
-
-void Reader::parse() {
-  if (!std::filesystem::is_regular_file(file_)) {
-    refuse("no such file: give a folder that `lumatlas build` wrote, or the scene.gltf in it");
-  }
-  tinygltf::TinyGLTF reader;
-  std::string error;
-  std::string warning;
-  bool parsed = false;
-  try {
-    parsed = reader.LoadASCIIFromFile(&model_, &error, &warning, file_.string());
-  } catch (const std::exception& exception) {
-    error = exception.what();
-  }
-  if (!parsed) refuse("is no glTF 2.0 file that can be read: " + one_line(error));
-  const auto extension = model_.extensions.find(kLumigraphExtension);
-  if (extension == model_.extensions.end() || !extension->second.IsObject()) {
-    refuse(std::string("has no extension ") + kLumigraphExtension + ": it is a mesh without photographs");
-  }
-  lumigraph_ = extension->second;
-  const double version = number(lumigraph_, kLumigraphExtension, "version", 0, 1e9);
-  if (version != kLumigraphVersion) {
-    refuse("has version " + std::to_string(static_cast<int>(version)) + " of " + kLumigraphExtension +
-           ", this program reads version " + std::to_string(kLumigraphVersion));
-  }
-}
-
-const Json& Reader::field(const Json& object, const std::string& where, const char* name) const {
-  if (!object.IsObject() || !object.Has(name)) refuse(where + " has no \"" + name + "\"");
-  return object.Get(name);
-}
-
-double Reader::number(const Json& object, const std::string& where, const char* name, double least, double most) const {
-  const Json& value = field(object, where, name);
-  if (!value.IsNumber()) refuse(where + ": \"" + name + "\" is not a number");
-  const double x = value.GetNumberAsDouble();
-  if (!(x >= least && x <= most)) {
-    refuse(where + ": \"" + name + "\" is " + std::to_string(x) + ", must be in [" + std::to_string(least) + ", " +
-           std::to_string(most) + "]");
-  }
-  return x;
-}
-
-std::vector<double> Reader::numbers(const Json& object, const std::string& where, const char* name,
-                                    std::size_t count) const {
-  const Json& array = field(object, where, name);
-  if (!array.IsArray() || array.ArrayLen() != count) {
-    refuse(where + ": \"" + name + "\" is not an array of " + std::to_string(count) + " numbers");
-  }
-  std::vector<double> numbers;
-  for (std::size_t i = 0; i < count; ++i) {
-    if (!array.Get(static_cast<int>(i)).IsNumber() || !std::isfinite(array.Get(static_cast<int>(i)).GetNumberAsDouble())) {
-      refuse(where + ": \"" + name + "\"[" + std::to_string(i) + "] is not a finite number");
+// The lumigraph in a glTF file, part by part, each checked against the parts before it.
+class ModelReader {
+ public:
+  explicit ModelReader(const fs::path& path)
+      : path_(path), file_(path), lumigraph_(file_.extension(kLumigraphExtension)) {
+    const std::uint32_t version = file_.whole_number(lumigraph_, kLumigraphExtension, "version", 0, 1'000'000);
+    if (version != kLumigraphVersion) {
+      file_.refuse("has version " + std::to_string(version) + " of " + kLumigraphExtension +
+                   ", this program reads version " + std::to_string(kLumigraphVersion));
     }
-    numbers.push_back(array.Get(static_cast<int>(i)).GetNumberAsDouble());
   }
-  return numbers;
+
+  [[nodiscard]] Model model() const;
+
+ private:
+  [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
+  [[nodiscard]] Mesh mesh() const;
+  [[nodiscard]] Cells cells(const Mesh& mesh, std::size_t count) const;
+  [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
+  [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
+  [[nodiscard]] ValidityOptions validity() const;
+  [[nodiscard]] Camera camera(const GltfFile::Object& view, const std::string& where) const;
+  [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
+  [[nodiscard]] std::vector<ViewEntry> view_entries() const;
+  void require_own_images(const std::vector<ViewEntry>& entries) const;
+  [[nodiscard]] fs::path image(const GltfFile::Object& view, const std::string& where, const char* name) const;
+  [[nodiscard]] Photograph sized_image(const fs::path& image, const Camera& camera) const;
+  [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
+                                const ValidityOptions& options) const;
+  [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
+                                                                        const Mesh& mesh,
+                                                                        const ValidityOptions& options) const;
+
+  fs::path path_;
+  GltfFile file_;
+  const GltfFile::Object& lumigraph_;  // in file_
+};
+
+std::string out_of(std::uint32_t index, std::size_t count) {
+  return std::to_string(index) + " of " + std::to_string(count);
 }
 
-template <typename T>
-std::vector<T> Reader::values(int accessor_index, const std::string& what, int component, int type,
-                              std::size_t scalars_per_value) const {
-  if (accessor_index < 0 || static_cast<std::size_t>(accessor_index) >= model_.accessors.size()) {
-    refuse(what + ": accessor " + std::to_string(accessor_index) + " does not exist");
-  }
-  const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(accessor_index)];
-  if (accessor.componentType != component || accessor.type != type || accessor.count % scalars_per_value != 0 ||
-      accessor.sparse.isSparse) {
-    refuse(what + ": accessor " + std::to_string(accessor_index) + " has another type than this program writes");
-  }
-  if (accessor.bufferView < 0 || static_cast<std::size_t>(accessor.bufferView) >= model_.bufferViews.size()) {
-    refuse(what + ": buffer view " + std::to_string(accessor.bufferView) + " does not exist");
-  }
-  const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(accessor.bufferView)];
-  const std::size_t count = accessor.count / scalars_per_value;
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size() || view.byteStride != 0 ||
-      accessor.byteOffset != 0 || count > view.byteLength / sizeof(T)) {
-    refuse(what + ": accessor " + std::to_string(accessor_index) + " reaches beyond its buffer view");
-  }
-  const std::vector<unsigned char>& bytes = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
-  if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
-    refuse(what + ": buffer view " + std::to_string(accessor.bufferView) + " reaches beyond its buffer of " +
-           std::to_string(bytes.size()) + " bytes");
-  }
-  std::vector<T> values(count);
-  if (count > 0) std::memcpy(values.data(), &bytes[view.byteOffset], count * sizeof(T));
-  return values;
+std::vector<std::uint32_t> ModelReader::whole_numbers(const char* name) const {
+  return file_.values<std::uint32_t>(file_.accessor(lumigraph_, kLumigraphExtension, name), name, kWholeNumbers);
 }
 
-std::vector<std::uint32_t> Reader::scalars(const char* name) const {
-  const auto accessor = static_cast<int>(number(lumigraph_, kLumigraphExtension, name, 0, 1e9));
-  return values<std::uint32_t>(accessor, name, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 1);
-}
-
-const tinygltf::Primitive& Reader::primitive() const {
-  if (model_.meshes.empty() || model_.meshes[0].primitives.empty()) refuse("holds no mesh");
-  return model_.meshes[0].primitives[0];
-}
-
-int Reader::attribute(const char* name) const {
-  const auto& attributes = primitive().attributes;
-  const auto found = attributes.find(name);
-  if (found == attributes.end()) refuse(std::string("its mesh has no ") + name);
-  return found->second;
-}
-
-Mesh Reader::mesh() const {
+Mesh ModelReader::mesh() const {
   Mesh mesh;
-  mesh.positions = values<glm::vec3>(attribute("POSITION"), "POSITION", TINYGLTF_COMPONENT_TYPE_FLOAT,
-                                     TINYGLTF_TYPE_VEC3, 1);
-  mesh.faces = values<glm::uvec3>(primitive().indices, "its mesh's indices", TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
-                                  TINYGLTF_TYPE_SCALAR, 3);
-  if (mesh.faces.empty()) refuse("its mesh has no faces");
+  mesh.positions = file_.values<glm::vec3>(file_.attribute("POSITION"), "POSITION", kPositions);
+  mesh.faces = file_.values<glm::uvec3>(file_.triangles().indices, "indices", kTriangles);
+  if (mesh.faces.empty()) file_.refuse("its mesh has no faces");
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     for (int corner = 0; corner < 3; ++corner) {
-      if (mesh.faces[face][corner] >= mesh.positions.size()) {
-        refuse("face " + std::to_string(face) + " refers to vertex " + std::to_string(mesh.faces[face][corner]) +
-               " of " + std::to_string(mesh.positions.size()));
-      }
+      const std::uint32_t vertex = mesh.faces[face][corner];
+      if (vertex < mesh.positions.size()) continue;
+      file_.refuse("face " + std::to_string(face) + " has the vertex " + out_of(vertex, mesh.positions.size()));
     }
   }
   for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
     const glm::vec3& p = mesh.positions[vertex];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
-      refuse("vertex " + std::to_string(vertex) + " has a coordinate that is not finite");
+      file_.refuse("vertex " + std::to_string(vertex) + " has a coordinate that is not finite");
     }
   }
   return mesh;
 }
 
-std::vector<glm::u8vec3> Reader::vertex_colors(std::size_t count) const {
-  const auto linear = values<glm::u16vec4>(attribute("COLOR_0"), "COLOR_0", TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
-                                           TINYGLTF_TYPE_VEC4, 1);
+Cells ModelReader::cells(const Mesh& mesh, std::size_t count) const {
+  const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, 1e300);
+  std::vector<std::uint32_t> cell_of_face = whole_numbers("cellOfFace");
+  if (cell_of_face.size() != mesh.faces.size()) {
+    file_.refuse("cellOfFace has " + std::to_string(cell_of_face.size()) + " entries for " +
+                 std::to_string(mesh.faces.size()) + " faces");
+  }
+  std::vector<std::uint8_t> used(count, 0);
+  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
+    const std::uint32_t cell = cell_of_face[face];
+    if (cell >= count) file_.refuse("face " + std::to_string(face) + " is in cell " + out_of(cell, count));
+    used[cell] = 1;
+  }
+  const auto empty = std::find(used.begin(), used.end(), 0);
+  if (empty != used.end()) file_.refuse("cell " + std::to_string(empty - used.begin()) + " has no faces");
+  return measure_cells(mesh, std::move(cell_of_face), size);
+}
+
+std::vector<glm::u8vec3> ModelReader::vertex_colors(std::size_t count) const {
+  const auto linear = file_.values<glm::u16vec4>(file_.attribute("COLOR_0"), "COLOR_0", kColors);
   if (linear.size() != count) {
-    refuse("COLOR_0 has " + std::to_string(linear.size()) + " colours for " + std::to_string(count) + " vertices");
+    file_.refuse("COLOR_0 has " + std::to_string(linear.size()) + " colours for " + std::to_string(count) +
+                 " vertices");
   }
   std::vector<glm::u8vec3> colors;
   colors.reserve(count);
@@ -215,55 +135,50 @@ std::vector<glm::u8vec3> Reader::vertex_colors(std::size_t count) const {
   return colors;
 }
 
-ReferenceTable Reader::references(std::size_t cells, std::size_t views) const {
+ReferenceTable ModelReader::references(std::size_t cells, std::size_t views) const {
   ReferenceTable table;
-  table.offsets = scalars("referenceOffsets");
-  if (lumigraph_.Has("references")) table.views = scalars("references");
+  table.offsets = whole_numbers("referenceOffsets");
+  if (lumigraph_.Has("references")) table.views = whole_numbers("references");
   if (table.offsets.size() != cells + 1) {
-    refuse("referenceOffsets has " + std::to_string(table.offsets.size()) + " entries, must have " +
-           std::to_string(cells + 1) + " for " + std::to_string(cells) + " cells");
+    file_.refuse("referenceOffsets has " + std::to_string(table.offsets.size()) + " entries, must have " +
+                 std::to_string(cells + 1) + " for " + std::to_string(cells) + " cells");
   }
   if (table.offsets.front() != 0 || table.offsets.back() != table.views.size() ||
       !std::is_sorted(table.offsets.begin(), table.offsets.end())) {
-    refuse("referenceOffsets do not rise from 0 to the number of references, " + std::to_string(table.views.size()));
+    file_.refuse("referenceOffsets do not rise from 0 to the number of references, " +
+                 std::to_string(table.views.size()));
   }
   for (std::size_t i = 0; i < table.views.size(); ++i) {
     if (table.views[i] >= views) {
-      refuse("reference " + std::to_string(i) + " is to view " + std::to_string(table.views[i]) + " of " +
-             std::to_string(views));
+      file_.refuse("reference " + std::to_string(i) + " is to view " + out_of(table.views[i], views));
     }
   }
   return table;
 }
 
-std::filesystem::path Reader::image_path(const Json& view, const std::string& where, const char* name) const {
-  const auto index = static_cast<std::size_t>(number(view, where, name, 0, 1e9));
-  if (index >= model_.images.size()) refuse(where + ": image " + std::to_string(index) + " does not exist");
-  const std::filesystem::path relative = model_.images[index].uri;
-  const bool climbs = std::find(relative.begin(), relative.end(), "..") != relative.end();
-  if (relative.empty() || relative.is_absolute() || climbs) {
-    refuse("image " + std::to_string(index) + " has the path \"" + relative.string() +
-           "\", must lie in the model's own folder");
+ValidityOptions ModelReader::validity() const {
+  const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "validity");
+  ValidityOptions options;
+  options.depth_edge = file_.number(object, "validity", "depthEdge", 0, 1e300);
+  options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, 1000);
+  options.fade_px = file_.whole_number(object, "validity", "fade", 0, 1000);
+  try {
+    check(options);
+  } catch (const std::invalid_argument& error) {
+    file_.refuse(error.what());
   }
-  return file_.parent_path() / relative;
+  return options;
 }
 
-Reader::ViewEntry Reader::view_entry(const Json& view, std::size_t index) const {
-  constexpr double kMaxSide = 65536;
-  const std::string where = "view " + std::to_string(index);
-  const Json& name = field(view, where, "name");
-  if (!name.IsString()) refuse(where + ": \"name\" is not a string");
-  ViewEntry entry;
-  entry.name = name.Get<std::string>();
-  entry.image = image_path(view, where, "image");
-  if (view.Has("lensMask")) entry.lens_mask = image_path(view, where, "lensMask");
-  Camera& camera = entry.camera;
-  camera.width = static_cast<std::uint32_t>(number(view, where, "width", 1, kMaxSide));
-  camera.height = static_cast<std::uint32_t>(number(view, where, "height", 1, kMaxSide));
-  const std::vector<double> focal = numbers(view, where, "focalLength", 2);
-  const std::vector<double> principal = numbers(view, where, "principalPoint", 2);
-  const std::vector<double> rotation = numbers(view, where, "rotation", 9);
-  const std::vector<double> translation = numbers(view, where, "translation", 3);
+Camera ModelReader::camera(const GltfFile::Object& view, const std::string& where) const {
+  constexpr std::uint32_t kMaxSide = 65536;
+  const std::vector<double> focal = file_.numbers(view, where, "focalLength", 2);
+  const std::vector<double> principal = file_.numbers(view, where, "principalPoint", 2);
+  const std::vector<double> rotation = file_.numbers(view, where, "rotation", 9);
+  const std::vector<double> translation = file_.numbers(view, where, "translation", 3);
+  Camera camera;
+  camera.width = file_.whole_number(view, where, "width", 1, kMaxSide);
+  camera.height = file_.whole_number(view, where, "height", 1, kMaxSide);
   camera.fx = focal[0];
   camera.fy = focal[1];
   camera.cx = principal[0];
@@ -274,99 +189,117 @@ Reader::ViewEntry Reader::view_entry(const Json& view, std::size_t index) const 
     }
     camera.cam_from_world_translation[row] = translation[static_cast<std::size_t>(row)];
   }
-  entry.gain = number(view, where, "gain", 1e-6, 1e6);
   try {
     check(camera);
   } catch (const std::invalid_argument& error) {
-    refuse(where + ": " + error.what());
+    file_.refuse(where + ": " + error.what());
   }
+  return camera;
+}
+
+fs::path ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
+  return file_.image(file_.whole_number(view, where, name, 0, 1'000'000'000));
+}
+
+ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::string& where) const {
+  ViewEntry entry;
+  entry.name = file_.text(view, where, "name");
+  entry.camera = camera(view, where);
+  entry.gain = file_.number(view, where, "gain", 1e-6, 1e6);
+  entry.image = image(view, where, "image");
+  if (view.Has("lensMask")) entry.lens_mask = image(view, where, "lensMask");
   return entry;
 }
 
-std::vector<Reader::ViewEntry> Reader::view_entries() const {
-  const Json& views = field(lumigraph_, kLumigraphExtension, "views");
-  if (!views.IsArray() || static_cast<double>(views.ArrayLen()) > kMaxViews) refuse("\"views\" is not an array of views");
+std::vector<ViewEntry> ModelReader::view_entries() const {
   std::vector<ViewEntry> entries;
+  if (!lumigraph_.Has("views")) return entries;  // glTF has no empty arrays
+  const GltfFile::Object& views = lumigraph_.Get("views");
+  if (!views.IsArray()) file_.refuse("\"views\" is not an array");
   for (std::size_t index = 0; index < views.ArrayLen(); ++index) {
-    entries.push_back(view_entry(views.Get(static_cast<int>(index)), index));
+    entries.push_back(view_entry(views.Get(static_cast<int>(index)), "view " + std::to_string(index)));
   }
+  require_own_images(entries);
   return entries;
 }
 
-StoredView Reader::load(const ViewEntry& entry, const Visibility& visibility, const ValidityOptions& validity) const {
-  Photograph photograph = read_photograph(entry.image);
-  const auto require_size = [&](const Photograph& image, const std::filesystem::path& path) {
-    if (image.width == entry.camera.width && image.height == entry.camera.height) return;
-    throw InputError(path.string() + ": is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
-                     ", its view in " + file_.string() + " says " + std::to_string(entry.camera.width) + "x" +
-                     std::to_string(entry.camera.height));
-  };
-  require_size(photograph, entry.image);
+// A file of a few kilobytes could else ask for one large photograph a million times.
+void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) const {
+  std::set<fs::path> images;
+  for (const ViewEntry& entry : entries) {
+    if (images.insert(entry.image.lexically_normal()).second) continue;
+    file_.refuse("two views have the photograph " + entry.image.string() + ", each must have its own");
+  }
+}
+
+Photograph ModelReader::sized_image(const fs::path& image, const Camera& camera) const {
+  const ImageSize size = photograph_size(image);
+  if (size.width != camera.width || size.height != camera.height) {
+    throw InputError(image.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+                     ", its view in " + path_.string() + " says " + std::to_string(camera.width) + "x" +
+                     std::to_string(camera.height));
+  }
+  return read_photograph(image);
+}
+
+StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibility,
+                             const ValidityOptions& options) const {
+  Photograph photograph = sized_image(entry.image, entry.camera);
   if (!entry.lens_mask.empty()) {
-    const Photograph mask = read_photograph(entry.lens_mask);
-    require_size(mask, entry.lens_mask);
+    const Photograph mask = sized_image(entry.lens_mask, entry.camera);
     photograph.valid.resize(mask.rgb.size() / 3);
     for (std::size_t pixel = 0; pixel < photograph.valid.size(); ++pixel) photograph.valid[pixel] = mask.rgb[3 * pixel];
   }
-  StoredView view = make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera),
-                                     validity);
+  StoredView view =
+      make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera), options);
   view.gain = entry.gain;
   return view;
 }
 
-ValidityOptions Reader::validity() const {
-  const Json& object = field(lumigraph_, kLumigraphExtension, "validity");
-  ValidityOptions options;
-  options.depth_edge = number(object, "validity", "depthEdge", 1e-9, 1e9);
-  options.edge_radius_px = static_cast<std::uint32_t>(number(object, "validity", "edgeRadius", 0, 16));
-  options.fade_px = static_cast<std::uint32_t>(number(object, "validity", "fade", 0, 255));
-  return options;
+// Of several views that cannot be read, the first is reported, whichever thread was faster.
+std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::vector<ViewEntry>& entries,
+                                                                     const Mesh& mesh,
+                                                                     const ValidityOptions& options) const {
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
+  std::vector<std::shared_ptr<const StoredView>> views(entries.size());
+  std::vector<std::exception_ptr> errors(entries.size());
+  tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
+    try {
+      views[i] = std::make_shared<const StoredView>(load(entries[i], *visibility, options));
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  return views;
 }
 
-Snapshot Reader::snapshot() const {
-  Snapshot snapshot;
+Model ModelReader::model() const {
+  Model model;
+  model.validity = validity();
+  Snapshot& snapshot = model.snapshot;
   const auto surface = std::make_shared<Surface>();
   surface->mesh = mesh();
-  const std::vector<double> offset = numbers(lumigraph_, kLumigraphExtension, "offset", 3);
+  const std::vector<double> offset = file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3);
   surface->offset = {offset[0], offset[1], offset[2]};
-  snapshot.cell_seen = values<std::uint8_t>(
-      static_cast<int>(number(lumigraph_, kLumigraphExtension, "cellSeen", 0, 1e9)), "cellSeen",
-      TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR, 1);
-  const double cell_size = number(lumigraph_, kLumigraphExtension, "cellSize", 0, 1e300);
-  const std::vector<std::uint32_t> cell_of_face = scalars("cellOfFace");
-  if (cell_of_face.size() != surface->mesh.faces.size()) {
-    refuse("cellOfFace has " + std::to_string(cell_of_face.size()) + " entries for " +
-           std::to_string(surface->mesh.faces.size()) + " faces");
-  }
-  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
-    if (cell_of_face[face] >= snapshot.cell_seen.size()) {
-      refuse("face " + std::to_string(face) + " is in cell " + std::to_string(cell_of_face[face]) + " of " +
-             std::to_string(snapshot.cell_seen.size()));
-    }
-  }
+  snapshot.cell_seen =
+      file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
+  surface->cells = cells(surface->mesh, snapshot.cell_seen.size());
+  snapshot.surface = surface;
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
-  surface->cells = measure_cells(surface->mesh, cell_of_face, cell_size);
-  if (surface->cells.cells.size() != snapshot.cell_seen.size()) {
-    refuse("cellSeen has " + std::to_string(snapshot.cell_seen.size()) + " cells, cellOfFace uses " +
-           std::to_string(surface->cells.cells.size()));
-  }
-  snapshot.surface = surface;
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
-  const ValidityOptions options = validity();
-  snapshot.views.resize(entries.size());
-  tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
-    snapshot.views[i] = std::make_shared<const StoredView>(load(entries[i], *visibility, options));
-  });
-  return snapshot;
+  snapshot.views = load_all(entries, surface->mesh, model.validity);
+  return model;
 }
 
 }  // namespace
 
 Model read_model(const std::filesystem::path& path) {
-  const Reader reader(std::filesystem::is_directory(path) ? path / kModelFileName : path);
-  return {reader.snapshot(), reader.validity()};
+  std::error_code ignored;
+  return ModelReader(fs::is_directory(path, ignored) ? path / kModelFileName : path).model();
 }
 
 }  // namespace lumatlas

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cstring>
+#include <fstream>
 #include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "atlas/model_extension.h"
@@ -52,14 +55,19 @@ int add_scalars(tinygltf::Model& model, const std::vector<std::uint32_t>& values
 // glTF wants COLOR_0 aligned to four bytes, hence alpha, and in linear light: so 16 bit, to keep what sRGB tells apart.
 std::vector<glm::u16vec4> linear_colors(const std::vector<glm::u8vec3>& srgb) {
   const auto& linear = linear_from_srgb8();
-  const auto convert = [&](std::uint8_t value) { return static_cast<std::uint16_t>(std::lround(65535 * linear[value])); };
+  const auto convert = [&](std::uint8_t value) {
+    return static_cast<std::uint16_t>(std::lround(65535 * linear[value]));
+  };
   std::vector<glm::u16vec4> colors;
   colors.reserve(srgb.size());
-  for (const glm::u8vec3& color : srgb) colors.emplace_back(convert(color.r), convert(color.g), convert(color.b), 65535);
+  for (const glm::u8vec3& color : srgb)
+    colors.emplace_back(convert(color.r), convert(color.g), convert(color.b), 65535);
   return colors;
 }
 
-Json array_of(const glm::dvec3& v) { return Json(Json::Array{Json(v.x), Json(v.y), Json(v.z)}); }
+Json array_of(const glm::dvec3& v) {
+  return Json(Json::Array{Json(v.x), Json(v.y), Json(v.z)});
+}
 
 void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   const Mesh& mesh = snapshot.surface->mesh;
@@ -100,6 +108,14 @@ int add_image(tinygltf::Model& model, const std::string& uri) {
   return static_cast<int>(model.images.size()) - 1;
 }
 
+// A file system's names are bytes, JSON's are Unicode: bytes that are not UTF-8 become U+FFFD, control characters '?'.
+std::string unicode_name(std::string name) {
+  std::replace_if(
+      name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
+  const std::string quoted = nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  return nlohmann::json::parse(quoted).get<std::string>();
+}
+
 Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index) {
   const Camera& camera = view.camera;
   Json::Array rotation;
@@ -107,7 +123,7 @@ Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index
     for (int column = 0; column < 3; ++column) rotation.emplace_back(camera.cam_from_world_rotation[column][row]);
   }
   Json::Object object;
-  object["name"] = Json(view.name);
+  object["name"] = Json(unicode_name(view.name));
   object["image"] = Json(add_image(model, image_name(index) + ".png"));
   if (!view.photograph.valid.empty()) object["lensMask"] = Json(add_image(model, image_name(index) + "-lens.png"));
   object["width"] = Json(static_cast<int>(camera.width));
@@ -138,11 +154,12 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
   extension["offset"] = array_of(snapshot.surface->offset);
   extension["cellSize"] = Json(cells.size);
   extension["cellOfFace"] = Json(add_scalars(model, cells.cell_of_face));
-  extension["cellSeen"] = Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE,
-                                            TINYGLTF_TYPE_SCALAR));
+  extension["cellSeen"] =
+      Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
   extension["referenceOffsets"] = Json(add_scalars(model, snapshot.references.offsets));
   const std::vector<std::uint32_t> references = renumbered(snapshot);
-  if (!references.empty()) extension["references"] = Json(add_scalars(model, references));  // glTF has no empty accessor
+  if (!references.empty())
+    extension["references"] = Json(add_scalars(model, references));  // glTF has no empty accessor
   extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});
@@ -150,7 +167,7 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
   for (const auto& view : snapshot.views) {
     if (view) views.push_back(view_json(model, *view, views.size()));
   }
-  extension["views"] = Json(std::move(views));
+  if (!views.empty()) extension["views"] = Json(std::move(views));  // glTF has no empty array
   model.extensions[kLumigraphExtension] = Json(std::move(extension));
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }
@@ -179,9 +196,30 @@ void write_images(const std::filesystem::path& folder, const Snapshot& snapshot)
   });
 }
 
+// Whether the JSON in a file that was just written is there to its closing bracket.
+bool ends_whole(const std::filesystem::path& file) {
+  std::ifstream json(file, std::ios::binary);
+  std::string end(2, ' ');
+  json.seekg(-2, std::ios::end);
+  return json.read(end.data(), 2) && end == "}\n";
+}
+
+// tinygltf does not look whether a write succeeded: a full disk leaves a short file.
+void write_gltf(const std::filesystem::path& folder, tinygltf::Model& model) {
+  const std::filesystem::path file = folder / kModelFileName;
+  tinygltf::TinyGLTF writer;
+  const bool written = writer.WriteGltfSceneToFile(&model, file.string(), false, false, true, false);
+  std::error_code error;
+  const auto buffer_bytes = std::filesystem::file_size(folder / model.buffers[0].uri, error);
+  if (!written || error || buffer_bytes != model.buffers[0].data.size() || !ends_whole(file)) {
+    throw InputError(file.string() + ": cannot be written: check that the disk has room and the folder is writable");
+  }
+}
+
 }  // namespace
 
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity) {
+  check(validity);
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";
@@ -190,11 +228,7 @@ void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, 
   add_mesh(model, snapshot);
   add_lumigraph(model, snapshot, validity);
   write_images(folder, snapshot);
-  const std::filesystem::path file = folder / kModelFileName;
-  tinygltf::TinyGLTF writer;
-  if (!writer.WriteGltfSceneToFile(&model, file.string(), false, false, true, false)) {
-    throw InputError(file.string() + ": cannot be written: check that the disk has room and the folder is writable");
-  }
+  write_gltf(folder, model);
 }
 
 }  // namespace lumatlas

@@ -31,9 +31,10 @@ std::vector<Shift> search_window(std::uint32_t radius) {
 
 template <typename Row>
 void for_each_row(std::uint32_t height, const Row& row) {
-  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, height, 16), [&](const tbb::blocked_range<std::uint32_t>& rows) {
-    for (std::uint32_t y = rows.begin(); y != rows.end(); ++y) row(static_cast<int>(y));
-  });
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, height, 16),
+                    [&](const tbb::blocked_range<std::uint32_t>& rows) {
+                      for (std::uint32_t y = rows.begin(); y != rows.end(); ++y) row(static_cast<int>(y));
+                    });
 }
 
 // 1 where a sample may be used, before any fade.
@@ -89,8 +90,9 @@ ValidityOptions ValidityOptions::printed() {
 }
 
 void check(const ValidityOptions& options) {
-  if (!(options.depth_edge > 0)) {
-    throw std::invalid_argument("validity: depth_edge is " + std::to_string(options.depth_edge) + ", must be above 0");
+  if (!(options.depth_edge > 0) || !std::isfinite(options.depth_edge)) {
+    throw std::invalid_argument("validity: depth_edge is " + std::to_string(options.depth_edge) +
+                                ", must be finite and above 0");
   }
   if (options.edge_radius_px > 16) {
     throw std::invalid_argument("validity: edge_radius_px is " + std::to_string(options.edge_radius_px) +

@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <glm/glm.hpp>
 #include <stdexcept>
@@ -18,6 +19,14 @@ namespace {
 
 constexpr std::uint32_t kPacketSide = 4;
 constexpr std::uint32_t kPacketRays = kPacketSide * kPacketSide;
+
+// Embree's own bound, FLT_LARGE: a build of it with assertions ends the program over a ray beyond. Such a ray, of a
+// camera at the end of the universe or with a vanishing focal length, sees nothing.
+constexpr float kLargestCoordinate = 1.844e18f;
+
+bool is_traceable(const glm::vec3& v) {  // false for NaN
+  return std::abs(v.x) < kLargestCoordinate && std::abs(v.y) < kLargestCoordinate && std::abs(v.z) < kLargestCoordinate;
+}
 
 struct ReleaseDevice {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -91,9 +100,10 @@ class RayVisibility final : public Visibility {
     for (std::uint32_t i = 0; i < kPacketRays; ++i) {
       const std::uint32_t x = left + i % kPacketSide;
       const std::uint32_t y = top + i / kPacketSide;
-      active[i] = x < camera.width && y < camera.height ? -1 : 0;
       // Not unit but one deep, so that the hit's distance along it is its depth.
       const glm::vec3 direction(camera.ray({x + 0.5, y + 0.5}));
+      const bool in_image = x < camera.width && y < camera.height;
+      active[i] = in_image && is_traceable(origin) && is_traceable(direction) ? -1 : 0;
       packet.ray.org_x[i] = origin.x;
       packet.ray.org_y[i] = origin.y;
       packet.ray.org_z[i] = origin.z;
@@ -113,8 +123,10 @@ class RayVisibility final : public Visibility {
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     rtcIntersect16(active, scene_.get(), &context, &packet);
     for (std::uint32_t i = 0; i < kPacketRays; ++i) {
-      if (active[i] == 0) continue;
-      const std::size_t pixel = std::size_t{top + i / kPacketSide} * camera.width + left + i % kPacketSide;
+      const std::uint32_t x = left + i % kPacketSide;
+      const std::uint32_t y = top + i / kPacketSide;
+      if (x >= camera.width || y >= camera.height) continue;
+      const std::size_t pixel = std::size_t{y} * camera.width + x;
       const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
       buffer.depth[pixel] = hit ? packet.ray.tfar[i] : std::numeric_limits<float>::infinity();
       buffer.face[pixel] = hit ? packet.hit.primID[i] : kNoFace;

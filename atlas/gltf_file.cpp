@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/gltf_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "atlas/model_extension.h"
+#include "mesh/errors.h"
+#include "mesh/whole_file.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A model nests 6 deep. tinygltf copies what is nested with a call per level, so a file could end the stack.
+constexpr int kMaxNesting = 64;
+constexpr std::uint32_t kMaxIndex = 1'000'000'000;
+
+bool is_control(char c) {
+  return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
+}
+
+bool has_control(const std::string& text) {
+  return std::any_of(text.begin(), text.end(), is_control);
+}
+
+// What a file or a parser says, fit for a sentence: on one line, and not without end.
+std::string one_line(std::string text) {
+  constexpr std::size_t kLongest = 1000;
+  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
+  std::replace_if(text.begin(), text.end(), is_control, ' ');
+  while (!text.empty() && text.back() == ' ') text.pop_back();
+  return text;
+}
+
+std::string shown(double value) {
+  std::ostringstream text;
+  text.precision(10);
+  text << value;
+  return text.str();
+}
+
+// How deep arrays and objects are nested in a JSON text.
+int nesting(const std::string& json) {
+  int depth = 0, deepest = 0;
+  bool in_string = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (in_string) {
+      if (c == '\\') ++i;
+      if (c == '"') in_string = false;
+    } else if (c == '"') {
+      in_string = true;
+    } else if (c == '[' || c == '{') {
+      deepest = std::max(deepest, ++depth);
+    } else if (c == ']' || c == '}') {
+      --depth;
+    }
+  }
+  return deepest;
+}
+
+bool stays_in_folder(const fs::path& relative) {
+  return !relative.empty() && relative.is_relative() &&
+         std::find(relative.begin(), relative.end(), "..") == relative.end();
+}
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+// RFC 3986, 2.1.
+std::string percent_decoded(const std::string& uri) {
+  std::string decoded;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    const int high = uri[i] == '%' && i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;
+    const int low = high >= 0 ? hex_digit(uri[i + 2]) : -1;
+    decoded.push_back(low >= 0 ? static_cast<char>(16 * high + low) : uri[i]);
+    if (low >= 0) i += 2;
+  }
+  return decoded;
+}
+
+// What tinygltf is given instead of the file system. It would look for a buffer along any path that the file says, and
+// then in the working directory too.
+struct Folder {
+  const GltfFile& file;
+  fs::path path;
+  std::set<fs::path> read;  // a buffer that is read a thousand times would fill the memory
+
+  static Folder& of(void* user_data) { return *static_cast<Folder*>(user_data); }
+
+  static std::string place(const std::string& uri, void* user_data) {
+    Folder& folder = of(user_data);
+    const fs::path relative(uri);
+    if (!stays_in_folder(relative) || has_control(uri)) {
+      folder.file.refuse("its buffer has the path \"" + uri + "\", must lie in the model's own folder");
+    }
+    return (folder.path / relative.lexically_normal()).string();
+  }
+  static bool exists(const std::string&, void*) { return true; }  // else the next place would be tried
+  static bool read_file(std::vector<unsigned char>* bytes, std::string*, const std::string& path, void* user_data) {
+    Folder& folder = of(user_data);
+    if (!folder.read.insert(path).second) folder.file.refuse("has two buffers with the path \"" + path + "\"");
+    const std::string text = read_whole_file(path);
+    bytes->assign(text.begin(), text.end());
+    return true;
+  }
+  static bool write_file(std::string*, const std::string&, const std::vector<unsigned char>&, void*) { return false; }
+};
+
+}  // namespace
+
+GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(path_, ignored)) {
+    refuse("no such file: give a folder that `lumatlas build` wrote, or the scene.gltf in it");
+  }
+  const std::string json = read_whole_file(path_);
+  if (json.size() > std::numeric_limits<std::uint32_t>::max())
+    refuse("is larger than 4 GiB, too large for a glTF file");
+  const int levels = nesting(json);
+  if (levels > kMaxNesting) {
+    refuse("nests its values " + std::to_string(levels) + " deep, must be at most " + std::to_string(kMaxNesting));
+  }
+  parse(json);
+  check_version();
+}
+
+void GltfFile::refuse(const std::string& why) const {
+  throw InputError(path_.string() + ": " + one_line(why));
+}
+
+void GltfFile::parse(const std::string& json) {
+  Folder folder{*this, path_.parent_path(), {}};
+  tinygltf::TinyGLTF reader;
+  reader.SetFsCallbacks({&Folder::exists, &Folder::place, &Folder::read_file, &Folder::write_file, &folder});
+  std::string error, warning;
+  bool parsed = false;
+  try {
+    parsed = reader.LoadASCIIFromString(&model_, &error, &warning, json.data(), static_cast<unsigned int>(json.size()),
+                                        std::string());
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::exception& exception) {
+    error = exception.what();
+  }
+  if (!parsed) refuse("is no glTF 2.0 file that can be read: " + error);
+}
+
+void GltfFile::check_version() const {
+  if (!model_.asset.version.starts_with("2.")) {
+    refuse("is of glTF version " + model_.asset.version + ", this program reads 2.0");
+  }
+  for (const std::string& required : model_.extensionsRequired) {
+    if (required != kLumigraphExtension) {
+      refuse("requires the extension " + required + ", which this program does not know");
+    }
+  }
+}
+
+const GltfFile::Object& GltfFile::extension(const char* name) const {
+  const auto found = model_.extensions.find(name);
+  if (found == model_.extensions.end() || !found->second.IsObject()) {
+    refuse(std::string("has no extension ") + name + ": it is a mesh without photographs");
+  }
+  return found->second;
+}
+
+const tinygltf::Primitive& GltfFile::triangles() const {
+  if (model_.meshes.empty() || model_.meshes[0].primitives.empty()) refuse("holds no mesh");
+  const tinygltf::Primitive& primitive = model_.meshes[0].primitives[0];
+  if (primitive.mode != TINYGLTF_MODE_TRIANGLES) {
+    refuse("its mesh has mode " + std::to_string(primitive.mode) + ", must be a list of triangles, mode 4");
+  }
+  return primitive;
+}
+
+int GltfFile::attribute(const char* name) const {
+  const auto& attributes = triangles().attributes;
+  const auto found = attributes.find(name);
+  if (found == attributes.end()) refuse(std::string("its mesh has no ") + name);
+  return found->second;
+}
+
+const GltfFile::Object& GltfFile::field(const Object& object, const std::string& where, const char* name) const {
+  if (!object.IsObject()) refuse(where + " is not an object");
+  if (!object.Has(name)) refuse(where + " has no \"" + name + "\"");
+  return object.Get(name);
+}
+
+double GltfFile::number(const Object& object, const std::string& where, const char* name, double least,
+                        double most) const {
+  const Object& value = field(object, where, name);
+  if (!value.IsNumber()) refuse(where + ": \"" + name + "\" is not a number");
+  const double x = value.GetNumberAsDouble();
+  if (!(x >= least && x <= most)) {
+    refuse(where + ": \"" + name + "\" is " + shown(x) + ", must be in [" + shown(least) + ", " + shown(most) + "]");
+  }
+  return x;
+}
+
+std::uint32_t GltfFile::whole_number(const Object& object, const std::string& where, const char* name,
+                                     std::uint32_t least, std::uint32_t most) const {
+  const double x = number(object, where, name, least, most);
+  if (x != std::floor(x)) refuse(where + ": \"" + name + "\" is " + shown(x) + ", must be a whole number");
+  return static_cast<std::uint32_t>(x);
+}
+
+std::vector<double> GltfFile::numbers(const Object& object, const std::string& where, const char* name,
+                                      std::size_t count) const {
+  const Object& array = field(object, where, name);
+  if (!array.IsArray() || array.ArrayLen() != count) {
+    refuse(where + ": \"" + name + "\" is not an array of " + std::to_string(count) + " numbers");
+  }
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Object& value = array.Get(static_cast<int>(i));
+    if (!value.IsNumber() || !std::isfinite(value.GetNumberAsDouble())) {
+      refuse(where + ": \"" + name + "\"[" + std::to_string(i) + "] is not a finite number");
+    }
+    numbers.push_back(value.GetNumberAsDouble());
+  }
+  return numbers;
+}
+
+std::string GltfFile::text(const Object& object, const std::string& where, const char* name) const {
+  const Object& value = field(object, where, name);
+  if (!value.IsString()) refuse(where + ": \"" + name + "\" is not a string");
+  const auto& text = value.Get<std::string>();
+  if (has_control(text)) refuse(where + ": \"" + name + "\" is \"" + text + "\", with a control character in it");
+  return text;
+}
+
+int GltfFile::accessor(const Object& object, const std::string& where, const char* name) const {
+  return static_cast<int>(whole_number(object, where, name, 0, kMaxIndex));
+}
+
+std::span<const unsigned char> GltfFile::view_bytes(int view_index, const std::string& what) const {
+  const std::string where = what + ": buffer view " + std::to_string(view_index);
+  if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size()) {
+    refuse(where + " does not exist");
+  }
+  const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
+  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) {
+    refuse(where + " is of buffer " + std::to_string(view.buffer) + ", which does not exist");
+  }
+  if (view.byteStride != 0) refuse(where + " has a stride, must be packed");
+  const std::vector<unsigned char>& bytes = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
+  if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
+    refuse(where + " reaches beyond its buffer of " + std::to_string(bytes.size()) + " bytes");
+  }
+  return std::span(bytes).subspan(view.byteOffset, view.byteLength);
+}
+
+GltfFile::Bytes GltfFile::bytes_of(int accessor_index, const std::string& what, const AccessorType& type,
+                                   std::size_t value_size) const {
+  const std::string where = what + ": accessor " + std::to_string(accessor_index);
+  if (accessor_index < 0 || static_cast<std::size_t>(accessor_index) >= model_.accessors.size()) {
+    refuse(where + " does not exist");
+  }
+  const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(accessor_index)];
+  if (accessor.componentType != type.component || accessor.type != type.type || accessor.sparse.isSparse) {
+    refuse(where + " has another type than this program writes");
+  }
+  if (accessor.count % type.elements_per_value != 0) {
+    refuse(where + " has " + std::to_string(accessor.count) + " elements, must have a multiple of " +
+           std::to_string(type.elements_per_value));
+  }
+  const std::span<const unsigned char> bytes = view_bytes(accessor.bufferView, what);
+  const std::size_t count = accessor.count / type.elements_per_value;
+  if (accessor.byteOffset > bytes.size() || count > (bytes.size() - accessor.byteOffset) / value_size) {
+    refuse(where + " reaches beyond its buffer view of " + std::to_string(bytes.size()) + " bytes");
+  }
+  return {bytes.data() + accessor.byteOffset, count};
+}
+
+fs::path GltfFile::image(std::uint32_t index) const {
+  const std::string where = "image " + std::to_string(index);
+  if (index >= model_.images.size()) refuse(where + " does not exist");
+  const std::string relative = percent_decoded(model_.images[index].uri);
+  if (!stays_in_folder(relative) || has_control(relative)) {
+    refuse(where + " has the path \"" + relative + "\", must lie in the model's own folder");
+  }
+  return path_.parent_path() / relative;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to atlas/: a glTF 2.0 file with its buffer, and its parts with every check that a hostile file needs.
+//
+// Nothing outside of the file's own folder is opened, whatever its URIs say (symbolic links in that folder are
+// followed: whoever made them is on this file system). Every refusal is an InputError of one line that names the file.
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "atlas/tiny_gltf.h"
+
+namespace lumatlas {
+
+// How an accessor's elements are stored, and how many of them make one value.
+struct AccessorType {
+  int component;  // TINYGLTF_COMPONENT_TYPE_...
+  int type;       // TINYGLTF_TYPE_...
+  std::size_t elements_per_value = 1;
+};
+
+class GltfFile {
+ public:
+  using Object = tinygltf::Value;
+
+  explicit GltfFile(std::filesystem::path path);
+
+  [[noreturn]] void refuse(const std::string& why) const;
+
+  [[nodiscard]] const Object& extension(const char* name) const;  // refuses if there is none
+  [[nodiscard]] const tinygltf::Primitive& triangles() const;     // the first primitive of the first mesh
+  [[nodiscard]] int attribute(const char* name) const;            // of triangles(): the accessor's number
+
+  // Fields of an object; `where` names it in refusals.
+  [[nodiscard]] const Object& field(const Object& object, const std::string& where, const char* name) const;
+  [[nodiscard]] double number(const Object& object, const std::string& where, const char* name, double least,
+                              double most) const;
+  [[nodiscard]] std::uint32_t whole_number(const Object& object, const std::string& where, const char* name,
+                                           std::uint32_t least, std::uint32_t most) const;
+  [[nodiscard]] std::vector<double> numbers(const Object& object, const std::string& where, const char* name,
+                                            std::size_t count) const;                                      // all finite
+  [[nodiscard]] std::string text(const Object& object, const std::string& where, const char* name) const;  // one line
+  [[nodiscard]] int accessor(const Object& object, const std::string& where, const char* name) const;
+
+  // A copy of an accessor's values. T is as large as the elements of one value.
+  template <typename T>
+  [[nodiscard]] std::vector<T> values(int accessor, const std::string& what, const AccessorType& type) const {
+    const Bytes bytes = bytes_of(accessor, what, type, sizeof(T));
+    std::vector<T> values(bytes.values);
+    if (bytes.values > 0) std::memcpy(values.data(), bytes.first, bytes.values * sizeof(T));
+    return values;
+  }
+
+  [[nodiscard]] std::filesystem::path image(std::uint32_t index) const;
+
+ private:
+  struct Bytes {
+    const unsigned char* first;
+    std::size_t values;
+  };
+  [[nodiscard]] Bytes bytes_of(int accessor, const std::string& what, const AccessorType& type,
+                               std::size_t value_size) const;
+  [[nodiscard]] std::span<const unsigned char> view_bytes(int view, const std::string& what) const;
+  void parse(const std::string& json);
+  void check_version() const;
+
+  std::filesystem::path path_;
+  tinygltf::Model model_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/atlas.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+using Slots = std::vector<std::uint32_t>;
+
+constexpr std::uint32_t kCells = 5;
+
+// A view of one pixel that can be told from others.
+StoredView tiny_view(const std::string& name) {
+  StoredView view;
+  view.name = name;
+  view.camera = forward_camera(1, 1);
+  view.photograph = {1, 1, {1, 2, 3}, {}};
+  view.depth = {4};
+  view.validity = {255};
+  return view;
+}
+
+TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(32, 32);
+  const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
+  CHECK(view.name == "a");
+  CHECK(view.gain == 1);
+  CHECK(view.photograph.rgb == position_photograph(32, 32).rgb);
+  REQUIRE(view.depth.size() == 32 * 32);
+  CHECK(view.depth[32 * 16 + 16] == 2);  // the panel
+  CHECK(view.depth[32 * 4 + 4] == 4);    // the wall
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}));
+}
+
+TEST_CASE("a stored view's parts must be as large as its camera's image") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(8, 6);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  CHECK_THROWS_MATCHES(make_stored_view("a", camera, position_photograph(8, 5), visibility->trace(camera), {}),
+                       std::invalid_argument,
+                       Catch::Message("view a: the photograph is 8x5, must be as large as its camera, 8x6"));
+  CHECK_THROWS_MATCHES(
+      make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera.scaled_to(4, 3)), {}),
+      std::invalid_argument,
+      Catch::Message("view a: the visibility buffer is 4x3, must be as large as its camera, 8x6"));
+}
+
+TEST_CASE("a store for no views is refused") {
+  CHECK_THROWS_MATCHES(Atlas(wall_and_panel(), 0), std::invalid_argument,
+                       Catch::Message("atlas: max_views is 0, must be at least 1"));
+}
+
+TEST_CASE("a new store is empty") {
+  const auto surface = wall_and_panel(kCells);
+  const Atlas atlas(surface, 3);
+  CHECK(&atlas.surface() == surface.get());
+  CHECK(atlas.capacity() == 3);
+  CHECK(atlas.size() == 0);
+  for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK(atlas.view(slot) == nullptr);
+  for (std::uint32_t cell = 0; cell < kCells; ++cell) CHECK(atlas.references(cell).empty());
+  const Snapshot snapshot = atlas.snapshot();
+  CHECK(snapshot.surface == surface);
+  CHECK(snapshot.views.size() == 3);
+  CHECK(snapshot.references.offsets == Slots(kCells + 1, 0));
+  CHECK(snapshot.references.views.empty());
+  CHECK(snapshot.cell_seen == std::vector<std::uint8_t>(kCells, 0));
+  CHECK(snapshot.vertex_colors == std::vector<glm::u8vec3>(surface->mesh.positions.size(), glm::u8vec3(128)));
+}
+
+TEST_CASE("a view goes into the lowest free slot") {
+  Atlas atlas(wall_and_panel(), 3);
+  CHECK(atlas.insert(tiny_view("a")) == 0);
+  CHECK(atlas.insert(tiny_view("b")) == 1);
+  CHECK(atlas.insert(tiny_view("c")) == 2);
+  atlas.erase(2);
+  atlas.erase(0);
+  CHECK(atlas.size() == 1);
+  CHECK(atlas.insert(tiny_view("d")) == 0);
+  CHECK(atlas.view(0)->name == "d");
+  CHECK(atlas.view(1)->name == "b");
+  CHECK(atlas.view(2) == nullptr);
+}
+
+TEST_CASE("a full store takes no view and keeps what it has") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  CHECK_THROWS_MATCHES(atlas.insert(tiny_view("c")), std::logic_error,
+                       Catch::Message("atlas: insert into a full store"));
+  CHECK(atlas.size() == 2);
+  CHECK(atlas.view(1)->name == "b");
+}
+
+TEST_CASE("a slot that cells refer to cannot be erased") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(1, {0, 1});
+  atlas.set_references(4, {0});
+  CHECK_THROWS_MATCHES(atlas.erase(0), std::logic_error,
+                       Catch::Message("atlas: erase of slot 0, which 2 cells refer to"));
+  CHECK(atlas.view(0)->name == "a");
+  atlas.set_references(1, {1});
+  CHECK_THROWS_AS(atlas.erase(0), std::logic_error);
+  atlas.set_references(4, {});
+  atlas.erase(0);
+  CHECK(atlas.size() == 1);
+}
+
+TEST_CASE("slots without a view can be neither erased nor referred to") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(0, {0});
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
+  CHECK_THROWS_MATCHES(atlas.erase(slot), std::logic_error, sentence);
+  CHECK_THROWS_MATCHES(atlas.set_references(0, {0, slot}), std::logic_error, sentence);
+  CHECK(atlas.references(0) == Slots{0});
+  CHECK_THROWS_AS(atlas.set_references(kCells, {0}), std::logic_error);
+  atlas.set_references(0, {});
+  atlas.erase(0);  // the refused calls left no reference behind
+}
+
+TEST_CASE("cells once seen stay seen") {
+  Atlas atlas(wall_and_panel(kCells), 1);
+  const std::vector<CellPixels> first{{1, 10}}, second{{1, 1}, {3, 7}};
+  atlas.mark_seen(first);
+  atlas.mark_seen(second);
+  CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>{0, 1, 0, 1, 0});
+}
+
+TEST_CASE("a snapshot does not change, and keeps alive what it shows") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(2, {0});
+  const Snapshot snapshot = atlas.snapshot();
+  atlas.set_references(2, {});
+  atlas.erase(0);
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(2, {0});
+  atlas.set_references(3, {0});
+  const std::vector<CellPixels> seen{{0, 1}};
+  atlas.mark_seen(seen);
+  CHECK(snapshot.views[0]->name == "a");
+  CHECK(snapshot.views[1] == nullptr);
+  CHECK(snapshot.references.offsets == Slots{0, 0, 0, 1, 1, 1});
+  CHECK(snapshot.references.views == Slots{0});
+  CHECK(snapshot.cell_seen[0] == 0);
+  CHECK(atlas.snapshot().views[0]->name == "b");
+}
+
+TEST_CASE("a snapshot's vertex colours are those of the stored views") {
+  const auto surface = wall_and_panel();
+  Atlas atlas(surface, 2);
+  Photograph red{32, 32, {}, {}};
+  for (int pixel = 0; pixel < 32 * 32; ++pixel) red.rgb.insert(red.rgb.end(), {200, 10, 20});
+  const Camera camera = forward_camera(32, 32, {0, 0, -1});
+  atlas.insert(traced_view(*surface, "a", camera, red, {0.05, 0, 0}));
+  const std::vector<glm::u8vec3> all_red(surface->mesh.positions.size(), glm::u8vec3(200, 10, 20));
+  CHECK(atlas.snapshot().vertex_colors == all_red);
+  atlas.erase(0);
+  CHECK(atlas.snapshot().vertex_colors != all_red);
+}
+
+// What an atlas should hold, in the plainest form.
+struct Ledger {
+  std::map<std::uint32_t, std::string> views;  // by slot
+  std::vector<Slots> references{kCells};
+
+  [[nodiscard]] bool refers_to(std::uint32_t slot) const {
+    return std::any_of(references.begin(), references.end(),
+                       [&](const Slots& slots) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); });
+  }
+};
+
+void check_same(const Snapshot& snapshot, const Ledger& ledger) {
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    const auto found = ledger.views.find(slot);
+    REQUIRE((snapshot.views[slot] != nullptr) == (found != ledger.views.end()));
+    if (found != ledger.views.end()) REQUIRE(snapshot.views[slot]->name == found->second);
+  }
+  for (std::size_t cell = 0; cell < kCells; ++cell) {
+    const auto slots = snapshot.references.of_cell(cell);
+    REQUIRE(Slots(slots.begin(), slots.end()) == ledger.references[cell]);
+  }
+}
+
+TEST_CASE("the books balance after any sequence of calls") {
+  std::mt19937 random(7);
+  Atlas atlas(wall_and_panel(kCells), 4);
+  Ledger ledger;
+  for (int step = 0; step < 2000; ++step) {
+    const auto slot = static_cast<std::uint32_t>(random() % 4);
+    switch (random() % 3) {
+      case 0:
+        if (ledger.views.size() < 4) {
+          const std::string name = std::to_string(step);
+          ledger.views[atlas.insert(tiny_view(name))] = name;
+        } else {
+          CHECK_THROWS_AS(atlas.insert(tiny_view("none")), std::logic_error);
+        }
+        break;
+      case 1:
+        if (ledger.views.count(slot) == 1 && !ledger.refers_to(slot)) {
+          atlas.erase(slot);
+          ledger.views.erase(slot);
+        } else {
+          CHECK_THROWS_AS(atlas.erase(slot), std::logic_error);
+        }
+        break;
+      default: {
+        const auto cell = static_cast<std::uint32_t>(random() % kCells);
+        Slots slots;
+        for (const auto& [stored, name] : ledger.views) {
+          if (random() % 3 == 0) slots.push_back(stored);
+        }
+        atlas.set_references(cell, slots);
+        ledger.references[cell] = slots;
+      }
+    }
+    REQUIRE(atlas.size() == ledger.views.size());
+    check_same(atlas.snapshot(), ledger);
+  }
+}
+
+// Every part of view `number` says which one it is.
+StoredView numbered_view(std::uint32_t number) {
+  StoredView view = tiny_view(std::to_string(number));
+  view.gain = number;
+  view.depth = {static_cast<float>(number)};
+  return view;
+}
+
+// Replaces views one after the other, as the planner does: references away, view out, view in, references back.
+void keep_replacing(Atlas& atlas, std::uint32_t changes) {
+  for (std::uint32_t number = 1; number <= changes; ++number) {
+    const std::uint32_t slot = number % atlas.capacity();
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+      Slots slots = atlas.references(cell);
+      std::erase(slots, slot);
+      atlas.set_references(cell, slots);
+    }
+    if (atlas.view(slot)) atlas.erase(slot);
+    const std::uint32_t taken = atlas.insert(numbered_view(number));
+    for (std::uint32_t cell = number % 2; cell < kCells; cell += 2) {
+      Slots slots = atlas.references(cell);
+      slots.push_back(taken);
+      atlas.set_references(cell, slots);
+    }
+  }
+}
+
+// What Catch2 may not check on another thread.
+bool is_consistent(const Snapshot& snapshot) {
+  for (const std::uint32_t slot : snapshot.references.views) {
+    const auto& view = snapshot.views.at(slot);
+    if (!view || view->name != std::to_string(static_cast<std::uint32_t>(view->gain))) return false;
+    if (view->depth != std::vector<float>{static_cast<float>(view->gain)}) return false;
+  }
+  return snapshot.references.offsets.size() == kCells + 1 &&
+         snapshot.references.offsets.back() == snapshot.references.views.size() &&
+         std::is_sorted(snapshot.references.offsets.begin(), snapshot.references.offsets.end());
+}
+
+TEST_CASE("snapshots are consistent while another thread writes") {
+  Atlas atlas(wall_and_panel(kCells), 4);
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    keep_replacing(atlas, 20000);
+    done = true;
+  });
+  std::size_t taken = 0, inconsistent = 0;
+  std::uint32_t newest = 0;
+  bool goes_back = false;
+  std::vector<Snapshot> kept;
+  while (!done || taken == 0) {
+    Snapshot snapshot = atlas.snapshot();
+    inconsistent += is_consistent(snapshot) ? 0 : 1;
+    std::uint32_t latest = 0;
+    for (const auto& view : snapshot.views) {
+      if (view) latest = std::max(latest, static_cast<std::uint32_t>(view->gain));
+    }
+    goes_back = goes_back || latest + 1 < newest;  // a view is out for a moment before the next is in
+    newest = std::max(newest, latest);
+    if (taken++ % 64 == 0) kept.push_back(std::move(snapshot));
+  }
+  writer.join();
+  CHECK(inconsistent == 0);
+  CHECK_FALSE(goes_back);
+  CHECK(std::all_of(kept.begin(), kept.end(), is_consistent));  // also after all that they show was replaced
+  CHECK(atlas.size() == 4);
+}
+
+}  // namespace
+}  // namespace lumatlas

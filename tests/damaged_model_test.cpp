@@ -1,0 +1,602 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Models with one thing wrong, each with the sentence that it gets.
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "atlas/model_file.h"
+#include "mesh/errors.h"
+#include "tests/small_scenes.h"
+#include "tests/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+// A good model on disk, to be damaged.
+class DamagedModel {
+ public:
+  DamagedModel() {
+    write_model(folder_.path(), small_snapshot(), {});
+    gltf_ = json::parse(bytes_of(file()));
+  }
+
+  [[nodiscard]] fs::path file() const { return folder_ / "scene.gltf"; }
+  [[nodiscard]] fs::path folder() const { return folder_.path(); }
+  [[nodiscard]] json& gltf() { return gltf_; }
+  [[nodiscard]] json& lumigraph() { return gltf_["extensions"]["LUMATLAS_lumigraph"]; }
+  [[nodiscard]] json& view(std::size_t index) { return lumigraph()["views"][index]; }
+  [[nodiscard]] json& primitive() { return gltf_["meshes"][0]["primitives"][0]; }
+  [[nodiscard]] json& accessor(const json& index) { return gltf_["accessors"][index.get<std::size_t>()]; }
+  [[nodiscard]] json& view_of(const json& index) {
+    return gltf_["bufferViews"][accessor(index)["bufferView"].get<std::size_t>()];
+  }
+
+  // Overwrites value number `index` of an accessor in the buffer.
+  template <typename T>
+  void poke(const json& of_accessor, std::size_t index, T value) {
+    std::string bytes = bytes_of(folder_ / "scene.bin");
+    const std::size_t at = view_of(of_accessor).value("byteOffset", std::size_t{0}) + index * sizeof(T);
+    REQUIRE(at + sizeof(T) <= bytes.size());
+    std::memcpy(&bytes[at], &value, sizeof(T));
+    (void)folder_.with_file("scene.bin", bytes);
+  }
+  void replace(const std::string& name, const std::string& bytes) const { (void)folder_.with_file(name, bytes); }
+
+  // What the reader says, without the path of the glTF file or the folder before it.
+  [[nodiscard]] std::string sentence() {
+    replace("scene.gltf", gltf_.dump());
+    return sentence_as_it_is();
+  }
+  [[nodiscard]] std::string sentence_as_it_is() const {
+    try {
+      (void)read_model(folder_.path());
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      CHECK(text.find('\n') == std::string::npos);
+      for (const std::string& start : {file().string() + ": ", folder().string() + "/"}) {
+        if (text.starts_with(start)) return text.substr(start.size());
+      }
+      return text;
+    }
+    return "accepted";
+  }
+
+ private:
+  TemporaryFolder folder_;
+  json gltf_;
+};
+
+struct Case {
+  const char* what;
+  std::function<void(DamagedModel&)> damage;
+  std::string sentence;
+};
+
+void check_all(const std::vector<Case>& cases) {
+  for (const Case& damaged : cases) {
+    DamagedModel model;
+    damaged.damage(model);
+    CAPTURE(damaged.what);
+    CHECK(model.sentence() == damaged.sentence);
+  }
+}
+
+constexpr double kHuge = 1e300;
+
+TEST_CASE("the good model is accepted") {
+  DamagedModel model;
+  CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("a path without a model is refused") {
+  const TemporaryFolder folder;
+  const std::string advice = ": no such file: give a folder that `lumatlas build` wrote, or the scene.gltf in it";
+  CHECK_THROWS_WITH(read_model(folder / "missing"), (folder / "missing").string() + advice);
+  CHECK_THROWS_WITH(read_model(folder.path()), (folder / "scene.gltf").string() + advice);
+}
+
+TEST_CASE("a file that is no glTF is refused") {
+  DamagedModel model;
+  const auto sentence_for = [&](const std::string& text) {
+    model.replace("scene.gltf", text);
+    return model.sentence_as_it_is();
+  };
+  const std::string no_gltf = "is no glTF 2.0 file that can be read: ";
+  CHECK(sentence_for("") == "is empty");
+  CHECK(sentence_for("{") == no_gltf + "JSON string too short.");
+  CHECK(sentence_for("[1,2,3]") == no_gltf + "Root element is not a JSON object");
+  CHECK(sentence_for("{\"asset\": 3}") == no_gltf + "\"asset\" object not found in .gltf or not an object type");
+  CHECK_THAT(sentence_for("hello, world"), Catch::StartsWith(no_gltf + "[json.exception.parse_error.101] "));
+  CHECK_THAT(sentence_for("{\"asset\": \"\xff\xfe\"}"), Catch::StartsWith(no_gltf));
+  CHECK_THAT(sentence_for("glTF\x02 and then binary"), Catch::StartsWith(no_gltf));
+  CHECK(sentence_for(std::string("{\"a\": \"") + std::string(5'000'000, 'x')).size() < 1100);
+}
+
+TEST_CASE("JSON nested without end does not end the stack") {
+  DamagedModel model;
+  constexpr std::size_t kDepth = 1'000'000;
+  const std::string arrays = std::string(kDepth, '[') + std::string(kDepth, ']');
+  std::string objects;
+  for (std::size_t level = 0; level < kDepth; ++level) objects += "{\"a\":";
+  objects += "1" + std::string(kDepth, '}');
+  const std::string value = GENERATE_COPY(arrays, objects);
+  model.replace("scene.gltf", "{\"asset\": {\"version\": \"2.0\", \"extras\": " + value + "}}");
+  CHECK(model.sentence_as_it_is() == "nests its values 1000002 deep, must be at most 64");
+}
+
+TEST_CASE("brackets in strings are no nesting") {
+  DamagedModel model;
+  model.gltf()["asset"]["copyright"] = std::string(500, '[') + "\\\"" + std::string(500, '{');
+  CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("a glTF file that is not a model of this program is refused") {
+  check_all({
+      {"no extensions", [](DamagedModel& m) { m.gltf().erase("extensions"); },
+       "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
+      {"another extension",
+       [](DamagedModel& m) {
+         m.gltf()["extensions"] = {{"EXT_other", {{"version", 1}}}};
+       },
+       "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
+      {"the extension is a number", [](DamagedModel& m) { m.lumigraph() = 3; },
+       "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
+      {"an empty extension", [](DamagedModel& m) { m.lumigraph() = json::object(); },
+       "LUMATLAS_lumigraph has no \"version\""},
+      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 2; },
+       "has version 2 of LUMATLAS_lumigraph, this program reads version 1"},
+      {"version 0", [](DamagedModel& m) { m.lumigraph()["version"] = 0; },
+       "has version 0 of LUMATLAS_lumigraph, this program reads version 1"},
+      {"a fraction of a version", [](DamagedModel& m) { m.lumigraph()["version"] = 1.5; },
+       "LUMATLAS_lumigraph: \"version\" is 1.5, must be a whole number"},
+      {"a version in words", [](DamagedModel& m) { m.lumigraph()["version"] = "1"; },
+       "LUMATLAS_lumigraph: \"version\" is not a number"},
+      {"glTF 1", [](DamagedModel& m) { m.gltf()["asset"]["version"] = "1.0"; },
+       "is of glTF version 1.0, this program reads 2.0"},
+      {"a required extension", [](DamagedModel& m) { m.gltf()["extensionsRequired"] = {"KHR_draco_mesh_compression"}; },
+       "requires the extension KHR_draco_mesh_compression, which this program does not know"},
+      {"a sentence on two lines", [](DamagedModel& m) { m.gltf()["asset"]["version"] = "3\n\x1b[31m"; },
+       "is of glTF version 3  [31m, this program reads 2.0"},
+  });
+}
+
+TEST_CASE("a buffer that is not there or not whole is refused") {
+  DamagedModel model;
+  const std::string bytes = bytes_of(model.folder() / "scene.bin");
+  SECTION("missing") {
+    fs::remove(model.folder() / "scene.bin");
+    CHECK(model.sentence() == "scene.bin: no such file");
+  }
+  SECTION("empty") {
+    model.replace("scene.bin", "");
+    CHECK(model.sentence() == "scene.bin: is empty");
+  }
+  SECTION("a folder") {
+    fs::remove(model.folder() / "scene.bin");
+    fs::create_directory(model.folder() / "scene.bin");
+    CHECK(model.sentence() == "scene.bin: is not a file");
+  }
+  SECTION("cut off") {
+    model.replace("scene.bin", bytes.substr(0, 100));
+    CHECK(model.sentence() ==
+          "is no glTF 2.0 file that can be read: File size mismatch : " + (model.folder() / "scene.bin").string() +
+              ", requestedBytes " + std::to_string(bytes.size()) + ", but got 100");
+  }
+  SECTION("a huge claim") {
+    model.gltf()["buffers"][0]["byteLength"] = 1'000'000'000'000'000;
+    CHECK_THAT(model.sentence(), Catch::Contains("requestedBytes 1000000000000000, but got"));
+  }
+  SECTION("cut off, and the claim with it") {
+    model.replace("scene.bin", bytes.substr(0, 100));
+    model.gltf()["buffers"][0]["byteLength"] = 100;
+    CHECK(model.sentence() == "POSITION: buffer view 0 reaches beyond its buffer of 100 bytes");
+  }
+  SECTION("none") {
+    model.gltf().erase("buffers");
+    CHECK(model.sentence() == "POSITION: buffer view 0 is of buffer 0, which does not exist");
+  }
+  SECTION("the same one again and again") {
+    for (int i = 0; i < 1000; ++i) model.gltf()["buffers"].push_back(json(model.gltf()["buffers"][0]));
+    CHECK(model.sentence() == "has two buffers with the path \"" + (model.folder() / "scene.bin").string() + "\"");
+  }
+}
+
+TEST_CASE("nothing outside of the model's folder is opened") {
+  // The files exist, so that a reader that follows the paths finds them.
+  DamagedModel model;
+  const TemporaryFolder outside;
+  const fs::path secret = outside.with_file("secret.bin", bytes_of(model.folder() / "scene.bin"));
+  fs::copy_file(model.folder() / "images/00000.png", outside / "secret.png");
+  const std::string climb = "../" + outside.path().filename().string() + "/";
+  const auto buffer_sentence = [&](const std::string& uri) {
+    model.gltf()["buffers"][0]["uri"] = uri;
+    return model.sentence();
+  };
+  const auto image_sentence = [&](const std::string& uri) {
+    model.gltf()["images"][0]["uri"] = uri;
+    return model.sentence();
+  };
+  const auto refused = [](const std::string& what, const std::string& path) {
+    return what + " has the path \"" + path + "\", must lie in the model's own folder";
+  };
+  SECTION("a buffer") {
+    CHECK(buffer_sentence(secret.string()) == refused("its buffer", secret.string()));
+    CHECK(buffer_sentence(climb + "secret.bin") == refused("its buffer", climb + "secret.bin"));
+    CHECK(buffer_sentence("images/../" + climb + "secret.bin") ==
+          refused("its buffer", "images/../" + climb + "secret.bin"));
+    CHECK(buffer_sentence("%2e%2E/" + climb.substr(3) + "secret.bin") == refused("its buffer", climb + "secret.bin"));
+    CHECK(buffer_sentence("%2fetc/passwd") == refused("its buffer", "/etc/passwd"));
+    CHECK(buffer_sentence("") == refused("its buffer", ""));
+    CHECK(buffer_sentence("a\nb.bin") == refused("its buffer", "a b.bin"));
+    CHECK(buffer_sentence("https://example.org/scene.bin") == "https:/example.org/scene.bin: no such file");
+  }
+  SECTION("an image") {
+    CHECK(image_sentence((outside / "secret.png").string()) == refused("image 0", (outside / "secret.png").string()));
+    CHECK(image_sentence(climb + "secret.png") == refused("image 0", climb + "secret.png"));
+    CHECK(image_sentence("%2e%2e/" + climb.substr(3) + "secret.png") == refused("image 0", climb + "secret.png"));
+    CHECK(image_sentence("images/00000.png\n") == refused("image 0", "images/00000.png "));
+    CHECK(image_sentence(std::string("images/00000.png\0.jpg", 21)) == refused("image 0", "images/00000.png .jpg"));
+    CHECK(image_sentence("") == refused("image 0", ""));
+  }
+}
+
+TEST_CASE("a buffer is not looked for in the working directory") {
+  DamagedModel model;
+  const TemporaryFolder elsewhere;
+  fs::rename(model.folder() / "scene.bin", elsewhere / "scene.bin");
+  const fs::path before = fs::current_path();
+  fs::current_path(elsewhere.path());
+  const std::string sentence = model.sentence();
+  fs::current_path(before);
+  CHECK(sentence == "scene.bin: no such file");
+}
+
+TEST_CASE("a percent-encoded path is decoded") {
+  DamagedModel model;
+  fs::rename(model.folder() / "images/00000.png", model.folder() / "images/a %41+.png");
+  fs::rename(model.folder() / "scene.bin", model.folder() / "the scene.bin");
+  model.gltf()["images"][0]["uri"] = "images/a%20%2541+.png";
+  model.gltf()["buffers"][0]["uri"] = "the%20scene.bin";
+  CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("accessors that do not fit are refused") {
+  const auto positions = [](DamagedModel& m) -> json& { return m.accessor(m.primitive()["attributes"]["POSITION"]); };
+  const auto indices = [](DamagedModel& m) -> json& { return m.accessor(m.primitive()["indices"]); };
+  check_all({
+      {"a huge count", [&](DamagedModel& m) { positions(m)["count"] = 4'000'000'000'000; },
+       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+      {"a count whose bytes overflow",
+       [&](DamagedModel& m) { positions(m)["count"] = std::numeric_limits<std::uint64_t>::max(); },
+       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+      {"an offset too far", [&](DamagedModel& m) { positions(m)["byteOffset"] = 12; },
+       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+      {"an offset that overflows",
+       [&](DamagedModel& m) { positions(m)["byteOffset"] = std::numeric_limits<std::uint64_t>::max() - 3; },
+       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+      {"a view whose end overflows",
+       [](DamagedModel& m) {
+         m.gltf()["bufferViews"][0]["byteOffset"] = std::numeric_limits<std::uint64_t>::max() - 7;
+       },
+       "POSITION: buffer view 0 reaches beyond its buffer of 1184 bytes"},
+      {"a huge view", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteLength"] = 1'000'000'000'000; },
+       "POSITION: buffer view 0 reaches beyond its buffer of 1184 bytes"},
+      {"a stride", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteStride"] = 16; },
+       "POSITION: buffer view 0 has a stride, must be packed"},
+      {"no buffer view", [&](DamagedModel& m) { positions(m).erase("bufferView"); },
+       "POSITION: buffer view -1 does not exist"},
+      {"a buffer view too many", [&](DamagedModel& m) { positions(m)["bufferView"] = 77; },
+       "POSITION: buffer view 77 does not exist"},
+      {"another buffer", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["buffer"] = 1; },
+       "POSITION: buffer view 0 is of buffer 1, which does not exist"},
+      {"a negative buffer", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["buffer"] = -1; },
+       "POSITION: buffer view 0 is of buffer -1, which does not exist"},
+      {"another component", [&](DamagedModel& m) { positions(m)["componentType"] = 5125; },
+       "POSITION: accessor 0 has another type than this program writes"},
+      {"another type", [&](DamagedModel& m) { positions(m)["type"] = "VEC4"; },
+       "POSITION: accessor 0 has another type than this program writes"},
+      {"no such component", [&](DamagedModel& m) { positions(m)["componentType"] = 99; },
+       "is no glTF 2.0 file that can be read: Invalid `componentType` in accessor. Got 99"},
+      {"an accessor too many", [](DamagedModel& m) { m.primitive()["attributes"]["POSITION"] = 99; },
+       "POSITION: accessor 99 does not exist"},
+      {"a negative accessor", [](DamagedModel& m) { m.primitive()["attributes"]["COLOR_0"] = -5; },
+       "COLOR_0: accessor -5 does not exist"},
+      {"no indices", [](DamagedModel& m) { m.primitive().erase("indices"); }, "indices: accessor -1 does not exist"},
+      {"indices not in triples", [&](DamagedModel& m) { indices(m)["count"] = 100; },
+       "indices: accessor 2 has 100 elements, must have a multiple of 3"},
+      {"no indices at all", [&](DamagedModel& m) { indices(m)["count"] = 0; }, "its mesh has no faces"},
+      {"no accessors", [](DamagedModel& m) { m.gltf().erase("accessors"); },
+       "is no glTF 2.0 file that can be read: primitive indices accessor out of bounds"},
+  });
+}
+
+TEST_CASE("a mesh that is not there or not usable is refused") {
+  const auto positions = [](DamagedModel& m) { return json(m.primitive()["attributes"]["POSITION"]); };
+  check_all({
+      {"no meshes", [](DamagedModel& m) { m.gltf().erase("meshes"); }, "holds no mesh"},
+      {"no primitives", [](DamagedModel& m) { m.gltf()["meshes"][0]["primitives"] = json::array(); }, "holds no mesh"},
+      {"lines", [](DamagedModel& m) { m.primitive()["mode"] = 1; },
+       "its mesh has mode 1, must be a list of triangles, mode 4"},
+      {"no positions", [](DamagedModel& m) { m.primitive()["attributes"].erase("POSITION"); },
+       "its mesh has no POSITION"},
+      {"no colours", [](DamagedModel& m) { m.primitive()["attributes"].erase("COLOR_0"); }, "its mesh has no COLOR_0"},
+      {"a vertex too many", [](DamagedModel& m) { m.poke<std::uint32_t>(m.primitive()["indices"], 3 * 5 + 1, 29); },
+       "face 5 has the vertex 29 of 29"},
+      {"the largest vertex", [](DamagedModel& m) { m.poke<std::uint32_t>(m.primitive()["indices"], 0, 0xffffffffu); },
+       "face 0 has the vertex 4294967295 of 29"},
+      {"NaN", [&](DamagedModel& m) { m.poke<float>(positions(m), 3 * 7 + 2, std::nanf("")); },
+       "vertex 7 has a coordinate that is not finite"},
+      {"infinity", [&](DamagedModel& m) { m.poke<float>(positions(m), 3, -std::numeric_limits<float>::infinity()); },
+       "vertex 1 has a coordinate that is not finite"},
+      {"fewer colours", [](DamagedModel& m) { m.accessor(m.primitive()["attributes"]["COLOR_0"])["count"] = 28; },
+       "COLOR_0 has 28 colours for 29 vertices"},
+      {"no vertices", [&](DamagedModel& m) { m.accessor(positions(m))["count"] = 0; }, "face 0 has the vertex 0 of 0"},
+  });
+}
+
+TEST_CASE("a mesh may be degenerate or huge without harm") {
+  DamagedModel model;
+  const json positions = model.primitive()["attributes"]["POSITION"];
+  SECTION("every vertex in one place") {
+    for (std::size_t i = 0; i < 3 * 29; ++i) model.poke<float>(positions, i, 1);
+  }
+  SECTION("coordinates at the end of the range") {
+    for (std::size_t i = 0; i < 3 * 29; ++i) model.poke<float>(positions, i, i % 2 == 0 ? 3e38f : -3e38f);
+  }
+  SECTION("coordinates too small to tell apart") {
+    for (std::size_t i = 0; i < 3 * 29; ++i) model.poke<float>(positions, i, static_cast<float>(i % 5) * 1e-45f);
+  }
+  SECTION("one face many times") {
+    for (std::size_t i = 0; i < 3 * 34; ++i) {
+      model.poke<std::uint32_t>(model.primitive()["indices"], i, static_cast<std::uint32_t>(i % 3));
+    }
+  }
+  CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("cells and references out of range are refused") {
+  const auto set = [](const char* name, std::size_t index, std::uint32_t value) {
+    return [=](DamagedModel& m) { m.poke<std::uint32_t>(m.lumigraph()[name], index, value); };
+  };
+  const auto count = [](const char* name, std::size_t elements) {
+    return [=](DamagedModel& m) { m.accessor(m.lumigraph()[name])["count"] = elements; };
+  };
+  check_all({
+      {"a cell too many", set("cellOfFace", 12, 5), "face 12 is in cell 5 of 5"},
+      {"fewer faces", count("cellOfFace", 33), "cellOfFace has 33 entries for 34 faces"},
+      {"a cell without faces",
+       [&](DamagedModel& m) {
+         for (std::size_t face = 0; face < 34; ++face) set("cellOfFace", face, face % 2 == 0 ? 0 : 4)(m);
+       },
+       "cell 1 has no faces"},
+      {"fewer cells", count("cellSeen", 4), "face 28 is in cell 4 of 4"},
+      {"no cells", count("cellSeen", 0), "face 0 is in cell 0 of 0"},
+      {"fewer offsets", count("referenceOffsets", 5), "referenceOffsets has 5 entries, must have 6 for 5 cells"},
+      {"no offsets", count("referenceOffsets", 0), "referenceOffsets has 0 entries, must have 6 for 5 cells"},
+      {"offsets from 1", set("referenceOffsets", 0, 1),
+       "referenceOffsets do not rise from 0 to the number of references, 7"},
+      {"offsets that fall", set("referenceOffsets", 3, 1),
+       "referenceOffsets do not rise from 0 to the number of references, 7"},
+      {"offsets too far", set("referenceOffsets", 5, 8),
+       "referenceOffsets do not rise from 0 to the number of references, 7"},
+      {"offsets beyond in the middle", set("referenceOffsets", 2, 0xffffffffu),
+       "referenceOffsets do not rise from 0 to the number of references, 7"},
+      {"fewer references", count("references", 6),
+       "referenceOffsets do not rise from 0 to the number of references, 6"},
+      {"no references", [](DamagedModel& m) { m.lumigraph().erase("references"); },
+       "referenceOffsets do not rise from 0 to the number of references, 0"},
+      {"a reference to a view too many", set("references", 4, 3), "reference 4 is to view 3 of 3"},
+      {"references to views that are not there", [](DamagedModel& m) { m.lumigraph().erase("views"); },
+       "reference 0 is to view 0 of 0"},
+      {"no cellOfFace", [](DamagedModel& m) { m.lumigraph().erase("cellOfFace"); },
+       "LUMATLAS_lumigraph has no \"cellOfFace\""},
+      {"an accessor too many", [](DamagedModel& m) { m.lumigraph()["cellSeen"] = 99; },
+       "cellSeen: accessor 99 does not exist"},
+      {"a negative accessor", [](DamagedModel& m) { m.lumigraph()["references"] = -1; },
+       "LUMATLAS_lumigraph: \"references\" is -1, must be in [0, 1000000000]"},
+      {"the accessor of something else", [](DamagedModel& m) { m.lumigraph()["cellOfFace"] = 0; },
+       "cellOfFace: accessor 0 has another type than this program writes"},
+      {"a negative size", [](DamagedModel& m) { m.lumigraph()["cellSize"] = -1; },
+       "LUMATLAS_lumigraph: \"cellSize\" is -1, must be in [0, 1e+300]"},
+      {"an infinite size", [](DamagedModel& m) { m.lumigraph()["cellSize"] = json::parse("1.7e308"); },
+       "LUMATLAS_lumigraph: \"cellSize\" is 1.7e+308, must be in [0, 1e+300]"},
+      {"an offset in the plane",
+       [](DamagedModel& m) {
+         m.lumigraph()["offset"] = {1.0, 2.0};
+       },
+       "LUMATLAS_lumigraph: \"offset\" is not an array of 3 numbers"},
+      {"an offset of nothing",
+       [](DamagedModel& m) {
+         m.lumigraph()["offset"] = {1.0, nullptr, 2.0};
+       },
+       "LUMATLAS_lumigraph: \"offset\" is not an array of 3 numbers"},
+  });
+}
+
+TEST_CASE("validity options out of range are refused") {
+  const auto set = [](const char* name, const json& value) {
+    return [=](DamagedModel& m) { m.lumigraph()["validity"][name] = value; };
+  };
+  check_all({
+      {"none", [](DamagedModel& m) { m.lumigraph().erase("validity"); }, "LUMATLAS_lumigraph has no \"validity\""},
+      {"a number", [](DamagedModel& m) { m.lumigraph()["validity"] = 3; }, "validity is not an object"},
+      {"no fade", [](DamagedModel& m) { m.lumigraph()["validity"].erase("fade"); }, "validity has no \"fade\""},
+      {"every step an edge", set("depthEdge", 0.0), "validity: depth_edge is 0.000000, must be finite and above 0"},
+      {"a negative edge", set("depthEdge", -1), "validity: \"depthEdge\" is -1, must be in [0, 1e+300]"},
+      {"a wide radius", set("edgeRadius", 17), "validity: edge_radius_px is 17, must be at most 16"},
+      {"a huge radius", set("edgeRadius", 2'000'000'000),
+       "validity: \"edgeRadius\" is 2000000000, must be in [0, 1000]"},
+      {"half a pixel", set("fade", 0.5), "validity: \"fade\" is 0.5, must be a whole number"},
+      {"a long fade", set("fade", 256), "validity: fade_px is 256, must be at most 255"},
+  });
+}
+
+TEST_CASE("views with a field missing or out of range are refused") {
+  const auto set = [](const char* name, const json& value) {
+    return [=](DamagedModel& m) { m.view(1)[name] = value; };
+  };
+  std::vector<Case> cases{
+      {"no array", [](DamagedModel& m) { m.lumigraph()["views"] = 3; }, "\"views\" is not an array"},
+      {"a view is a number", [](DamagedModel& m) { m.view(1) = 3; }, "view 1 is not an object"},
+      {"a name of numbers", set("name", 3), "view 1: \"name\" is not a string"},
+      {"a name on two lines", set("name", "a\nb"), "view 1: \"name\" is \"a b\", with a control character in it"},
+      {"no width", set("width", 0), "view 1: \"width\" is 0, must be in [1, 65536]"},
+      {"too high", set("height", 65537), "view 1: \"height\" is 65537, must be in [1, 65536]"},
+      {"a fraction of a pixel", set("width", 19.5), "view 1: \"width\" is 19.5, must be a whole number"},
+      {"flat", set("focalLength", {0.0, 20.0}), "view 1: camera: fx is 0.000000, must be finite and positive"},
+      {"turned inside out", set("focalLength", {20.0, -20.0}),
+       "view 1: camera: fy is -20.000000, must be finite and positive"},
+      {"one focal length", set("focalLength", {20.0}), "view 1: \"focalLength\" is not an array of 2 numbers"},
+      {"a focal length in words", set("focalLength", {20.0, "20"}),
+       "view 1: \"focalLength\"[1] is not a finite number"},
+      {"a principal point of one number", set("principalPoint", 3.0),
+       "view 1: \"principalPoint\" is not an array of 2 numbers"},
+      {"half a rotation", set("rotation", {1.0, 0.0, 0.0}), "view 1: \"rotation\" is not an array of 9 numbers"},
+      {"a rotation of zeros", set("rotation", {0, 0, 0, 0, 0, 0, 0, 0, 0}),
+       "view 1: camera: rotation is 0.000000, must be orthonormal"},
+      {"a mirror", set("rotation", {-1, 0, 0, 0, 1, 0, 0, 0, 1}),
+       "view 1: camera: rotation's determinant is -1.000000, must be positive"},
+      {"a huge rotation", set("rotation", {kHuge, 0, 0, 0, 1, 0, 0, 0, 1}),
+       "view 1: camera: rotation is inf, must be orthonormal"},
+      {"a flat translation", set("translation", {1.0, 2.0}), "view 1: \"translation\" is not an array of 3 numbers"},
+      {"black", set("gain", 0.0), "view 1: \"gain\" is 0, must be in [1e-06, 1000000]"},
+      {"negative light", set("gain", -1.0), "view 1: \"gain\" is -1, must be in [1e-06, 1000000]"},
+      {"an image too many", set("image", 4), "image 4 does not exist"},
+      {"a negative image", set("image", -1), "view 1: \"image\" is -1, must be in [0, 1000000000]"},
+      {"a mask too many", set("lensMask", 99), "image 99 does not exist"},
+  };
+  for (const char* name :
+       {"name", "image", "width", "height", "focalLength", "principalPoint", "rotation", "translation", "gain"}) {
+    cases.push_back(
+        {name, [=](DamagedModel& m) { m.view(1).erase(name); }, std::string("view 1 has no \"") + name + "\""});
+  }
+  check_all(cases);
+}
+
+TEST_CASE("cameras at the ends of their range do no harm") {
+  DamagedModel model;
+  json& view = model.view(0);
+  SECTION("everything in one point") {
+    view["focalLength"] = {1e-300, 1e-300};
+  }
+  SECTION("everything far away") {
+    view["focalLength"] = {1e300, 1e300};
+  }
+  SECTION("far from the scene") {
+    view["translation"] = {1e300, -1e300, 1e300};
+  }
+  SECTION("looking past the image") {
+    view["principalPoint"] = {-1e300, 1e300};
+  }
+  CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("images that do not fit are refused") {
+  DamagedModel model;
+  const fs::path image = model.folder() / "images/00001.png";
+  SECTION("missing") {
+    fs::remove(image);
+    CHECK(model.sentence() == "images/00001.png: no such file");
+  }
+  SECTION("cut off") {
+    const std::string bytes = bytes_of(image);
+    model.replace("images/00001.png", bytes.substr(0, bytes.size() / 2));
+    CHECK(model.sentence() ==
+          "images/00001.png: the file is cut off after " + std::to_string(bytes.size() / 2) + " bytes; copy it again");
+  }
+  SECTION("another size") {
+    write_image(image, position_photograph(20, 17));
+    CHECK(model.sentence() == "images/00001.png: is 20x17, its view in " + model.file().string() + " says 20x18");
+  }
+  SECTION("another size of the lens mask") {
+    write_image(model.folder() / "images/00001-lens.png", position_photograph(1, 1));
+    CHECK(model.sentence() == "images/00001-lens.png: is 1x1, its view in " + model.file().string() + " says 20x18");
+  }
+  SECTION("another size in the file") {
+    model.view(2)["width"] = 65536;
+    model.view(2)["height"] = 65536;
+    CHECK(model.sentence() == "images/00002.png: is 30x30, its view in " + model.file().string() + " says 65536x65536");
+  }
+  SECTION("in a data URI") {
+    model.gltf()["images"][1]["uri"] = "data:image/png;base64,iVBORw0KGgo=";
+    CHECK(model.sentence() == "is no glTF 2.0 file that can be read: No LoadImageData callback specified.");
+  }
+  SECTION("in a buffer view that does not exist") {
+    model.gltf()["images"][1] = {{"bufferView", 99}, {"mimeType", "image/png"}};
+    CHECK(model.sentence() ==
+          "is no glTF 2.0 file that can be read: image[1] bufferView \"99\" not found in the scene.");
+  }
+  SECTION("in a buffer view") {
+    model.gltf()["images"][1] = {{"bufferView", 0}, {"mimeType", "image/png"}};
+    CHECK(model.sentence() == "is no glTF 2.0 file that can be read: No LoadImageData callback specified.");
+  }
+  SECTION("one photograph for two views") {
+    model.view(1)["image"] = 0;
+    CHECK(model.sentence() == "two views have the photograph " + (model.folder() / "images/00000.png").string() +
+                                  ", each must have its own");
+  }
+  SECTION("one photograph for two views, by two names") {
+    model.gltf()["images"][1]["uri"] = "images/./00000.png";
+    CHECK_THAT(model.sentence(), Catch::StartsWith("two views have the photograph "));
+  }
+  SECTION("none at all") {
+    model.gltf().erase("images");
+    CHECK(model.sentence() == "image 0 does not exist");
+  }
+}
+
+TEST_CASE("of several damaged photographs the first is reported, by any number of threads") {
+  DamagedModel model;
+  for (const char* name : {"images/00000.png", "images/00001.png", "images/00002.png"}) model.replace(name, "x");
+  const std::size_t threads = GENERATE(1u, 4u);
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  for (int attempt = 0; attempt < 10; ++attempt) CHECK_THAT(model.sentence(), Catch::StartsWith("images/00000.png: "));
+}
+
+TEST_CASE("a model file with any byte changed is read or refused") {
+  const DamagedModel model;
+  const std::string bytes = bytes_of(model.file());
+  std::size_t refused = 0;
+  const std::string replacements = "0-\"]x";
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    std::string changed = bytes;
+    changed[at] = replacements[at % replacements.size()];
+    model.replace("scene.gltf", changed);
+    if (model.sentence_as_it_is() != "accepted") ++refused;
+  }
+  CHECK(refused > bytes.size() / 4);
+}
+
+TEST_CASE("a buffer with any byte changed is read or refused") {
+  const DamagedModel model;
+  const std::string bytes = bytes_of(model.folder() / "scene.bin");
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    std::string changed = bytes;
+    changed[at] = static_cast<char>(~changed[at]);
+    model.replace("scene.bin", changed);
+    (void)model.sentence_as_it_is();
+  }
+}
+
+TEST_CASE("a model file that is cut off is refused at any length") {
+  const DamagedModel model;
+  const std::string bytes = bytes_of(model.file());
+  for (std::size_t length = 0; length + 2 < bytes.size(); length += 13) {
+    model.replace("scene.gltf", bytes.substr(0, length));
+    CAPTURE(length);
+    CHECK(model.sentence_as_it_is() != "accepted");
+  }
+}
+
+}  // namespace
+}  // namespace lumatlas

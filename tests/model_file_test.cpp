@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/model_file.h"
+
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "blend/reference.h"
+#include "mesh/errors.h"
+#include "tests/small_scenes.h"
+#include "tests/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr ValidityOptions kValidity{0.031, 1, 3};  // no default
+
+template <typename T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+void check_same(const Camera& a, const Camera& b) {
+  CHECK(a.width == b.width);
+  CHECK(a.height == b.height);
+  for (const auto field : {&Camera::fx, &Camera::fy, &Camera::cx, &Camera::cy}) CHECK(same_bits(a.*field, b.*field));
+  CHECK(same_bits(a.cam_from_world_rotation, b.cam_from_world_rotation));
+  CHECK(same_bits(a.cam_from_world_translation, b.cam_from_world_translation));
+}
+
+void check_same(const StoredView& a, const StoredView& b) {
+  CAPTURE(a.name);
+  CHECK(a.name == b.name);
+  check_same(a.camera, b.camera);
+  CHECK(same_bits(a.gain, b.gain));
+  CHECK(a.photograph.width == b.photograph.width);
+  CHECK(a.photograph.height == b.photograph.height);
+  CHECK(a.photograph.rgb == b.photograph.rgb);
+  CHECK(a.photograph.valid == b.photograph.valid);
+  CHECK(a.depth == b.depth);
+  CHECK(a.validity == b.validity);
+}
+
+void check_same(const Cells& a, const Cells& b) {
+  CHECK(same_bits(a.size, b.size));
+  CHECK(a.cell_of_face == b.cell_of_face);
+  REQUIRE(a.cells.size() == b.cells.size());
+  for (std::size_t cell = 0; cell < a.cells.size(); ++cell) {
+    CHECK(a.cells[cell].centroid == b.cells[cell].centroid);
+    CHECK(a.cells[cell].normal == b.cells[cell].normal);
+    CHECK(a.cells[cell].normal_cone_cos == b.cells[cell].normal_cone_cos);
+    CHECK(a.cells[cell].area == b.cells[cell].area);
+    CHECK(a.cells[cell].radius == b.cells[cell].radius);
+    CHECK(a.cells[cell].faces == b.cells[cell].faces);
+  }
+}
+
+// Without free slots: the views in their order, and references by their numbers in it.
+Snapshot compacted(const Snapshot& snapshot) {
+  Snapshot compact = snapshot;
+  compact.views.clear();
+  std::map<std::uint32_t, std::uint32_t> number;
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    number[slot] = static_cast<std::uint32_t>(compact.views.size());
+    compact.views.push_back(snapshot.views[slot]);
+  }
+  for (std::uint32_t& view : compact.references.views) view = number.at(view);
+  return compact;
+}
+
+void check_same(const Snapshot& a, const Snapshot& b) {
+  CHECK(a.surface->mesh.positions == b.surface->mesh.positions);
+  CHECK(a.surface->mesh.faces == b.surface->mesh.faces);
+  CHECK(same_bits(a.surface->offset, b.surface->offset));
+  check_same(a.surface->cells, b.surface->cells);
+  REQUIRE(a.views.size() == b.views.size());
+  for (std::size_t slot = 0; slot < a.views.size(); ++slot) check_same(*a.views[slot], *b.views[slot]);
+  CHECK(a.references.offsets == b.references.offsets);
+  CHECK(a.references.views == b.references.views);
+  CHECK(a.cell_seen == b.cell_seen);
+  CHECK(a.vertex_colors == b.vertex_colors);
+}
+
+nlohmann::json json_of(const fs::path& file) {
+  return nlohmann::json::parse(bytes_of(file));
+}
+
+TEST_CASE("a model reads back as the snapshot that was written, with its free slots left out") {
+  const TemporaryFolder folder;
+  const Snapshot written = small_snapshot(kValidity);
+  REQUIRE(written.views.size() == 5);
+  write_model(folder.path(), written, kValidity);
+  const Model read = read_model(folder.path());
+  CHECK(read.snapshot.views.size() == 3);
+  check_same(read.snapshot, compacted(written));
+  CHECK(read.validity.depth_edge == kValidity.depth_edge);
+  CHECK(read.validity.edge_radius_px == kValidity.edge_radius_px);
+  CHECK(read.validity.fade_px == kValidity.fade_px);
+}
+
+TEST_CASE("a model is read from its folder or from its file") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  check_same(read_model(folder / "scene.gltf").snapshot, read_model(folder.path()).snapshot);
+}
+
+TEST_CASE("a model that was read is written as the same bytes") {
+  const TemporaryFolder first, second;
+  write_model(first.path(), small_snapshot(), {});
+  write_model(second.path(), read_model(first.path()).snapshot, {});
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(first.path())) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = fs::relative(entry.path(), first.path()).string();
+    CAPTURE(name);
+    CHECK(bytes_of(entry.path()) == bytes_of(second / name));
+    ++files;
+  }
+  CHECK(files == 2 + 3 + 1);  // the glTF file and its buffer, three photographs, one lens mask
+}
+
+TEST_CASE("a model is written and read the same by any number of threads") {
+  const TemporaryFolder folder, alone;
+  write_model(folder.path(), small_snapshot(), {});
+  const Snapshot by_all = read_model(folder.path()).snapshot;
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  write_model(alone.path(), small_snapshot(), {});
+  CHECK(bytes_of(folder / "scene.bin") == bytes_of(alone / "scene.bin"));
+  CHECK(bytes_of(folder / "scene.gltf") == bytes_of(alone / "scene.gltf"));
+  check_same(read_model(folder.path()).snapshot, by_all);
+}
+
+TEST_CASE("a model that was read renders the same picture") {
+  const TemporaryFolder folder;
+  const Snapshot written = small_snapshot();
+  write_model(folder.path(), written, {});
+  const Model read = read_model(folder.path());
+  const Camera camera = oblique_camera(48, 40, 0.03, {0.1, 0, -0.6});
+  const auto picture = [&](const Snapshot& snapshot) {
+    const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(camera);
+    return render_reference(snapshot, camera, visible, {});
+  };
+  const Rendering before = picture(written), after = picture(read.snapshot);
+  CHECK(before.picture.rgb == after.picture.rgb);
+  CHECK(before.state == after.state);
+  for (const PixelState state : {PixelState::empty, PixelState::unseen, PixelState::untextured, PixelState::textured}) {
+    CHECK(std::count(before.state.begin(), before.state.end(), state) > 0);  // the scene shows every case
+  }
+}
+
+TEST_CASE("a model without views or references can be kept") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), Atlas(wall_and_panel(), 2).snapshot(), {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK(read.views.empty());
+  CHECK(read.references.views.empty());
+  CHECK(read.references.offsets == std::vector<std::uint32_t>(6, 0));
+}
+
+TEST_CASE("vertex colours survive for each of the 256 sRGB values") {
+  const TemporaryFolder folder;
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 15, 15, 1, 4);
+  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
+  Snapshot snapshot = Atlas(surface, 1).snapshot();
+  REQUIRE(snapshot.vertex_colors.size() == 256);
+  for (std::size_t value = 0; value < 256; ++value) {
+    snapshot.vertex_colors[value] = {value, 255 - value, (7 * value) % 256};
+  }
+  write_model(folder.path(), snapshot, {});
+  CHECK(read_model(folder.path()).snapshot.vertex_colors == snapshot.vertex_colors);
+}
+
+TEST_CASE("a name that is no Unicode is made one, with a control character replaced") {
+  const TemporaryFolder folder;
+  Atlas atlas(wall_and_panel(), 2);
+  const Camera camera = forward_camera(8, 8);
+  atlas.insert(traced_view(atlas.surface(), "caf\xe9.jpg", camera, position_photograph(8, 8)));
+  atlas.insert(traced_view(atlas.surface(), "a\nb\x7f.jpg", camera, position_photograph(8, 8)));
+  write_model(folder.path(), atlas.snapshot(), {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK(read.views[0]->name == "caf\xef\xbf\xbd.jpg");  // U+FFFD
+  CHECK(read.views[1]->name == "a?b?.jpg");
+}
+
+TEST_CASE("the file is glTF with a mesh that any viewer shows") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = small_snapshot();
+  write_model(folder.path(), snapshot, {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  CHECK(gltf.at("asset").at("version") == "2.0");
+  CHECK(gltf.at("extensionsUsed") == nlohmann::json{"LUMATLAS_lumigraph"});
+  CHECK_FALSE(gltf.contains("extensionsRequired"));
+  CHECK(gltf.at("buffers").at(0).at("byteLength") == fs::file_size(folder / "scene.bin"));
+  const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
+  const auto& positions = gltf.at("accessors").at(primitive.at("attributes").at("POSITION").get<std::size_t>());
+  CHECK(positions.at("min") == nlohmann::json{-2.0, -2.0, 2.0});
+  CHECK(positions.at("max") == nlohmann::json{2.0, 2.0, 4.0});
+  const auto& colors = gltf.at("accessors").at(primitive.at("attributes").at("COLOR_0").get<std::size_t>());
+  CHECK(colors.at("normalized") == true);
+  CHECK(colors.at("count") == snapshot.vertex_colors.size());
+}
+
+TEST_CASE("a rotation is stored row by row") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = small_snapshot();
+  write_model(folder.path(), snapshot, {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(0);
+  const glm::dmat3& rotation = snapshot.views[0]->camera.cam_from_world_rotation;
+  // Its second number multiplies y of the world for x of the camera.
+  CHECK(view.at("rotation").at(1).get<double>() == (rotation * glm::dvec3(0, 1, 0)).x);
+}
+
+TEST_CASE("a model that cannot be written is refused by name") {
+  const TemporaryFolder folder;
+  const fs::path missing = folder / "missing";
+  CHECK_THROWS_AS(write_model(folder.with_file("file", "x"), small_snapshot(), {}), InputError);
+  fs::create_directories(folder / "scene.gltf");
+  CHECK_THROWS_MATCHES(write_model(folder.path(), small_snapshot(), {}), InputError,
+                       Catch::Message((folder / "scene.gltf").string() +
+                                      ": cannot be written: check that the disk has room and the folder is writable"));
+  CHECK_THROWS_AS(write_model(missing, small_snapshot(), {0, 2, 8}), std::invalid_argument);
+  CHECK_FALSE(fs::exists(missing));
+}
+
+}  // namespace
+}  // namespace lumatlas

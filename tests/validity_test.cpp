@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/validity.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+namespace {
+
+constexpr float kNoSurface = std::numeric_limits<float>::infinity();
+
+Photograph grey(std::uint32_t width, std::uint32_t height) {
+  return {width, height, std::vector<std::uint8_t>(std::size_t{3} * width * height, 128), {}};
+}
+
+std::vector<float> flat_depth(const Photograph& photograph, float z) {
+  return std::vector<float>(std::size_t{photograph.width} * photograph.height, z);
+}
+
+// A step from `left` to `right` between the columns edge - 1 and edge.
+std::vector<float> step_depth(const Photograph& photograph, std::uint32_t edge, float left, float right) {
+  std::vector<float> depth;
+  for (std::uint32_t y = 0; y < photograph.height; ++y) {
+    for (std::uint32_t x = 0; x < photograph.width; ++x) depth.push_back(x < edge ? left : right);
+  }
+  return depth;
+}
+
+ValidityOptions without_fade(double depth_edge = 0.05, std::uint32_t radius = 2) {
+  return {depth_edge, radius, 0};
+}
+
+std::vector<std::uint8_t> row_of(const std::vector<std::uint8_t>& mask, const Photograph& photograph, std::uint32_t y) {
+  const auto begin = mask.begin() + static_cast<std::ptrdiff_t>(y * photograph.width);
+  return {begin, begin + static_cast<std::ptrdiff_t>(photograph.width)};
+}
+
+TEST_CASE("a depth step makes the pixels within its radius invalid on both sides") {
+  const Photograph photograph = grey(12, 5);
+  const std::uint32_t radius = GENERATE(0u, 1u, 2u, 3u);
+  CAPTURE(radius);
+  const auto mask = validity_mask(photograph, step_depth(photograph, 6, 1, 2), without_fade(0.05, radius));
+  for (std::uint32_t y = 0; y < photograph.height; ++y) {
+    for (std::uint32_t x = 0; x < photograph.width; ++x) {
+      const bool near_step = x >= 6 - radius && x < 6 + radius;
+      CHECK(mask[y * photograph.width + x] == (near_step ? 0 : 255));
+    }
+  }
+}
+
+TEST_CASE("the search window is a disc") {
+  const Photograph photograph = grey(9, 9);
+  std::vector<float> depth = flat_depth(photograph, 1);
+  depth[4 * 9 + 4] = 2;  // one pixel stands out
+  const auto mask = validity_mask(photograph, depth, without_fade(0.05, 2));
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 9; ++x) {
+      const bool near = (x - 4) * (x - 4) + (y - 4) * (y - 4) <= 4;
+      CHECK(mask[static_cast<std::size_t>(9 * y + x)] == (near ? 0 : 255));
+    }
+  }
+}
+
+TEST_CASE("the depth threshold is relative to the nearer of two depths") {
+  const Photograph photograph = grey(6, 3);
+  const float scale = GENERATE(1e-3f, 1.0f, 1e5f);  // arbitrary units
+  const auto is_edge = [&](float left, float right) {
+    const auto mask = validity_mask(photograph, step_depth(photograph, 3, scale * left, scale * right), without_fade());
+    return mask[2] == 0;
+  };
+  CHECK_FALSE(is_edge(100, 104.9f));
+  CHECK(is_edge(100, 105.1f));  // 5.1% of the nearer, 4.9% of the farther
+  CHECK(is_edge(105.1f, 100));
+  CHECK_FALSE(is_edge(104.9f, 100));
+}
+
+TEST_CASE("pixels without a surface are invalid, and so are those near them") {
+  const Photograph photograph = grey(8, 3);
+  const auto mask = validity_mask(photograph, step_depth(photograph, 4, 1, kNoSurface), without_fade());
+  CHECK(row_of(mask, photograph, 1) == std::vector<std::uint8_t>{255, 255, 0, 0, 0, 0, 0, 0});
+  const auto nothing = validity_mask(photograph, flat_depth(photograph, kNoSurface), {});
+  CHECK(nothing == std::vector<std::uint8_t>(24, 0));
+}
+
+TEST_CASE("pixels outside of the lens's image are invalid") {
+  Photograph photograph = grey(7, 3);
+  photograph.valid.assign(21, 255);
+  for (std::uint32_t y = 0; y < 3; ++y) photograph.valid[7 * y] = photograph.valid[7 * y + 6] = 0;
+  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), without_fade());
+  CHECK(row_of(mask, photograph, 1) == std::vector<std::uint8_t>{0, 255, 255, 255, 255, 255, 0});
+  const auto faded = validity_mask(photograph, flat_depth(photograph, 3), {0.05, 2, 1});
+  CHECK(row_of(faded, photograph, 1) == std::vector<std::uint8_t>{0, 128, 255, 255, 255, 128, 0});
+}
+
+TEST_CASE("without a fade the image's border is wholly valid") {
+  const Photograph photograph = grey(5, 4);
+  CHECK(validity_mask(photograph, flat_depth(photograph, 3), without_fade()) == std::vector<std::uint8_t>(20, 255));
+}
+
+TEST_CASE("the fade rises in equal steps from the image's border") {
+  const Photograph photograph = grey(11, 11);
+  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), {0.05, 2, 4});
+  CHECK(row_of(mask, photograph, 5) == std::vector<std::uint8_t>{51, 102, 153, 204, 255, 255, 255, 204, 153, 102, 51});
+  CHECK(row_of(mask, photograph, 0) == std::vector<std::uint8_t>(11, 51));
+}
+
+TEST_CASE("the fade goes by Euclidean distance") {
+  Photograph photograph = grey(31, 31);
+  photograph.valid.assign(31 * 31, 255);
+  photograph.valid[31 * 15 + 15] = 0;
+  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), {0.05, 2, 9});
+  const auto at = [&](std::size_t dx, std::size_t dy) { return mask[31 * (15 + dy) + 15 + dx]; };
+  CHECK(at(3, 4) == at(5, 0));
+  CHECK(at(4, 3) == 128);  // 5 of 10
+  CHECK(at(2, 2) == std::lround(255 * std::sqrt(8.0) / 10));
+  for (std::size_t distance = 1; distance <= 6; ++distance) {  // beyond, the image's border is nearer
+    CHECK(at(distance, 0) > at(distance - 1, 0));
+    CHECK(at(distance, 0) == at(0, distance));
+  }
+}
+
+TEST_CASE("the printed options are a step, and otherwise the defaults") {
+  CHECK(ValidityOptions::printed().fade_px == 0);
+  CHECK(ValidityOptions::printed().edge_radius_px == 2);
+  CHECK(ValidityOptions::printed().depth_edge == 0.05);
+  const Photograph photograph = grey(12, 5);
+  for (const std::uint8_t value :
+       validity_mask(photograph, step_depth(photograph, 6, 1, 2), ValidityOptions::printed())) {
+    CHECK((value == 0 || value == 255));
+  }
+}
+
+// The definition, pixel by pixel.
+bool usable(const Photograph& photograph, const std::vector<float>& depth, int x, int y, const ValidityOptions& o) {
+  const int width = static_cast<int>(photograph.width), height = static_cast<int>(photograph.height);
+  if (x < 0 || y < 0 || x >= width || y >= height) return false;
+  const auto at = [&](int column, int row) { return static_cast<std::size_t>(row * width + column); };
+  const float z = depth[at(x, y)];
+  if (!std::isfinite(z) || (!photograph.valid.empty() && photograph.valid[at(x, y)] == 0)) return false;
+  const int radius = static_cast<int>(o.edge_radius_px);
+  for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) {
+    for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u) {
+      if ((u - x) * (u - x) + (v - y) * (v - y) > radius * radius) continue;
+      if (std::abs(z - depth[at(u, v)]) > o.depth_edge * std::min(z, depth[at(u, v)])) return false;
+    }
+  }
+  return true;
+}
+
+std::vector<std::uint8_t> mask_by_definition(const Photograph& photograph, const std::vector<float>& depth,
+                                             const ValidityOptions& options) {
+  std::vector<std::uint8_t> mask;
+  const int reach = static_cast<int>(options.fade_px) + 1;
+  for (int y = 0; y < static_cast<int>(photograph.height); ++y) {
+    for (int x = 0; x < static_cast<int>(photograph.width); ++x) {
+      double nearest = reach;
+      for (int v = y - reach; v <= y + reach; ++v) {
+        for (int u = x - reach; u <= x + reach; ++u) {
+          if (!usable(photograph, depth, u, v, options)) nearest = std::min(nearest, std::hypot(u - x, v - y));
+        }
+      }
+      mask.push_back(static_cast<std::uint8_t>(std::lround(255 * nearest / reach)));
+    }
+  }
+  return mask;
+}
+
+TEST_CASE("masks of random depth images are those of the definition") {
+  const unsigned seed = GENERATE(range(1u, 13u));
+  std::mt19937 random(seed);
+  const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
+  Photograph photograph = grey(1 + below(27), 1 + below(19));
+  std::vector<float> depth = flat_depth(photograph, 2);
+  if (seed % 2 == 0) photograph.valid.assign(depth.size(), 255);
+  for (std::uint32_t spot = 0; spot < 1 + below(6); ++spot) {
+    const std::size_t pixel = below(static_cast<std::uint32_t>(depth.size()));
+    depth[pixel] = below(3) == 0 ? kNoSurface : 2 + 0.05f * static_cast<float>(below(8));
+    if (!photograph.valid.empty()) photograph.valid[below(static_cast<std::uint32_t>(depth.size()))] = 0;
+  }
+  const ValidityOptions options{0.02 + 0.02 * below(4), below(4), below(7)};
+  CAPTURE(seed, photograph.width, photograph.height, options.depth_edge, options.edge_radius_px, options.fade_px);
+  CHECK(validity_mask(photograph, depth, options) == mask_by_definition(photograph, depth, options));
+}
+
+TEST_CASE("bad validity options are refused by field, value and rule") {
+  const Photograph photograph = grey(2, 2);
+  const auto sentence = [&](const ValidityOptions& options) -> std::string {
+    try {
+      (void)validity_mask(photograph, flat_depth(photograph, 1), options);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  CHECK(sentence({0, 2, 8}) == "validity: depth_edge is 0.000000, must be finite and above 0");
+  CHECK(sentence({std::nan(""), 2, 8}) == "validity: depth_edge is nan, must be finite and above 0");
+  CHECK(sentence({std::numeric_limits<double>::infinity(), 2, 8}) ==
+        "validity: depth_edge is inf, must be finite and above 0");
+  CHECK(sentence({0.05, 17, 8}) == "validity: edge_radius_px is 17, must be at most 16");
+  CHECK(sentence({0.05, 2, 256}) == "validity: fade_px is 256, must be at most 255");
+  CHECK(sentence({0.05, 16, 255}) == "accepted");
+  CHECK_THROWS_MATCHES(validity_mask(photograph, std::vector<float>(3, 1.0f), {}), std::invalid_argument,
+                       Catch::Message("validity: depth has 3 values, must have one per pixel of the photograph"));
+}
+
+}  // namespace
+}  // namespace lumatlas
