@@ -5,17 +5,21 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 
+#include "atlas/image_header.h"
 #include "mesh/errors.h"
 #include "mesh/pending_file.h"
+#include "mesh/whole_file.h"
 
 namespace lumatlas {
 
@@ -35,22 +39,23 @@ constexpr std::uint64_t kAlwaysPlausible = 16 << 20;  // bytes
   throw InputError(path.string() + ": " + reason);
 }
 
-// OpenImageIO's messages can span lines; an InputError is one sentence.
-std::string one_line(std::string text) {
-  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  return text.empty() ? "no reason given" : text;
+// OpenImageIO's reason in brackets, on one line; it does not always give one.
+std::string because(std::string reason) {
+  while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) reason.pop_back();
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason.empty() ? reason : " (" + reason + ")";
 }
 
 struct Signature {
   std::string_view first_bytes;
   const char* format;  // as OpenImageIO names it
 };
-constexpr std::array<Signature, 9> kSignatures{{
+constexpr std::array<Signature, 10> kSignatures{{
     {"\xff\xd8\xff", "jpeg"},
     {"\x89PNG\r\n\x1a\n", "png"},
     {{"II*\0", 4}, "tiff"},
     {{"MM\0*", 4}, "tiff"},
+    {{"II+\0", 4}, "tiff"},
     {"\x76\x2f\x31\x01", "openexr"},
     {"#?", "hdr"},
     {"BM", "bmp"},
@@ -58,67 +63,121 @@ constexpr std::array<Signature, 9> kSignatures{{
     {"RIFF", "webp"},
 }};
 
-// By the first bytes, because photographs are often misnamed; else by the ending.
-std::string format_of(const fs::path& path) {
+std::ifstream open_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) fail(path, "no such file");
   if (!fs::is_regular_file(status)) fail(path, "is not a file");
-  std::array<char, 8> head{};
   std::ifstream file(path, std::ios::binary);
   if (!file) fail(path, "cannot be opened; check that it may be read");
+  return file;
+}
+
+using Reader = std::unique_ptr<OIIO::ImageInput>;
+
+Reader reader_named(const std::string& format) {
+  Reader reader = OIIO::ImageInput::create(format);
+  if (!reader) (void)OIIO::geterror();  // an error that nobody fetches would be printed at exit
+  return reader;
+}
+
+// Formats that have a signature but not here are not what the ending says.
+Reader reader_by_ending(const fs::path& path) {
+  const std::string ending = path.extension().string();
+  Reader reader = ending.size() > 1 ? reader_named(ending.substr(1)) : nullptr;
+  const auto has_signature = [&](const Signature& signature) {
+    return std::string_view(reader->format_name()) == signature.format;
+  };
+  if (!reader || std::any_of(kSignatures.begin(), kSignatures.end(), has_signature)) {
+    fail(path, "not an image; its first bytes are not those of a known format");
+  }
+  return reader;
+}
+
+// By the first bytes, because photographs are often misnamed; else by the ending.
+Reader reader_for(const fs::path& path) {
+  std::ifstream file = open_file(path);
+  std::array<char, 8> head{};
   file.read(head.data(), head.size());
   const std::string_view bytes(head.data(), static_cast<std::size_t>(file.gcount()));
+  if (bytes.empty()) fail(path, "is empty");
   for (const Signature& signature : kSignatures) {
-    if (bytes.starts_with(signature.first_bytes)) return signature.format;
+    if (!bytes.starts_with(signature.first_bytes)) continue;
+    if (Reader reader = reader_named(signature.format)) return reader;
   }
-  const std::string ending = path.extension().string();
-  return ending.empty() ? ending : ending.substr(1);
+  return reader_by_ending(path);
 }
 
-// A reader that does its work on the calling thread, so that callers decide about parallelism.
-std::unique_ptr<OIIO::ImageInput> open_image(const fs::path& path) {
-  const std::string format = format_of(path);
-  std::unique_ptr<OIIO::ImageInput> input;
-  if (!format.empty()) input = OIIO::ImageInput::create(format);
-  if (!input) {
-    OIIO::geterror();  // an error nobody fetched would be printed at exit
-    fail(path, "not an image: neither its first bytes nor its ending name a known format");
-  }
-  input->threads(1);
-  OIIO::ImageSpec config;
-  config.attribute("oiio:UnassociatedAlpha", 1);  // alpha is dropped, so colours must not be multiplied by it
-  OIIO::ImageSpec spec;
-  if (!input->open(path.string(), spec, config)) {
-    fail(path, "cannot be read as " + format + " (" + one_line(input->geterror()) + ")");
-  }
-  return input;
-}
+// What must be known before anything is allocated for the pixels.
+struct Header {
+  std::uint64_t width, height;  // pixels, as stored
+  std::uint64_t pixel_bytes;
+  int orientation;  // EXIF: 1 as stored, 2..4 mirrored or turned by 180 degrees, 5..8 with rows and columns exchanged
+};
 
-void check_size(const fs::path& path, const OIIO::ImageSpec& spec) {
-  const std::string size = std::to_string(spec.width) + "x" + std::to_string(spec.height) + " pixels";
-  if (spec.width < 1 || spec.height < 1) fail(path, size + ", there is nothing in it");
-  if (spec.width > kMaxSide || spec.height > kMaxSide) fail(path, size + ", more than 65536 a side");
-  if (spec.depth > 1) fail(path, "a volume, not a photograph");
+void check_size(const fs::path& path, const Header& header) {
+  const std::string size = std::to_string(header.width) + "x" + std::to_string(header.height) + " pixels";
+  if (header.width < 1 || header.height < 1) fail(path, size + ", there is nothing in it");
+  if (header.width > kMaxSide || header.height > kMaxSide) fail(path, size + ", more than 65536 a side");
   const std::uint64_t file_bytes = fs::file_size(path);
-  if (spec.image_bytes(true) > kAlwaysPlausible + kMaxCompression * file_bytes) {
+  if (header.width * header.height * header.pixel_bytes > kAlwaysPlausible + kMaxCompression * file_bytes) {
     fail(path, "claims " + size + ", which its " + std::to_string(file_bytes) + " bytes cannot hold");
   }
 }
 
-// EXIF 2.32, tag 0x0112: 1 as stored, 2..4 mirrored or turned by 180 degrees, 5..8 with rows and columns exchanged.
-int orientation_of(const OIIO::ImageSpec& spec) {
+Header jpeg_header(const fs::path& path) {
+  std::ifstream file = open_file(path);
+  const std::optional<JpegHeader> jpeg = read_jpeg_header(file);
+  if (!jpeg) fail(path, "is damaged or cut off, a JPEG without a frame header");
+  return {jpeg->width, jpeg->height, 3, jpeg->orientation};
+}
+
+// A reader that does its work on the calling thread, so that callers decide about parallelism.
+void open_image(const fs::path& path, OIIO::ImageInput& reader) {
+  reader.threads(1);
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // alpha is dropped, so colours must not be multiplied by it
+  OIIO::ImageSpec spec;
+  if (!reader.open(path.string(), spec, config)) {
+    fail(path, std::string("cannot be read as ") + reader.format_name() + because(reader.geterror()));
+  }
+}
+
+Header opened_header(const fs::path& path, const OIIO::ImageInput& reader) {
+  const OIIO::ImageSpec& spec = reader.spec();
+  if (spec.depth > 1) fail(path, "a volume, not a photograph");
   const int orientation = spec.get_int_attribute("Orientation", 1);
-  return orientation >= 1 && orientation <= 8 ? orientation : 1;
+  return {static_cast<std::uint64_t>(std::max(0, spec.width)), static_cast<std::uint64_t>(std::max(0, spec.height)),
+          spec.pixel_bytes(true), orientation >= 1 && orientation <= 8 ? orientation : 1};
 }
 
-bool exchanges_sides(int orientation) {
-  return orientation >= 5;
+bool is_jpeg(const OIIO::ImageInput& reader) {
+  return std::string_view(reader.format_name()) == "jpeg";
+}
+bool is_png(const OIIO::ImageInput& reader) {
+  return std::string_view(reader.format_name()) == "png";
 }
 
-ImageSize oriented_size(const OIIO::ImageSpec& spec) {
-  ImageSize size{static_cast<std::uint32_t>(spec.width), static_cast<std::uint32_t>(spec.height)};
-  if (exchanges_sides(orientation_of(spec))) std::swap(size.width, size.height);
+// Leaves a JPEG's reader closed, see image_header.h.
+Header checked_header(const fs::path& path, OIIO::ImageInput& reader) {
+  if (!is_jpeg(reader)) open_image(path, reader);
+  const Header header = is_jpeg(reader) ? jpeg_header(path) : opened_header(path, reader);
+  check_size(path, header);
+  return header;
+}
+
+void check_complete(const fs::path& path, const OIIO::ImageInput& reader) {
+  if (!is_jpeg(reader) && !is_png(reader)) return;  // the other readers tell
+  const std::string file = read_whole_file(path);
+  const std::span bytes(reinterpret_cast<const std::uint8_t*>(file.data()), file.size());
+  if (is_jpeg(reader) ? !jpeg_is_complete(bytes) : !png_is_complete(bytes)) {
+    fail(path, "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
+  }
+}
+
+ImageSize upright_size(const Header& header) {
+  ImageSize size{static_cast<std::uint32_t>(header.width), static_cast<std::uint32_t>(header.height)};
+  if (header.orientation >= 5) std::swap(size.width, size.height);
   return size;
 }
 
@@ -126,27 +185,19 @@ ImageSize oriented_size(const OIIO::ImageSpec& spec) {
 struct Walk {
   std::ptrdiff_t start, right, down;  // pixels
 };
-Walk walk_of(int orientation, std::ptrdiff_t width, std::ptrdiff_t height) {
+Walk walk_of(const Header& header) {
+  const auto width = static_cast<std::ptrdiff_t>(header.width);
   const std::ptrdiff_t last_column = width - 1;
-  const std::ptrdiff_t last_row = (height - 1) * width;
-  switch (orientation) {
-    case 2:
-      return {last_column, -1, width};
-    case 3:
-      return {last_row + last_column, -1, -width};
-    case 4:
-      return {last_row, 1, -width};
-    case 5:
-      return {0, width, 1};
-    case 6:
-      return {last_row, -width, 1};
-    case 7:
-      return {last_row + last_column, -width, -1};
-    case 8:
-      return {last_column, width, -1};
-    default:
-      return {0, 1, width};
-  }
+  const std::ptrdiff_t last_row = (static_cast<std::ptrdiff_t>(header.height) - 1) * width;
+  const std::array<Walk, 8> walks{{{0, 1, width},
+                                   {last_column, -1, width},
+                                   {last_row + last_column, -1, -width},
+                                   {last_row, 1, -width},
+                                   {0, width, 1},
+                                   {last_row, -width, 1},
+                                   {last_row + last_column, -width, -1},
+                                   {last_column, width, -1}}};
+  return walks[static_cast<std::size_t>(header.orientation - 1)];
 }
 
 std::uint8_t byte_of(std::uint8_t value) {
@@ -178,9 +229,8 @@ std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
 }
 
 template <typename Sample>
-void copy_upright(std::span<const Sample> stored, const OIIO::ImageSpec& spec, Photograph& photo) {
+void copy_upright(std::span<const Sample> stored, const OIIO::ImageSpec& spec, const Walk& walk, Photograph& photo) {
   const std::array<std::size_t, 3> channels = rgb_channels(spec);
-  const Walk walk = walk_of(orientation_of(spec), spec.width, spec.height);
   std::uint8_t* out = photo.rgb.data();
   for (std::uint32_t y = 0; y < photo.height; ++y) {
     std::ptrdiff_t pixel = walk.start + walk.down * y;
@@ -191,30 +241,31 @@ void copy_upright(std::span<const Sample> stored, const OIIO::ImageSpec& spec, P
   }
 }
 
-void read_pixels(const fs::path& path, OIIO::ImageInput& input, TypeDesc type, void* pixels) {
-  if (!input.read_image(0, 0, 0, -1, type, pixels)) {
-    fail(path, "is damaged or cut off (" + one_line(input.geterror()) + ")");
+void read_pixels(const fs::path& path, OIIO::ImageInput& reader, TypeDesc type, void* pixels) {
+  if (!reader.read_image(0, 0, 0, -1, type, pixels)) {
+    fail(path, "is damaged or cut off" + because(reader.geterror()));
   }
 }
 
 template <typename Sample>
-void read_as(const fs::path& path, OIIO::ImageInput& input, TypeDesc type, Photograph& photo) {
-  const OIIO::ImageSpec spec = input.spec();
+void read_as(const fs::path& path, OIIO::ImageInput& reader, TypeDesc type, const Walk& walk, Photograph& photo) {
+  const OIIO::ImageSpec spec = reader.spec();
   std::vector<Sample> stored(spec.image_pixels() * static_cast<std::uint64_t>(spec.nchannels));
-  read_pixels(path, input, type, stored.data());
-  copy_upright<Sample>(stored, spec, photo);
+  read_pixels(path, reader, type, stored.data());
+  copy_upright<Sample>(stored, spec, walk, photo);
 }
 
-void read_into(const fs::path& path, OIIO::ImageInput& input, Photograph& photo) {
-  const OIIO::ImageSpec& spec = input.spec();
+void read_into(const fs::path& path, OIIO::ImageInput& reader, const Header& header, Photograph& photo) {
+  const OIIO::ImageSpec& spec = reader.spec();
+  const Walk walk = walk_of(header);
   if (spec.format.is_floating_point()) {
-    read_as<float>(path, input, TypeDesc::FLOAT, photo);
+    read_as<float>(path, reader, TypeDesc::FLOAT, walk, photo);
   } else if (spec.format.size() > 1) {
-    read_as<std::uint16_t>(path, input, TypeDesc::UINT16, photo);
-  } else if (spec.nchannels == 3 && orientation_of(spec) == 1) {
-    read_pixels(path, input, TypeDesc::UINT8, photo.rgb.data());  // as it is
+    read_as<std::uint16_t>(path, reader, TypeDesc::UINT16, walk, photo);
+  } else if (spec.nchannels == 3 && header.orientation == 1) {
+    read_pixels(path, reader, TypeDesc::UINT8, photo.rgb.data());  // as it is
   } else {
-    read_as<std::uint8_t>(path, input, TypeDesc::UINT8, photo);
+    read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, walk, photo);
   }
 }
 
@@ -241,20 +292,21 @@ bool write_pixels(OIIO::ImageOutput& output, const Photograph& image) {
 }  // namespace
 
 ImageSize photograph_size(const fs::path& path) {
-  const auto input = open_image(path);
-  check_size(path, input->spec());
-  return oriented_size(input->spec());
+  const Reader reader = reader_for(path);
+  return upright_size(checked_header(path, *reader));
 }
 
 Photograph read_photograph(const fs::path& path) {
-  const auto input = open_image(path);
-  check_size(path, input->spec());
-  const ImageSize size = oriented_size(input->spec());
+  const Reader reader = reader_for(path);
+  check_complete(path, *reader);
+  const Header header = checked_header(path, *reader);
+  if (is_jpeg(*reader)) open_image(path, *reader);
+  const ImageSize size = upright_size(header);
   Photograph photo;
   photo.width = size.width;
   photo.height = size.height;
   photo.rgb.resize(std::size_t{3} * size.width * size.height);
-  read_into(path, *input, photo);
+  read_into(path, *reader, header, photo);
   return photo;
 }
 
@@ -267,10 +319,12 @@ void write_image(const fs::path& path, const Photograph& image) {
   }
   output->threads(1);
   OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, TypeDesc::UINT8);
-  spec.attribute("png:compressionLevel", 1);  // fast; the defaults take several times as long
+  // Six times as fast as the defaults on photographs, and no larger.
+  spec.attribute("png:compressionLevel", 1);
+  spec.attribute("png:filter", 0x20);  // "up", PNG_FILTER_UP
   PendingFile file(path);
   if (!output->open(file.path().string(), spec) || !write_pixels(*output, image) || !output->close()) {
-    fail(path, "cannot be written (" + one_line(output->geterror()) + ")");
+    fail(path, "cannot be written" + because(output->geterror()));
   }
   file.commit();
 }

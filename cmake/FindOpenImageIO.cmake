@@ -18,7 +18,7 @@ find_package_handle_standard_args(OpenImageIO
   VERSION_VAR OpenImageIO_VERSION)
 
 if(OpenImageIO_FOUND AND NOT TARGET OpenImageIO::OpenImageIO)
-  add_library(OpenImageIO::OpenImageIO UNKNOWN IMPORTED)
+  add_library(OpenImageIO::OpenImageIO UNKNOWN IMPORTED GLOBAL)
   set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
     IMPORTED_LOCATION ${OpenImageIO_LIBRARY}
     INTERFACE_INCLUDE_DIRECTORIES ${OpenImageIO_INCLUDE_DIR}

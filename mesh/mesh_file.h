@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Triangle soups from files: PLY (ASCII, binary little and big endian) and OBJ (with per-vertex colours as most scanners
-// write them). Polygons are cut into triangle fans; normals, texture coordinates and unknown properties are skipped.
+// Triangle soups from files: PLY (ASCII, binary little and big endian) and OBJ (with per-vertex colours as most
+// scanners write them). Polygons are cut into triangle fans; normals, texture coordinates and unknown properties are
+// skipped.
 #pragma once
 
 #include <filesystem>

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4: orientation.
+// W3C PNG, third edition, section 5: chunks.
+#include "atlas/image_header.h"
+
+#include <cstddef>
+#include <cstring>
+#include <string>
+#include <string_view>
+
+namespace lumatlas {
+
+namespace {
+
+// The second byte of a JPEG marker; the first is 0xff.
+enum Marker : int { kDht = 0xc4, kJpg = 0xc8, kDac = 0xcc, kRst0 = 0xd0, kEoi = 0xd9, kSos = 0xda, kApp1 = 0xe1 };
+
+// Start of frame, of any of the thirteen coding processes.
+bool is_frame(int marker) {
+  return marker >= 0xc0 && marker <= 0xcf && marker != kDht && marker != kJpg && marker != kDac;
+}
+
+// A marker without a segment: start and end of image, restarts, TEM; and 0xff00, which is a byte of coded data.
+bool stands_alone(int marker) {
+  return marker <= 0x01 || (marker >= kRst0 && marker <= kEoi);
+}
+
+int read_u16(std::istream& file) {
+  const int high = file.get();
+  return high << 8 | file.get();
+}
+
+// The next marker after any fill bytes, or -1.
+int next_marker(std::istream& file) {
+  int byte = file.get();
+  while (file && byte != 0xff) byte = file.get();
+  while (file && byte == 0xff) byte = file.get();
+  return file ? byte : -1;
+}
+
+// The TIFF structure inside an EXIF segment, in either byte order. What lies outside reads as 0.
+class Exif {
+ public:
+  explicit Exif(std::string_view tiff) : tiff_(tiff), big_endian_(tiff.starts_with("MM")) {}
+
+  [[nodiscard]] std::size_t u16(std::size_t at) const {
+    return big_endian_ ? byte(at) << 8 | byte(at + 1) : byte(at + 1) << 8 | byte(at);
+  }
+  [[nodiscard]] std::size_t u32(std::size_t at) const {
+    return big_endian_ ? u16(at) << 16 | u16(at + 2) : u16(at + 2) << 16 | u16(at);
+  }
+
+ private:
+  [[nodiscard]] std::size_t byte(std::size_t at) const {
+    return at < tiff_.size() ? static_cast<unsigned char>(tiff_[at]) : 0;
+  }
+
+  std::string_view tiff_;
+  bool big_endian_;
+};
+
+int exif_orientation(std::string_view app1) {
+  constexpr std::string_view kExif("Exif\0\0", 6);
+  constexpr std::size_t kOrientation = 0x0112;
+  if (!app1.starts_with(kExif)) return 1;
+  const Exif exif(app1.substr(kExif.size()));
+  const std::size_t directory = exif.u32(4);
+  const std::size_t entries = exif.u16(directory);
+  for (std::size_t entry = 0; entry < entries; ++entry) {
+    const std::size_t at = directory + 2 + 12 * entry;
+    if (exif.u16(at) != kOrientation) continue;
+    const std::size_t orientation = exif.u16(at + 8);
+    return orientation >= 1 && orientation <= 8 ? static_cast<int>(orientation) : 1;
+  }
+  return 1;
+}
+
+std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
+  return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 | bytes[3];
+}
+
+}  // namespace
+
+std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
+  JpegHeader header;
+  for (int marker = next_marker(file); marker >= 0 && marker != kSos; marker = next_marker(file)) {
+    if (stands_alone(marker)) continue;
+    const int length = read_u16(file) - 2;
+    if (!file || length < 0) return {};
+    if (is_frame(marker)) {
+      file.get();  // bits per sample
+      header.height = static_cast<std::uint32_t>(read_u16(file));
+      header.width = static_cast<std::uint32_t>(read_u16(file));
+      return file ? std::optional(header) : std::nullopt;
+    }
+    if (marker == kApp1) {
+      std::string segment(static_cast<std::size_t>(length), '\0');
+      file.read(segment.data(), length);
+      // A later segment may hold XMP instead.
+      if (header.orientation == 1) header.orientation = exif_orientation(segment);
+    } else {
+      file.seekg(length, std::ios::cur);
+    }
+  }
+  return {};
+}
+
+bool jpeg_is_complete(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 0;
+  while (at + 1 < bytes.size()) {
+    const void* const found = std::memchr(bytes.data() + at, 0xff, bytes.size() - 1 - at);
+    if (!found) return false;
+    at = static_cast<std::size_t>(static_cast<const std::uint8_t*>(found) - bytes.data()) + 1;
+    const int marker = bytes[at];
+    if (marker == 0xff) continue;  // a fill byte
+    if (marker == kEoi) return true;
+    ++at;
+    if (stands_alone(marker)) continue;
+    if (at + 2 > bytes.size()) return false;
+    at += static_cast<std::size_t>(bytes[at] << 8 | bytes[at + 1]);
+  }
+  return false;
+}
+
+bool png_is_complete(std::span<const std::uint8_t> bytes) {
+  constexpr std::size_t kAroundData = 12;  // length, type and checksum
+  std::size_t at = 8;                      // the signature
+  while (at + kAroundData <= bytes.size()) {
+    const std::size_t length = u32_big_endian(bytes.data() + at);
+    if (length > bytes.size() - at - kAroundData) return false;
+    if (std::memcmp(bytes.data() + at + 4, "IEND", 4) == 0) return true;
+    at += kAroundData + length;
+  }
+  return false;
+}
+
+}  // namespace lumatlas

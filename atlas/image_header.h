@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What JPEG and PNG files say of themselves, read without decoding a pixel. The decoders know too, but a progressive
+// JPEG is allocated and decoded whole before its size can be asked for, and one that is cut off is filled up with grey.
+#pragma once
+
+#include <cstdint>
+#include <istream>
+#include <optional>
+#include <span>
+
+namespace lumatlas {
+
+struct JpegHeader {
+  std::uint32_t width = 0;   // pixels, as stored
+  std::uint32_t height = 0;  // pixels, as stored
+  int orientation = 1;       // EXIF, 1 to 8
+};
+
+// Nothing if there is no frame header before the first scan.
+[[nodiscard]] std::optional<JpegHeader> read_jpeg_header(std::istream& file);
+
+// Whether the whole file in `bytes` reaches its end marker. What follows that marker (padding, further pictures) is
+// free.
+[[nodiscard]] bool jpeg_is_complete(std::span<const std::uint8_t> bytes);
+[[nodiscard]] bool png_is_complete(std::span<const std::uint8_t> bytes);
+
+}  // namespace lumatlas

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+// The triangles of a PLY file with these contents. Throws InputError that begins with `path`.
+//
+// Positions: x, y, z of the element "vertex". Colours: red, green, blue (or diffuse_...); unsigned 16-bit ones run to
+// 65535, other integers to 255, floating-point ones to 1. Faces: the list vertex_indices or vertex_index of the element
+// "face", cut into a fan; one or two corners give a degenerate triangle, which repair() counts. All else is skipped.
+[[nodiscard]] TriangleSoup parse_ply(std::string_view contents, const std::string& path);
+
+}  // namespace lumatlas
