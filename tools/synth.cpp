@@ -104,7 +104,8 @@ void check(const SynthOptions& options) {
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
 }
 
-void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder) {
+void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
+                           const std::function<void()>& photograph_done) {
   check(options);
   const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
   const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
@@ -120,6 +121,7 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
     for (ColmapPoint& point : points) {  // each point belongs to the one view that saw it first
       if (point.track[0].image == view) point.color = color_at(photo, point.track[0].position);
     }
+    if (photograph_done) photograph_done();
   });
   write_colmap_model(folder / "sparse", images, points);
   write_ply(folder / "mesh.ply", scene.geometry.mesh);
