@@ -192,24 +192,15 @@ void OutputFolder::commit(const nlohmann::json& effective_options) {
   }
 }
 
-AtomicFile::AtomicFile(const fs::path& path) : target_(resolved(path)) {
+AtomicFile::AtomicFile(const fs::path& path) : target_(resolved(path)), pending_(target_) {
   std::error_code error;
   const fs::file_type type = fs::status(target_, error).type();
   if (type != fs::file_type::not_found && type != fs::file_type::regular) {
     refuse(target_, "is not a regular file, name another output");
   }
-  temporary_ = fresh_name_beside(target_);
-  stream_.open(temporary_, std::ios::binary);
+  stream_.open(pending_.path(), std::ios::binary);
   if (!stream_) {
     refuse(target_, "cannot be written", std::error_code(errno, std::generic_category()));
-  }
-}
-
-AtomicFile::~AtomicFile() {
-  if (!committed_) {
-    stream_.close();
-    std::error_code ignored;  // a destructor has nobody to tell
-    fs::remove(temporary_, ignored);
   }
 }
 
@@ -221,7 +212,7 @@ void AtomicFile::commit() {
   if (!stream_) {
     refuse(target_, "could not be written to the end, is the disk full?");
   }
-  rename_or_refuse(temporary_, target_);
+  pending_.commit();
   committed_ = true;
 }
 

@@ -12,6 +12,8 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
+#include "mesh/pending_file.h"
+
 namespace lumatlas {
 
 // A folder's file that says that lumatlas wrote it, so that it may be replaced, and with which options.
@@ -43,20 +45,17 @@ class OutputFolder {
   bool committed_ = false;
 };
 
-// One file; an existing regular file is replaced, anything else that exists is refused.
+// A PendingFile to stream into. An existing regular file is replaced, anything else that exists is refused.
 class AtomicFile {
  public:
   explicit AtomicFile(const std::filesystem::path& path);
-  ~AtomicFile();
-  AtomicFile(const AtomicFile&) = delete;
-  AtomicFile& operator=(const AtomicFile&) = delete;
 
   [[nodiscard]] std::ofstream& stream() { return stream_; }  // binary; commit() checks for failed writes
   void commit();                                             // throws std::invalid_argument if called twice
 
  private:
   std::filesystem::path target_;
-  std::filesystem::path temporary_;
+  PendingFile pending_;
   std::ofstream stream_;
   bool committed_ = false;
 };

@@ -28,7 +28,7 @@ using glm::vec3;
 constexpr float kOffset = 2e-4F;  // rays start this far off the surface, scene units: above float noise at 10 units
 constexpr float kOcclusionReach = 0.7F;  // how far ambient occlusion looks, scene units
 constexpr float kBrightest = 2.0F;       // of one path: lamps stay white, their edges and reflections stay smooth
-constexpr float kNearest = 0.35F;        // lights are no nearer than this, scene units: else their frames are all noise
+constexpr float kNearest = 0.6F;         // lights are no nearer than this, scene units: else their frames are all noise
 constexpr float kNegligible = 1e-3F;     // of a light's part of white: no shadow ray
 
 struct DeviceRelease {

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where a rendering differs from the photograph, as a picture: dark is right, bright is wrong.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+
+#include "atlas/photograph.h"
+
+namespace lumatlas {
+
+// The difference of a pixel is the root mean square over R, G and B of the sRGB differences, in 8-bit levels: what PSNR
+// adds up. From this many levels on it has the brightest colour (a quarter of the range: amplified four times).
+inline constexpr double kErrorFullScale = 64;
+
+// The colour of a difference in levels, from black over violet, red and orange to pale yellow: perceived lightness (L
+// of Oklab) grows in proportion to the difference, so the pictures read in grey and to the colour-blind too.
+[[nodiscard]] std::array<std::uint8_t, 3> error_color(double levels);
+
+// A pixel that does not count (mask and photograph.valid as in scores.h) has this colour, which no difference has.
+inline constexpr std::array<std::uint8_t, 3> kNotScoredColor = {112, 128, 132};
+
+// Throws std::invalid_argument as scores.h does.
+[[nodiscard]] Photograph error_picture(const Photograph& rendering, const Photograph& photograph,
+                                       std::span<const std::uint8_t> mask);
+
+}  // namespace lumatlas
