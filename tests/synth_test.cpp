@@ -441,7 +441,7 @@ TEST_CASE("photographs with different lenses get a camera each, and a track to n
   wide.fx = wide.fy = 20;
   Camera narrow = wide;
   narrow.fx = 30;
-  const std::vector<ColmapImage> images{{"a.png", wide}, {"b/c.png", narrow}, {"d.png", wide}};
+  const std::vector<WrittenView> images{{"a.png", wide}, {"b/c.png", narrow}, {"d.png", wide}};
   write_colmap_model(folder.path(), images, {});
   const auto read = read_images(folder / "images.bin");
   CHECK(read.at(1).camera == 1);
@@ -449,7 +449,7 @@ TEST_CASE("photographs with different lenses get a camera each, and a track to n
   CHECK(read.at(2).name == "b/c.png");
   CHECK(read.at(3).camera == 1);
   CHECK(Cursor(bytes_of(folder / "cameras.bin")).next<std::uint64_t>() == 2);
-  const std::vector<ColmapPoint> points{{{1, 2, 3}, {}, {{3, {1, 1}}}}};
+  const std::vector<TrackedPoint> points{{{1, 2, 3}, {}, {{3, {1, 1}}}}};
   CHECK_THROWS_WITH(write_colmap_model(folder.path(), images, points),
                     "point 0: its track names image 3, must be below 3");
   CHECK_THROWS_WITH(write_colmap_model(folder / "missing", images, {}),
