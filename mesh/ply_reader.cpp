@@ -24,25 +24,43 @@ namespace lumatlas {
 
 namespace {
 
-// "path: vertex 12 ", to be continued.
-std::string at_record(const std::string& path, const PlyElement& element, std::uint64_t index) {
-  return path + ": " + element.name + " " + std::to_string(index) + " ";
-}
-
-// The two kinds of body have the same interface: per record begin_record(), one value() for each number, end_record().
-// `room_for` says whether so many values of a type may follow in this record.
-class BinaryBody {
+// Where in the body a reader is, for its messages.
+class Record {
  public:
-  BinaryBody(std::string_view bytes, std::endian endian, const std::string& path)
-      : at_(bytes.data()), end_(bytes.data() + bytes.size()), swaps_(endian != std::endian::native), path_(path) {}
+  explicit Record(const std::string& path) : path_(path) {}
 
-  void begin_record(const PlyElement& element, std::uint64_t index) {
+  void begin(const PlyElement& element, std::uint64_t index) {
     element_ = &element;
     index_ = index;
   }
 
+  [[noreturn]] void fail(const std::string& reason) const {
+    const bool is_ours = element_->name == "vertex" || element_->name == "face";
+    const std::string name = is_ours ? element_->name : in_quotes(element_->name);
+    throw InputError(path_ + ": " + name + " " + std::to_string(index_) + " " + reason);
+  }
+  [[noreturn]] void fail_missing(const std::string& how) const {
+    fail("of " + std::to_string(element_->count) + " is " + how + "; the file is cut off or damaged");
+  }
+
+ private:
+  const std::string& path_;
+  const PlyElement* element_ = nullptr;
+  std::uint64_t index_ = 0;
+};
+
+// The two kinds of body have the same interface: per record begin_record(), one value() or skip() for each number, then
+// end_record(). check_room() refuses a count of values that the rest of the record or file cannot hold.
+class BinaryBody {
+ public:
+  BinaryBody(std::string_view bytes, std::endian endian, const std::string& path)
+      : at_(bytes.data()), end_(bytes.data() + bytes.size()), swaps_(endian != std::endian::native), record_(path) {}
+
+  void begin_record(const PlyElement& element, std::uint64_t index) { record_.begin(element, index); }
+  [[nodiscard]] const Record& record() const { return record_; }
+
   double value(PlyType type) {
-    if (left() < byte_count(type)) fail_cut_off();
+    if (left() < byte_count(type)) record_.fail_missing("not complete");
     switch (type) {
       case PlyType::Int8:
         return load<std::int8_t>();
@@ -65,7 +83,7 @@ class BinaryBody {
   }
 
   void check_room(std::uint64_t count, PlyType type) const {
-    if (count > left() / byte_count(type)) fail_cut_off();
+    if (count > left() / byte_count(type)) record_.fail_missing("not complete");
   }
 
   void skip(std::uint64_t count, PlyType type) {
@@ -78,11 +96,6 @@ class BinaryBody {
   [[nodiscard]] std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
 
  private:
-  [[noreturn]] void fail_cut_off() const {
-    throw InputError(at_record(path_, *element_, index_) + "of " + std::to_string(element_->count) +
-                     " is not complete; the file is cut off or damaged");
-  }
-
   template <typename Value>
   Value load() {
     std::array<char, sizeof(Value)> bytes;
@@ -95,40 +108,38 @@ class BinaryBody {
   const char* at_;
   const char* end_;
   bool swaps_;
-  const std::string& path_;
-  const PlyElement* element_ = nullptr;
-  std::uint64_t index_ = 0;
+  Record record_;
 };
 
 // A record is a line; empty lines are skipped.
 class AsciiBody {
  public:
   AsciiBody(std::string_view text, char line_feed, const std::string& path)
-      : text_(text), line_feed_(line_feed), path_(path) {}
+      : text_(text), line_feed_(line_feed), record_(path) {}
 
   void begin_record(const PlyElement& element, std::uint64_t index) {
-    element_ = &element;
-    index_ = index;
+    record_.begin(element, index);
     do {
-      if (text_.empty()) fail("of " + std::to_string(element.count) + " is missing; the file is cut off");
+      if (text_.empty()) record_.fail_missing("missing");
       line_ = take_line(text_, line_feed_);
       field_ = take_field(line_);
     } while (field_.empty());
   }
+  [[nodiscard]] const Record& record() const { return record_; }
 
   double value(PlyType type) {
-    if (field_.empty()) fail("has too few values on its line");
+    if (field_.empty()) record_.fail("has too few values on its line");
     const auto number = parse_number(field_);
-    if (!number) fail("has the value " + in_quotes(field_) + ", which is not a number");
+    if (!number) record_.fail("has the value " + in_quotes(field_) + ", which is not a number");
     if (type < PlyType::Float32 && *number != std::trunc(*number)) {
-      fail("has the value " + in_quotes(field_) + ", which is not a whole number");
+      record_.fail("has the value " + in_quotes(field_) + ", which is not a whole number");
     }
     field_ = take_field(line_);
     return *number;
   }
 
   void check_room(std::uint64_t count, PlyType) const {
-    if (count > line_.size() + 1) fail("has too few values on its line");
+    if (count > line_.size() + 1) record_.fail("has too few values on its line");
   }
 
   void skip(std::uint64_t count, PlyType type) {
@@ -137,23 +148,17 @@ class AsciiBody {
   }
 
   void end_record() const {
-    if (!field_.empty()) fail("has more values on its line than the header declares, from " + in_quotes(field_));
+    if (!field_.empty()) record_.fail("has more values on its line than the header declares");
   }
 
   [[nodiscard]] std::size_t left() const { return text_.size(); }
 
  private:
-  [[noreturn]] void fail(const std::string& reason) const {
-    throw InputError(at_record(path_, *element_, index_) + reason);
-  }
-
   std::string_view text_;
   char line_feed_;
-  const std::string& path_;
+  Record record_;
   std::string_view line_;   // after the field
   std::string_view field_;  // the next one
-  const PlyElement* element_ = nullptr;
-  std::uint64_t index_ = 0;
 };
 
 constexpr std::size_t kMissing = std::numeric_limits<std::size_t>::max();
@@ -234,7 +239,10 @@ class SoupReader {
       soup_.positions.emplace_back(values[xyz[0]], values[xyz[1]], values[xyz[2]]);
       if (!rgb) continue;
       glm::u8vec3& color = soup_.colors.emplace_back();
-      for (std::size_t i = 0; i < 3; ++i) color[static_cast<int>(i)] = color_byte(element, index, (*rgb)[i], values);
+      for (int i = 0; i < 3; ++i) {
+        const std::size_t property = (*rgb)[static_cast<std::size_t>(i)];
+        color[i] = color_byte(element.properties[property], values[property]);
+      }
     }
   }
 
@@ -247,7 +255,7 @@ class SoupReader {
       body_.begin_record(element, index);
       for (std::size_t i = 0; i < element.properties.size(); ++i) {
         if (i == corners) {
-          read_corners(element, index, list);
+          read_corners(list);
         } else {
           (void)scalar(element.properties[i]);
         }
@@ -256,16 +264,16 @@ class SoupReader {
     }
   }
 
-  void read_corners(const PlyElement& element, std::uint64_t index, const PlyProperty& list) {
+  void read_corners(const PlyProperty& list) {
     const std::uint64_t count = item_count(list);
-    if (count == 0) throw InputError(at_record(path_, element, index) + "has no corners");
+    if (count == 0) body_.record().fail("has no corners");
     body_.check_room(count, list.type);
     corners_.clear();
     for (std::uint64_t i = 0; i < count; ++i) {
       const double corner = body_.value(list.type);
       if (!(corner >= 0 && corner < static_cast<double>(vertex_count_)) || corner != std::trunc(corner)) {
-        throw InputError(at_record(path_, element, index) + "refers to vertex " + number_text(corner) +
-                         ", but the file has " + std::to_string(vertex_count_) + " vertices, counted from 0");
+        body_.record().fail("refers to vertex " + number_text(corner) + ", but there are " +
+                            std::to_string(vertex_count_) + " vertices, counted from 0");
       }
       corners_.push_back(static_cast<std::uint32_t>(corner));
     }
@@ -291,19 +299,18 @@ class SoupReader {
   std::uint64_t item_count(const PlyProperty& list) {
     const double count = body_.value(list.count_type);
     if (!(count >= 0 && count <= std::numeric_limits<std::uint32_t>::max())) {
-      throw InputError(path_ + ": a list " + in_quotes(list.name) + " claims " + number_text(count) + " items");
+      body_.record().fail("has a list " + in_quotes(list.name) + " of " + number_text(count) + " items");
     }
     return static_cast<std::uint64_t>(count);
   }
 
-  std::uint8_t color_byte(const PlyElement& element, std::uint64_t index, std::size_t property,
-                          const std::vector<double>& values) const {
-    const double largest = largest_color(element.properties[property].type);
-    if (!(values[property] >= 0 && values[property] <= largest)) {
-      throw InputError(at_record(path_, element, index) + "has " + element.properties[property].name + " " +
-                       number_text(values[property]) + ", which is not in [0, " + number_text(largest) + "]");
+  [[nodiscard]] std::uint8_t color_byte(const PlyProperty& property, double value) const {
+    const double largest = largest_color(property.type);
+    if (!(value >= 0 && value <= largest)) {
+      body_.record().fail("has " + property.name + " " + number_text(value) + ", which is not in [0, " +
+                          number_text(largest) + "]");
     }
-    return static_cast<std::uint8_t>(values[property] / largest * 255 + 0.5);
+    return static_cast<std::uint8_t>(value / largest * 255 + 0.5);
   }
 
   static std::string number_text(double number) {

@@ -11,6 +11,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <map>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -22,6 +23,7 @@
 #include "mesh/mesh_file.h"
 #include "tests/temporary_folder.h"
 #include "tools/colmap_writer.h"
+#include "tools/scene.h"
 #include "tools/synth_random.h"
 #include "tools/synth_tracer.h"
 
@@ -431,6 +433,29 @@ TEST_CASE("the written mesh and photographs are the scene's") {
   const Photograph expected =
       synth::trace_photograph(scene, camera, options.samples, synth::hashed(options.seed, 2, 2));
   CHECK((read_photograph(folder / "images/0002.png").rgb == expected.rgb));
+}
+
+TEST_CASE("a written synthetic scene is read as its own cameras, mesh and photographs") {
+  const TemporaryFolder folder;
+  const SynthOptions options = small_options();
+  write_synthetic_scene(options, folder.path());
+  const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
+  const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
+  const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0.0));
+  REQUIRE(read.views.size() == cameras.size());
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Camera& camera = read.views[i].camera;
+    CHECK(camera.width == cameras[i].width);
+    CHECK(camera.height == cameras[i].height);
+    CHECK(camera.fx == cameras[i].fx);
+    CHECK(camera.fy == cameras[i].fy);
+    CHECK(camera.cx == cameras[i].cx);
+    CHECK(camera.cy == cameras[i].cy);
+    CHECK(glm::length(camera.center() - cameras[i].center()) < 1e-12);
+    CHECK(glm::length(camera.viewing_direction() - cameras[i].viewing_direction()) < 1e-12);
+    CHECK(load_photograph(read.views[i]).rgb.size() == 3 * 48 * 36);
+  }
+  CHECK(find_mesh(folder.path(), std::nullopt) == folder / "mesh.ply");
 }
 
 TEST_CASE("photographs with different lenses get a camera each, and a track to no image is refused") {

@@ -10,8 +10,6 @@
 
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
-#include "mesh/mesh.h"
-#include "mesh/repair.h"
 #include "tools/camera_model.h"
 
 namespace lumatlas {
@@ -40,9 +38,9 @@ struct SceneViews {
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 
-// The photograph as the view's pinhole camera would have taken it: undistorted (bilinear), with the border that the lens
-// did not see marked invalid. A view without distortion is returned unchanged, to the byte.
-// Throws InputError if the file cannot be read or has another size than the view's camera.
+// The photograph as the view's pinhole camera would have taken it: undistorted (bilinear), with the border that the
+// lens did not see marked invalid. A view without distortion is returned unchanged, to the byte. Throws InputError if
+// the file cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What must hold for whatever bytes a mesh reader is given.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <string_view>
+
+#include "mesh/errors.h"
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+inline void require(bool law) {
+  if (!law) std::abort();
+}
+
+template <typename Parse>
+void check_soup_laws(Parse parse, const std::uint8_t* data, std::size_t size) {
+  try {
+    const TriangleSoup soup = parse(std::string_view(reinterpret_cast<const char*>(data), size), std::string("name"));
+    require(!soup.faces.empty());
+    require(soup.colors.empty() || soup.colors.size() == soup.positions.size());
+    for (const glm::uvec3& face : soup.faces) {
+      for (int corner = 0; corner < 3; ++corner) require(face[corner] < soup.positions.size());
+    }
+    require(24 * soup.positions.capacity() + 12 * soup.faces.capacity() <= 64 + 48 * size);
+  } catch (const InputError& error) {
+    const std::string_view sentence = error.what();
+    require(sentence.starts_with("name: ") && sentence.size() < 300);
+    require(sentence.find_first_of("\r\n") == std::string_view::npos);
+  }
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// COLMAP's lens models: from a direction in the camera frame to a point of the photograph.
+// The frames are those of mesh/camera.h; COLMAP's are the same.
+//
+// A model is a distortion d of the normalised image plane followed by focal lengths and principal point:
+//
+//   image = (fx, fy) * d(x / z, y / z) + (cx, cy)
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string_view>
+
+namespace lumatlas {
+
+// The values are COLMAP's numbers for its models, which its binary files hold.
+enum class LensModel : std::int32_t {
+  kSimplePinhole = 0,
+  kPinhole = 1,
+  kSimpleRadial = 2,
+  kRadial = 3,
+  kOpenCv = 4,
+  kOpenCvFisheye = 5,
+  kFullOpenCv = 6,
+  kFov = 7,
+  kSimpleRadialFisheye = 8,
+  kRadialFisheye = 9,
+  kThinPrismFisheye = 10,
+  kRadTanThinPrismFisheye = 11,
+  kSimpleDivision = 12,
+  kDivision = 13,
+  kSimpleFisheye = 14,
+  kFisheye = 15,
+  kEucm = 16,
+  kEquirectangular = 17,
+};
+inline constexpr std::int32_t kLensModelCount = 18;
+
+[[nodiscard]] std::optional<LensModel> lens_model(std::int32_t colmap_id);
+[[nodiscard]] std::optional<LensModel> lens_model(std::string_view colmap_name);
+[[nodiscard]] std::string_view name(LensModel model);             // COLMAP's, such as "OPENCV_FISHEYE"
+[[nodiscard]] std::size_t parameter_count(LensModel model);       // at most 16
+[[nodiscard]] std::string_view parameter_names(LensModel model);  // in order, such as "f, cx, cy, k"
+
+// A lens with its photograph's size.
+struct CameraModel {
+  LensModel model = LensModel::kPinhole;
+  std::uint32_t width = 0;              // pixels
+  std::uint32_t height = 0;             // pixels
+  std::array<double, 16> parameters{};  // COLMAP's, in its order; 0 from parameter_count(model) on
+
+  [[nodiscard]] glm::dvec2 focal_length() const;     // pixels; (0, 0) for a panorama, which has none
+  [[nodiscard]] glm::dvec2 principal_point() const;  // pixels; (0, 0) for a panorama
+
+  friend bool operator==(const CameraModel&, const CameraModel&) = default;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule: sizes in [1, 65536], parameters finite, focal
+// lengths positive, principal point within 1e6, omega of FOV in (-pi, pi), alpha of EUCM in [0, 1] and beta positive.
+void check(const CameraModel& lens);
+
+// False for a full panorama: no plane holds what it sees.
+[[nodiscard]] bool can_be_pinhole(LensModel model);
+
+// False if the lens is a pinhole already, by its model or because every coefficient of its distortion is 0.
+[[nodiscard]] bool is_distorted(const CameraModel& lens);
+
+// Where the lens images a direction (of any length) of the camera frame; none behind the camera (z <= 0) and where the
+// model has no image of it. Beyond reach() the answer may lie on the wrong side of a fold.
+// Throws std::invalid_argument for a panorama.
+[[nodiscard]] std::optional<glm::dvec2> image_from_cam(const CameraModel& lens, const glm::dvec3& cam);
+
+// The largest radius in the plane z = 1, up to `limit`, inside which the lens images different directions at different
+// points. A distortion is a polynomial fitted to the photograph; outside of it, many turn back and image the far field
+// onto the middle a second time. A place that the lens shrinks more than 20 times counts as the start of a fold.
+[[nodiscard]] double reach(const CameraModel& lens, double limit);
+
+}  // namespace lumatlas
