@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The apartment: a living room (x in [0, 5.2]) and a bedroom (x in [5.35, 8.6]), joined by a doorway.
+#include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
 
@@ -59,7 +60,6 @@ class Apartment {
   std::int32_t add_metal(const vec3& tint, float roughness) {
     const std::int32_t id = add(Pattern::plain, tint, tint, tint);
     scene_.materials.back().metal = true;
-    scene_.materials.back().gloss = 0.8F;
     scene_.materials.back().roughness = roughness;
     return id;
   }
