@@ -79,7 +79,7 @@ class PixelSamples {
   void reset(std::uint64_t seed) {
     Random random(seed);
     for (std::size_t first = 0; first < points_.size(); first += count_) {
-      const vec2 shift(random.uniform(), random.uniform());
+      const vec2 shift{random.uniform(), random.uniform()};  // in this order: braces
       for (std::uint32_t i = 0; i < count_; ++i) {
         constexpr double kGolden = 0.6180339887498949;
         const double turn = i * kGolden;
