@@ -18,7 +18,7 @@ namespace lumatlas {
 struct ValidityOptions {
   double depth_edge = 0.05;         // a depth step counts as an edge above this share of the nearer depth; finite, > 0
   std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
-  std::uint32_t fade_px = 8;         // over how many pixels the mask rises from 0 to 255; [0, 255], 0: a step
+  std::uint32_t fade_px = 2;         // over how many pixels the mask rises from 0 to 255; [0, 255], 0: a step
 
   [[nodiscard]] static ValidityOptions printed();
 };

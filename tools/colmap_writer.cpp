@@ -47,9 +47,9 @@ Lens lens_of(const Camera& c) {
 }
 
 // Id of each distinct lens, from 1, in the order in which they appear.
-std::map<Lens, std::uint32_t> lens_ids(std::span<const ColmapImage> images) {
+std::map<Lens, std::uint32_t> lens_ids(std::span<const WrittenView> images) {
   std::map<Lens, std::uint32_t> ids;
-  for (const ColmapImage& image : images)
+  for (const WrittenView& image : images)
     ids.try_emplace(lens_of(image.camera), static_cast<std::uint32_t>(ids.size() + 1));
   return ids;
 }
@@ -81,7 +81,7 @@ void put_pose(const Camera& camera, Bytes& bytes) {
   for (int axis = 0; axis < 3; ++axis) bytes.put<double>(camera.cam_from_world_translation[axis]);
 }
 
-Bytes images_file(std::span<const ColmapImage> images, const std::map<Lens, std::uint32_t>& lenses,
+Bytes images_file(std::span<const WrittenView> images, const std::map<Lens, std::uint32_t>& lenses,
                   const std::vector<std::vector<Keypoint>>& keypoints) {
   Bytes bytes;
   bytes.put<std::uint64_t>(images.size());
@@ -100,7 +100,7 @@ Bytes images_file(std::span<const ColmapImage> images, const std::map<Lens, std:
   return bytes;
 }
 
-void put_point(const ColmapPoint& point, std::uint64_t id, Bytes& bytes) {
+void put_point(const TrackedPoint& point, std::uint64_t id, Bytes& bytes) {
   bytes.put<std::uint64_t>(id);
   for (int axis = 0; axis < 3; ++axis) bytes.put<double>(point.position[axis]);
   for (int channel = 0; channel < 3; ++channel) bytes.put<std::uint8_t>(point.color[channel]);
@@ -110,14 +110,14 @@ void put_point(const ColmapPoint& point, std::uint64_t id, Bytes& bytes) {
 
 }  // namespace
 
-void write_colmap_model(const std::filesystem::path& folder, std::span<const ColmapImage> images,
-                        std::span<const ColmapPoint> points) {
+void write_colmap_model(const std::filesystem::path& folder, std::span<const WrittenView> images,
+                        std::span<const TrackedPoint> points) {
   std::vector<std::vector<Keypoint>> keypoints(images.size());
   Bytes points_file;
   points_file.put<std::uint64_t>(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     put_point(points[i], i + 1, points_file);
-    for (const ColmapObservation& seen : points[i].track) {
+    for (const PointObservation& seen : points[i].track) {
       if (seen.image >= images.size()) {
         throw std::invalid_argument("point " + std::to_string(i) + ": its track names image " +
                                     std::to_string(seen.image) + ", must be below " + std::to_string(images.size()));

@@ -15,18 +15,18 @@
 
 namespace lumatlas {
 
-struct ColmapObservation {
+struct PointObservation {
   std::uint32_t image;  // index into the images
   glm::dvec2 position;  // image position, pixels
 };
 
-struct ColmapPoint {
+struct TrackedPoint {
   glm::dvec3 position{0.0};
   glm::u8vec3 color{0};
-  std::vector<ColmapObservation> track;
+  std::vector<PointObservation> track;
 };
 
-struct ColmapImage {
+struct WrittenView {
   std::string name;  // relative to images/, with '/' between folders
   Camera camera;
 };
@@ -34,7 +34,7 @@ struct ColmapImage {
 // Writes cameras.bin, images.bin and points3D.bin into `folder`, which must exist. Ids count from 1 in the given order;
 // images whose intrinsics are equal share a camera. Throws InputError where a file cannot be written,
 // std::invalid_argument for a track that names no image.
-void write_colmap_model(const std::filesystem::path& folder, std::span<const ColmapImage> images,
-                        std::span<const ColmapPoint> points);
+void write_colmap_model(const std::filesystem::path& folder, std::span<const WrittenView> images,
+                        std::span<const TrackedPoint> points);
 
 }  // namespace lumatlas

@@ -73,6 +73,8 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
                      "Camera distance at which a cell is covered best, scene units; 0: the scene's median");
   command.add_option("--distance-sigma", planner.coverage.distance_sigma,
                      "How far from it coverage falls to 0.6, scene units; 0: half of it");
+  command.add_option("--max-cell-coverage", planner.coverage.max_cell_coverage,
+                     "Coverage above which a cell counts no further views; 0: half of --references");
   command.add_option("--min-gain", planner.min_view_gain,
                      "Coverage that a view must add, as a share of the cells that it sees");
   command.add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")

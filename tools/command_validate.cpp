@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "atlas/model_file.h"
 #include "mesh/errors.h"
@@ -23,7 +26,7 @@ struct ValidateFlags {
   std::filesystem::path model, views, output;
   HoldFlags hold;
   BlendFlags blend;
-  bool no_unbounded = false;
+  std::vector<std::string> baselines{"unbounded", "vertex"};
   bool no_pictures = false;
   bool json_output = false;
   bool quiet = false;
@@ -68,7 +71,9 @@ void run(const ValidateFlags& flags) {
   ValidationOptions options;
   options.protocol = protocol(flags, built);
   options.blend = flags.blend.options();
-  options.unbounded = !flags.no_unbounded;
+  const auto wants = [&](const char* name) { return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end(); };
+  options.unbounded = wants("unbounded");
+  options.vertex = wants("vertex");
   options.pictures = !flags.no_pictures;
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? flags.model / "report" : flags.output;
@@ -108,7 +113,11 @@ void add_validate_command(CLI::App& program) {
   command->add_option("-o,--output", flags->output, "Folder of the report; without it, report/ in the model");
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
   flags->blend.add_to(*command);
-  command->add_flag("--no-unbounded", flags->no_unbounded, "Leave out the baseline of all input views, which takes memory for them all");
+  command
+      ->add_option("--baselines", flags->baselines,
+                   "What to compare with: unbounded (all input views, in memory at once), vertex (averaged colours), or none")
+      ->check(CLI::IsMember({"unbounded", "vertex", "none"}))
+      ->delimiter(',');
   command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
   command->add_flag("--json", flags->json_output, "Print the scores as JSON");
   command->add_flag("--quiet", flags->quiet, "No progress");

@@ -71,10 +71,10 @@ bool in_picture(const Camera& camera, const glm::dvec3& cam) {
 }
 
 // Points on the surface that two views or more see, with the views that see them and the colour in the first of those.
-std::vector<ColmapPoint> sparse_points(const synth::Scene& scene, const synth::Tracer& tracer,
-                                       const std::vector<Camera>& cameras, std::uint64_t seed) {
+std::vector<TrackedPoint> sparse_points(const synth::Scene& scene, const synth::Tracer& tracer,
+                                        const std::vector<Camera>& cameras, std::uint64_t seed) {
   constexpr std::size_t kPoints = 4000;
-  std::vector<ColmapPoint> points(kPoints);
+  std::vector<TrackedPoint> points(kPoints);
   const std::vector<glm::dvec3> places = sample_surface(scene.geometry.mesh, kPoints, seed);
   tbb::parallel_for(std::size_t{0}, kPoints, [&](std::size_t i) {
     points[i].position = places[i];
@@ -84,7 +84,7 @@ std::vector<ColmapPoint> sparse_points(const synth::Scene& scene, const synth::T
       points[i].track.push_back({view, cameras[view].image_from_cam(cam)});
     }
   });
-  std::erase_if(points, [](const ColmapPoint& point) { return point.track.size() < 2; });
+  std::erase_if(points, [](const TrackedPoint& point) { return point.track.size() < 2; });
   return points;
 }
 
@@ -104,22 +104,24 @@ void check(const SynthOptions& options) {
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
 }
 
-void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder) {
+void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
+                           const std::function<void()>& photograph_done) {
   check(options);
   const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
   const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
   const synth::Tracer tracer(scene);
   make_folder(folder / "images");
   make_folder(folder / "sparse");
-  std::vector<ColmapImage> images(cameras.size());
-  std::vector<ColmapPoint> points = sparse_points(scene, tracer, cameras, synth::hashed(options.seed, 1));
+  std::vector<WrittenView> images(cameras.size());
+  std::vector<TrackedPoint> points = sparse_points(scene, tracer, cameras, synth::hashed(options.seed, 1));
   tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t view) {
     images[view] = {photograph_name(view), cameras[view]};
     const Photograph photo = tracer.photograph(cameras[view], options.samples, synth::hashed(options.seed, 2, view));
     write_image(folder / "images" / images[view].name, photo);
-    for (ColmapPoint& point : points) {  // each point belongs to the one view that saw it first
+    for (TrackedPoint& point : points) {  // each point belongs to the one view that saw it first
       if (point.track[0].image == view) point.color = color_at(photo, point.track[0].position);
     }
+    if (photograph_done) photograph_done();
   });
   write_colmap_model(folder / "sparse", images, points);
   write_ply(folder / "mesh.ply", scene.geometry.mesh);

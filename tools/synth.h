@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -60,7 +61,9 @@ struct Scene {
 // Makes the scene, traces its photographs and writes a COLMAP workspace into `folder`, which must exist:
 // images/0000.png and so on, sparse/cameras.bin, images.bin and points3D.bin (PINHOLE; points on the surface with the
 // tracks of the views that see them), mesh.ply. The same files for any number of threads. Throws std::invalid_argument
-// for bad options, InputError where the folder cannot be written.
-void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder);
+// for bad options, InputError where the folder cannot be written. `photograph_done` is called after each photograph,
+// from any thread; what it throws ends the work.
+void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
+                           const std::function<void()>& photograph_done = {});
 
 }  // namespace lumatlas

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The apartment: a living room (x in [0, 5.2]) and a bedroom (x in [5.35, 8.6]), joined by a doorway.
+#include <array>
+#include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
 
@@ -18,6 +20,8 @@ constexpr double kSink = 0.002;
 constexpr double kCeiling = 2.6;
 constexpr float kLampRadiance = 26;  // exposes a white wall about right
 constexpr double kPi = std::numbers::pi;
+
+using Colors = std::array<vec3, 3>;
 
 enum Room : std::size_t { kLiving, kBedroom, kDoorway, kNorthWindow, kEastWindow, kRoomCount };
 
@@ -41,31 +45,33 @@ class Apartment {
     return static_cast<std::int32_t>(scene_.materials.size() - 1);
   }
 
-  std::int32_t add(Pattern pattern, const vec3& a, const vec3& b, const vec3& c, float scale = 1) {
+  // Colours come as a list so that random ones are drawn in its order, whatever the compiler.
+  std::int32_t add(Pattern pattern, const Colors& colors, float scale = 1) {
     Material material;
     material.pattern = pattern;
-    material.colors = {a, b, c};
+    material.colors = colors;
     material.scale = scale;
     return add(material);
   }
 
-  std::int32_t add_glossy(Pattern pattern, const vec3& a, const vec3& b, const vec3& c, float scale, float gloss) {
-    const std::int32_t id = add(pattern, a, b, c, scale);
+  std::int32_t add_glossy(Pattern pattern, const Colors& colors, float scale, float gloss) {
+    const std::int32_t id = add(pattern, colors, scale);
     scene_.materials.back().gloss = gloss;
     scene_.materials.back().roughness = 0.03F;
     return id;
   }
 
   std::int32_t add_metal(const vec3& tint, float roughness) {
-    const std::int32_t id = add(Pattern::plain, tint, tint, tint);
+    const std::int32_t id = matte(tint);
     scene_.materials.back().metal = true;
-    scene_.materials.back().gloss = 0.8F;
     scene_.materials.back().roughness = roughness;
     return id;
   }
 
+  std::int32_t matte(const vec3& color) { return add(Pattern::plain, {color, color, color}); }
+
   std::int32_t add_emission(Pattern pattern, const vec3& a, const vec3& b, float emission) {
-    const std::int32_t id = add(pattern, a, b, b);
+    const std::int32_t id = add(pattern, {a, b, b});
     scene_.materials.back().emission = emission;
     return id;
   }
@@ -78,10 +84,10 @@ class Apartment {
   }
 
   std::int32_t oak() {
-    return add(Pattern::wood, linear_from_srgb(196, 152, 100), linear_from_srgb(120, 78, 44), vec3(0.1F));
+    return add(Pattern::wood, {linear_from_srgb(196, 152, 100), linear_from_srgb(120, 78, 44), vec3(0.1F)});
   }
 
-  std::int32_t poster() { return add(Pattern::poster, dye(), dye(), dye()); }
+  std::int32_t poster() { return add(Pattern::poster, {dye(), dye(), dye()}); }
 
   // A box on (x, y) = the middle of its bottom; that bottom is open, since it stands on something.
   Block& box(dvec2 middle, double bottom, dvec3 size, std::int32_t material, double yaw = 0) {
@@ -136,19 +142,23 @@ class Apartment {
 
   void make_rooms() {
     const auto tone = [&](int r, int g, int b) {
-      return linear_from_srgb(r + random_.below(16), g + random_.below(16), b + random_.below(16));
+      const auto red = static_cast<int>(random_.below(16));
+      const auto green = static_cast<int>(random_.below(16));
+      return linear_from_srgb(r + red, g + green, b + static_cast<int>(random_.below(16)));
     };
-    const std::int32_t ceiling = add(Pattern::plaster, tone(228, 226, 220), vec3(0.5F), vec3(0.3F));
+    const std::int32_t ceiling = add(Pattern::plaster, {tone(228, 226, 220), vec3(0.5F), vec3(0.3F)});
     const std::int32_t living_wall =
-        add(Pattern::wallpaper, tone(214, 202, 176), tone(196, 188, 160), dye() * 0.6F, 0.24F);
-    const std::int32_t accent_wall = add(Pattern::plaster, tone(150, 176, 180), vec3(0.5F), vec3(0.3F));
-    const std::int32_t bed_wall = add(Pattern::wallpaper, tone(180, 196, 214), tone(208, 210, 220), dye() * 0.6F, 0.3F);
-    const std::int32_t parquet = add_glossy(Pattern::parquet, linear_from_srgb(190, 140, 88),
-                                            linear_from_srgb(128, 82, 46), linear_from_srgb(40, 24, 14), 0.13F, 0.1F);
-    const std::int32_t tile = add_glossy(Pattern::tiles, linear_from_srgb(206, 200, 190),
-                                         linear_from_srgb(120, 132, 140), dye() * 0.7F, 0.36F, 0.1F);
+        add(Pattern::wallpaper, {tone(214, 202, 176), tone(196, 188, 160), dye() * 0.6F}, 0.24F);
+    const std::int32_t accent_wall = add(Pattern::plaster, {tone(150, 176, 180), vec3(0.5F), vec3(0.3F)});
+    const std::int32_t bed_wall =
+        add(Pattern::wallpaper, {tone(180, 196, 214), tone(208, 210, 220), dye() * 0.6F}, 0.3F);
+    const std::int32_t parquet = add_glossy(
+        Pattern::parquet, {linear_from_srgb(190, 140, 88), linear_from_srgb(128, 82, 46), linear_from_srgb(40, 24, 14)},
+        0.13F, 0.1F);
+    const std::int32_t tile = add_glossy(
+        Pattern::tiles, {linear_from_srgb(206, 200, 190), linear_from_srgb(120, 132, 140), dye() * 0.7F}, 0.36F, 0.1F);
     const std::int32_t jamb =
-        add(Pattern::wood, linear_from_srgb(222, 214, 200), linear_from_srgb(196, 184, 164), vec3(0.1F));
+        add(Pattern::wood, {linear_from_srgb(222, 214, 200), linear_from_srgb(196, 184, 164), vec3(0.1F)});
     std::vector<BlockPart> air(kRoomCount);
     air[kLiving] = {
         {0, 0, 0}, {5.2, 4.2, kCeiling}, {living_wall, living_wall, accent_wall, living_wall, parquet, ceiling}};
@@ -173,7 +183,7 @@ class Apartment {
     scene_.ambient_above = {0.18F, 0.18F, 0.19F};
     scene_.ambient_below = {0.34F, 0.29F, 0.24F};
     const std::int32_t bars =
-        add(Pattern::wood, linear_from_srgb(230, 226, 216), linear_from_srgb(206, 198, 184), vec3(0.1F));
+        add(Pattern::wood, {linear_from_srgb(230, 226, 216), linear_from_srgb(206, 198, 184), vec3(0.1F)});
     box({3.3, 4.33}, 0.95, {0.05, 0.04, 1.2 + kSink}, bars).parts[0].material[5] = kOpen;
     box({8.73, 2.25}, 0.95, {0.04, 0.05, 1.2 + kSink}, bars).parts[0].material[5] = kOpen;
   }
@@ -203,7 +213,7 @@ class Apartment {
     corner_table({4.5, 0.55});
     toy_blocks({4.0, 1.3});
     const std::int32_t frame =
-        add(Pattern::wood, linear_from_srgb(70, 52, 40), linear_from_srgb(40, 28, 20), vec3(0.1F));
+        add(Pattern::wood, {linear_from_srgb(70, 52, 40), linear_from_srgb(40, 28, 20), vec3(0.1F)});
     hang({2.4, 0, 1.62}, {1.5, 0.8}, 3, poster(), frame);
     hang({0, 1.45, 1.5}, {0.8, 1.1}, 1, print_page(), frame);
     hang({5.2, 0.8, 1.55}, {0.7, 1.0}, 0, poster(), frame);
@@ -211,11 +221,11 @@ class Apartment {
     hang({1.3, 4.2, 1.55}, {0.9, 0.7}, 2, poster(), frame);
   }
 
-  std::int32_t print_page() { return add(Pattern::print, vec3(0.75F, 0.73F, 0.66F), dye(), dye() * 0.3F, 0.11F); }
+  std::int32_t print_page() { return add(Pattern::print, {vec3(0.75F, 0.73F, 0.66F), dye(), dye() * 0.3F}, 0.11F); }
 
   void sofa(dvec2 at) {
-    const std::int32_t cloth = add(Pattern::fabric, dye(), dye(), dye());
-    const std::int32_t cushion = add(Pattern::rug, dye(), dye(), dye(), 0.16F);
+    const std::int32_t cloth = add(Pattern::fabric, {dye(), dye(), dye()});
+    const std::int32_t cushion = add(Pattern::rug, {dye(), dye(), dye()}, 0.16F);
     box(at, 0, {2.0, 0.84, 0.4}, cloth);
     box(at + dvec2(0, -0.3), 0.4, {2.0, 0.22, 0.45}, cloth);
     for (const double side : {-1.0, 1.0}) {
@@ -227,22 +237,22 @@ class Apartment {
 
   void coffee_table(dvec2 at) {
     const std::int32_t top = oak();
-    const std::int32_t carpet = add(Pattern::rug, dye(), dye(), dye() * 0.5F, 0.3F);
+    const std::int32_t carpet = add(Pattern::rug, {dye(), dye(), dye() * 0.5F}, 0.3F);
     box(at, 0, {2.3, 1.5, 0.015}, carpet);
     board(at, 0.42, {1.2, 0.66, 0.05}, top);
     legs(at, {1.2, 0.66}, 0.42, 0.06, top);
     sphere(dvec3(at + dvec2(0.34, 0.04), 0.47 + 0.15 - kSink), 0.15, add_metal({0.95F, 0.76F, 0.42F}, 0.02F));
-    const std::int32_t glaze = add_glossy(Pattern::bands, dye(), dye(), dye(), 0.07F, 0.05F);
-    cylinder(at + dvec2(-0.42, 0.14), 0.47, 0.08, 0.24, glaze, add(Pattern::plain, vec3(0.02F), {}, {}));
+    const std::int32_t glaze = add_glossy(Pattern::bands, {dye(), dye(), dye()}, 0.07F, 0.05F);
+    cylinder(at + dvec2(-0.42, 0.14), 0.47, 0.08, 0.24, glaze, matte(vec3(0.02F)));
     for (int i = 0; i < 3; ++i) {
       book_lying(at + dvec2(-0.05, -0.08), 0.47 + 0.035 * i, random_.uniform(-0.5, 0.5));
     }
   }
 
   void book_lying(dvec2 at, double bottom, double yaw) {
-    Block& book = box(at, bottom, {0.24, 0.17, 0.035}, add(Pattern::plain, vec3(0.7F, 0.68F, 0.6F), {}, {}), yaw);
+    Block& book = box(at, bottom, {0.24, 0.17, 0.035}, matte(vec3(0.7F, 0.68F, 0.6F)), yaw);
     book.parts[0].material[5] = poster();
-    book.parts[0].material[2] = add(Pattern::plain, dye(), {}, {});
+    book.parts[0].material[2] = matte(dye());
   }
 
   void bookshelf(dvec2 at) {
@@ -266,11 +276,11 @@ class Apartment {
       const double thick = random_.uniform(0.035, 0.09);
       const double high = tallest * random_.uniform(0.65, 0.95);
       if (random_.uniform() < 0.88F) {
-        const std::int32_t spine = add(Pattern::book, dye(), dye(), dye() * 0.3F + 0.5F);
-        const std::int32_t cover = add(Pattern::plain, scene_.materials.back().colors[0], {}, {});
+        const std::int32_t spine = add(Pattern::book, {dye(), dye(), dye() * 0.3F + 0.5F});
+        const std::int32_t cover = matte(scene_.materials.back().colors[0]);
         Block& book = box(at + dvec2(random_.uniform(-0.03, 0.02), y + 0.5 * thick), bottom, {0.2, thick, high}, cover);
         book.parts[0].material[1] = spine;
-        book.parts[0].material[5] = add(Pattern::plain, vec3(0.7F, 0.68F, 0.6F), {}, {});
+        book.parts[0].material[5] = matte(vec3(0.7F, 0.68F, 0.6F));
       }
       y += thick + 0.004;
     }
@@ -279,20 +289,20 @@ class Apartment {
   void window_cabinet(dvec2 at) {
     const std::int32_t wood = oak();
     Block& body = box(at, 0, {1.9, 0.44, 0.6}, wood);
-    body.parts[0].material[2] = add(Pattern::tiles, dye(), dye(), dye(), 0.2F);
-    const std::int32_t earth = add(Pattern::globe, linear_from_srgb(52, 96, 168), linear_from_srgb(96, 140, 66),
-                                   linear_from_srgb(206, 178, 120));
+    body.parts[0].material[2] = add(Pattern::tiles, {dye(), dye(), dye()}, 0.2F);
+    const std::int32_t earth = add(Pattern::globe, {linear_from_srgb(52, 96, 168), linear_from_srgb(96, 140, 66),
+                                                    linear_from_srgb(206, 178, 120)});
     cylinder(at + dvec2(-0.6, 0), 0.6, 0.09, 0.03, wood, wood);
     sphere(dvec3(at + dvec2(-0.6, 0), 0.63 + 0.16 - kSink), 0.16, earth);
-    const std::int32_t glaze = add_glossy(Pattern::bands, dye(), dye(), dye(), 0.05F, 0.05F);
+    const std::int32_t glaze = add_glossy(Pattern::bands, {dye(), dye(), dye()}, 0.05F, 0.05F);
     cylinder(at + dvec2(0.15, 0.03), 0.6, 0.06, 0.2, glaze, glaze);
-    box(at + dvec2(0.6, 0), 0.6, {0.3, 0.2, 0.18}, add(Pattern::letter, dye(), dye(), dye() * 0.2F), 0.3);
+    box(at + dvec2(0.6, 0), 0.6, {0.3, 0.2, 0.18}, add(Pattern::letter, {dye(), dye(), dye() * 0.2F}), 0.3);
   }
 
   void floor_lamp(dvec2 at) {
     const std::int32_t steel = add_metal(vec3(0.6F, 0.6F, 0.62F), 0.1F);
     const std::int32_t shade =
-        add(Pattern::bands, linear_from_srgb(236, 220, 180), linear_from_srgb(200, 150, 110), dye(), 0.12F);
+        add(Pattern::bands, {linear_from_srgb(236, 220, 180), linear_from_srgb(200, 150, 110), dye()}, 0.12F);
     cylinder(at, 0, 0.16, 0.03, steel, steel);
     cylinder(at, 0.03, 0.018, 1.5, steel, steel);
     scene_.solids.emplace_back(Cylinder{dvec3(at, 1.4), 0.2, 0.32, shade, shade, shade});
@@ -302,16 +312,18 @@ class Apartment {
     const std::int32_t wood = oak();
     cylinder(at, 0, 0.05, 0.55, wood, kOpen);
     scene_.solids.emplace_back(Cylinder{dvec3(at, 0.54), 0.34, 0.04, wood, wood, wood});
-    cylinder(at + dvec2(0.05, 0.03), 0.58, 0.09, 0.16, add_metal({0.93F, 0.6F, 0.48F}, 0.06F),
-             add(Pattern::plain, vec3(0.03F), {}, {}));
+    const std::int32_t copper = add_metal({0.93F, 0.6F, 0.48F}, 0.06F);
+    cylinder(at + dvec2(0.05, 0.03), 0.58, 0.09, 0.16, copper, matte(vec3(0.03F)));
     book_lying(at + dvec2(-0.17, -0.12), 0.58, 0.7);
   }
 
   void toy_blocks(dvec2 at) {
     for (int i = 0; i < 6; ++i) {
+      const int column = i % 3;
+      const int row = i / 3;
       const double side = random_.uniform(0.13, 0.2);
-      const dvec2 place =
-          at + dvec2(0.32 * (i % 3) + random_.uniform(-0.03, 0.03), 0.34 * (i / 3) + random_.uniform(-0.03, 0.03));
+      const double shift = random_.uniform(-0.03, 0.03);
+      const dvec2 place = at + dvec2(0.32 * column + shift, 0.34 * row + random_.uniform(-0.03, 0.03));
       toy_block(place, 0, side, random_.uniform(0, 0.5 * kPi));
       if (i == 1 || i == 3) toy_block(place, side, 0.12, random_.uniform(0, 0.5 * kPi));
     }
@@ -320,7 +332,7 @@ class Apartment {
   void toy_block(dvec2 at, double bottom, double side, double yaw) {
     Block& block = box(at, bottom, dvec3(side), 0, yaw);
     for (const int face : {0, 1, 2, 3, 5}) {
-      block.parts[0].material[face] = add(Pattern::letter, dye() * 0.4F + 0.4F, dye(), dye() * 0.25F);
+      block.parts[0].material[face] = add(Pattern::letter, {dye() * 0.4F + 0.4F, dye(), dye() * 0.25F});
     }
   }
 
@@ -332,9 +344,9 @@ class Apartment {
     desk({7.4, 3.85});
     round_rug({7.1, 2.75});
     const std::int32_t steel = add_metal(vec3(0.75F, 0.78F, 0.82F), 0.05F);
-    cylinder({8.3, 3.85}, 0, 0.14, 0.75, steel, add(Pattern::plain, vec3(0.02F), {}, {}));
+    cylinder({8.3, 3.85}, 0, 0.14, 0.75, steel, matte(vec3(0.02F)));
     const std::int32_t frame =
-        add(Pattern::wood, linear_from_srgb(210, 200, 180), linear_from_srgb(180, 166, 140), vec3(0.1F));
+        add(Pattern::wood, {linear_from_srgb(210, 200, 180), linear_from_srgb(180, 166, 140), vec3(0.1F)});
     hang({7.5, 0, 1.65}, {1.2, 0.8}, 3, poster(), frame);
     hang({5.35, 0.8, 1.5}, {0.8, 1.0}, 1, print_page(), frame);
     hang({7.4, 4.2, 1.75}, {1.1, 0.55}, 2, poster(), frame);
@@ -343,13 +355,13 @@ class Apartment {
 
   void bed(dvec2 at) {
     const std::int32_t wood = oak();
-    const std::int32_t cover = add(Pattern::fabric, dye(), dye(), dye(), 1.6F);
-    const std::int32_t pillow = add(Pattern::fabric, vec3(0.75F), dye() * 0.5F + 0.4F, vec3(0.6F), 0.8F);
+    const std::int32_t cover = add(Pattern::fabric, {dye(), dye(), dye()}, 1.6F);
+    const std::int32_t pillow = add(Pattern::fabric, {vec3(0.75F), dye() * 0.5F + 0.4F, vec3(0.6F)}, 0.8F);
     box(at, 0, {1.5, 1.96, 0.3}, wood);
     box(at + dvec2(0, 0.02), 0.3, {1.42, 1.88, 0.18}, cover);
     box(at + dvec2(0, -0.96), 0, {1.5, 0.06, 0.95}, wood);
     for (const double side : {-0.36, 0.36}) box(at + dvec2(side, -0.68), 0.48, {0.6, 0.36, 0.12}, pillow, 0.15 * side);
-    const std::int32_t chest = add(Pattern::letter, dye(), dye(), dye() * 0.2F);
+    const std::int32_t chest = add(Pattern::letter, {dye(), dye(), dye() * 0.2F});
     box(at + dvec2(-1.05, -0.76), 0, {0.42, 0.4, 0.5}, chest);
   }
 
@@ -360,7 +372,7 @@ class Apartment {
     body.origin.x -= 0.04;  // its back is in the wall
     const std::int32_t knob = add_metal({0.95F, 0.8F, 0.5F}, 0.05F);
     for (const double side : {-0.3, 0.3}) {
-      const std::int32_t panel = add(Pattern::wood, dye() * 0.5F + 0.2F, dye() * 0.3F + 0.1F, vec3(0.1F), 1.5F);
+      const std::int32_t panel = add(Pattern::wood, {dye() * 0.5F + 0.2F, dye() * 0.3F + 0.1F, vec3(0.1F)}, 1.5F);
       board(at + dvec2(0.24, side), 0.12, {0.03, 0.5, 1.85}, panel);
       sphere(dvec3(at + dvec2(0.275, 0.2 * side), 1.05), 0.03, knob);
     }
@@ -368,22 +380,22 @@ class Apartment {
 
   void desk(dvec2 at) {
     const std::int32_t wood = oak();
-    const std::int32_t dark = add_glossy(Pattern::plain, vec3(0.03F), vec3(0.03F), vec3(0.03F), 1, 0.05F);
+    const std::int32_t dark = add_glossy(Pattern::plain, {vec3(0.03F), vec3(0.03F), vec3(0.03F)}, 1, 0.05F);
     board(at, 0.7, {1.4, 0.62, 0.04}, wood);
     legs(at, {1.4, 0.62}, 0.7, 0.05, wood);
-    const std::int32_t picture = add_glossy(Pattern::screen, dye(), dye(), dye() * 0.5F + 0.4F, 1, 0.05F);
+    const std::int32_t picture = add_glossy(Pattern::screen, {dye(), dye(), dye() * 0.5F + 0.4F}, 1, 0.05F);
     box(at + dvec2(-0.1, 0.12), 0.74, {0.26, 0.18, 0.015}, dark);
     box(at + dvec2(-0.1, 0.16), 0.755, {0.06, 0.04, 0.12}, dark);
     board(at + dvec2(-0.1, 0.1), 0.85, {0.66, 0.04, 0.4}, dark).parts[0].material[2] = picture;
     box(at + dvec2(-0.08, -0.16), 0.74, {0.42, 0.14, 0.02},
-        add(Pattern::print, vec3(0.08F), vec3(0.1F), vec3(0.02F), 0.035F));
-    cylinder(at + dvec2(0.45, -0.1), 0.74, 0.045, 0.1, add(Pattern::bands, dye(), dye(), dye(), 0.04F), dark);
+        add(Pattern::print, {vec3(0.08F), vec3(0.1F), vec3(0.02F)}, 0.035F));
+    cylinder(at + dvec2(0.45, -0.1), 0.74, 0.045, 0.1, add(Pattern::bands, {dye(), dye(), dye()}, 0.04F), dark);
     chair(at + dvec2(0.1, -0.6), random_.uniform(0.15, 0.5));
   }
 
   void chair(dvec2 at, double yaw) {
     const std::int32_t wood = oak();
-    const std::int32_t seat = add(Pattern::fabric, dye(), dye(), dye());
+    const std::int32_t seat = add(Pattern::fabric, {dye(), dye(), dye()});
     const dvec2 x(std::cos(yaw), std::sin(yaw));
     const dvec2 y(-x.y, x.x);
     for (const double i : {-0.19, 0.19}) {
@@ -396,7 +408,7 @@ class Apartment {
   }
 
   void round_rug(dvec2 at) {
-    const std::int32_t carpet = add(Pattern::rug, dye(), dye(), dye() * 0.5F, 0.22F);
+    const std::int32_t carpet = add(Pattern::rug, {dye(), dye(), dye() * 0.5F}, 0.22F);
     cylinder(at, 0, 0.6, 0.015, carpet, carpet);
   }
 

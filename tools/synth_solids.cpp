@@ -221,8 +221,9 @@ Ring add_ring(const Cylinder& cylinder, double scale, double height, std::uint32
   const std::uint32_t per_side = around / kCylinderSides;
   Ring ring;
   for (std::uint32_t i = 0; i < around; ++i) {
-    const double from = 2 * kPi * (i / per_side) / kCylinderSides;
-    const double to = 2 * kPi * (i / per_side + 1) / kCylinderSides;
+    const std::uint32_t side = i / per_side;
+    const double from = 2 * kPi * side / kCylinderSides;
+    const double to = 2 * kPi * (side + 1) / kCylinderSides;
     const double share = static_cast<double>(i % per_side) / per_side;
     const dvec3 corner =
         (1 - share) * dvec3(std::cos(from), std::sin(from), 0) + share * dvec3(std::cos(to), std::sin(to), 0);

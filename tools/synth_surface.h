@@ -38,7 +38,7 @@ struct Material {
   std::uint32_t seed = 0;  // of the pattern's marks
   float gloss = 0;         // mirror reflectance at normal incidence, [0, 1]; 0: none at any angle
   float roughness = 0;     // radius of the reflection's lobe, at distance 1
-  bool metal = false;      // no diffuse light, and the reflection takes the pattern's colour
+  bool metal = false;      // no diffuse light; the mirror reflectance is the pattern's colour, whatever gloss is
   float emission = 0;      // > 0: radiance is this times the pattern's colour, and nothing is reflected
 };
 

@@ -13,6 +13,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -27,7 +28,7 @@ using glm::vec3;
 constexpr float kOffset = 2e-4F;  // rays start this far off the surface, scene units: above float noise at 10 units
 constexpr float kOcclusionReach = 0.7F;  // how far ambient occlusion looks, scene units
 constexpr float kBrightest = 2.0F;       // of one path: lamps stay white, their edges and reflections stay smooth
-constexpr float kNearest = 0.35F;        // lights are no nearer than this, scene units: else their frames are all noise
+constexpr float kNearest = 0.6F;         // lights are no nearer than this, scene units: else their frames are all noise
 constexpr float kNegligible = 1e-3F;     // of a light's part of white: no shadow ray
 
 struct DeviceRelease {
@@ -78,7 +79,7 @@ class PixelSamples {
   void reset(std::uint64_t seed) {
     Random random(seed);
     for (std::size_t first = 0; first < points_.size(); first += count_) {
-      const vec2 shift(random.uniform(), random.uniform());
+      const vec2 shift{random.uniform(), random.uniform()};  // in this order: braces
       for (std::uint32_t i = 0; i < count_; ++i) {
         constexpr double kGolden = 0.6180339887498949;
         const double turn = i * kGolden;
@@ -220,16 +221,15 @@ class Tracer::Implementation {
     const vec3 color = pattern_color(material, coordinates(*hit.surface, hit.point), hit.surface->size);
     if (material.emission > 0) return material.emission * color;
     const vec3 n = facing_normal(hit, direction);
-    vec3 light(0.0F);
-    if (!material.metal) {
-      light = color * (direct(hit, n, random, kFirstLight, sample) +
-                       ambient(n) * openness(hit, n, random.point(kOcclusion, sample)));
+    const float schlick = std::pow(1 - std::abs(glm::dot(n, direction)), 5.0F);
+    if (material.metal) {
+      return glm::mix(color, vec3(1.0F), schlick) * reflected(hit, n, direction, material.roughness, random, sample);
     }
+    const float share = openness(hit, n, random.point(kOcclusion, sample));
+    const vec3 light = color * (direct(hit, n, random, kFirstLight, sample) + share * ambient(n));
     if (material.gloss <= 0) return light;
-    const float fresnel = material.gloss + (1 - material.gloss) * std::pow(1 - std::abs(glm::dot(n, direction)), 5.0F);
-    const vec3 mirror =
-        material.metal ? glm::mix(color, vec3(1.0F), (fresnel - material.gloss) / (1 - material.gloss)) : vec3(fresnel);
-    return light * (1 - fresnel) + mirror * reflected(hit, n, direction, material.roughness, random, sample);
+    const float fresnel = material.gloss + (1 - material.gloss) * schlick;
+    return glm::mix(light, reflected(hit, n, direction, material.roughness, random, sample), fresnel);
   }
 
   [[nodiscard]] vec3 reflected(const Hit& hit, const vec3& n, const vec3& direction, float roughness,

@@ -69,7 +69,7 @@ Camera magnified(const Camera& view, double zoom) {
   return result;
 }
 
-// The least zoom in [1, kLargestZoom] that leaves no border, or kLargestZoom if all of them leave one.
+// The least zoom in [1, kLargestZoom] that leaves no border, or 1 if none of them does.
 double least_zoom(const CameraModel& lens, const Camera& view, double lens_reach) {
   // Between the sampled pixels of an edge the border may come nearer; a quarter of the half pixel that the outermost
   // pixel centres have to spare makes up for it.
@@ -81,7 +81,7 @@ double least_zoom(const CameraModel& lens, const Camera& view, double lens_reach
     const SourceOfPixel source(lens, camera, lens_reach);
     return std::all_of(edges.begin(), edges.end(), [&](const glm::dvec2& p) { return source(p, kMargin).has_value(); });
   };
-  if (borderless(1)) {
+  if (borderless(1) || !borderless(kLargestZoom)) {
     return 1;
   }
   double low = 1;
@@ -97,10 +97,11 @@ double least_zoom(const CameraModel& lens, const Camera& view, double lens_reach
 bool sees_anything(const CameraModel& lens, const Camera& view, double lens_reach) {
   constexpr int kGrid = 32;
   const SourceOfPixel source(lens, view, lens_reach);
-  for (int i = 0; i < kGrid * kGrid; ++i) {
-    const glm::dvec2 cell(i % kGrid + 0.5, i / kGrid + 0.5);
-    if (source(glm::dvec2(view.width, view.height) * cell / static_cast<double>(kGrid))) {
-      return true;
+  for (int row = 0; row < kGrid; ++row) {
+    for (int column = 0; column < kGrid; ++column) {
+      if (source({view.width * (column + 0.5) / kGrid, view.height * (row + 0.5) / kGrid})) {
+        return true;
+      }
     }
   }
   return false;

@@ -125,16 +125,19 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   renderer.load(model);
   report.methods.push_back({"store", "the model: the views that the planner kept"});
   methods.run("store", renderer, report.views);
-  Snapshot all = unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet,
+  if (!options.unbounded && !options.vertex) return report;
+  const Snapshot all = unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet,
                                      options.unbounded);
   if (options.unbounded) {
     renderer.load(all);
     report.methods.push_back({"unbounded", "every input view, without a budget"});
     methods.run("unbounded", renderer, report.views);
   }
-  renderer.load(without_views(all));
-  report.methods.push_back({"vertex", "the mean of all input views at each vertex of the mesh"});
-  methods.run("vertex", renderer, report.views);
+  if (options.vertex) {
+    renderer.load(without_views(all));
+    report.methods.push_back({"vertex", "the mean of all input views at each vertex of the mesh"});
+    methods.run("vertex", renderer, report.views);
+  }
   return report;
 }
 

@@ -17,6 +17,7 @@ struct ValidationOptions {
   BlendOptions blend;
   ValidityOptions validity;  // of the unbounded baseline's masks
   bool unbounded = true;     // the baseline of all input views, which needs memory for all of them
+  bool vertex = true;        // the baseline of averaged vertex colours
   bool pictures = true;      // write photograph, rendering and error of every scored view
   bool quiet = false;
 };

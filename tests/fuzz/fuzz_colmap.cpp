@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// COLMAP's binary and text readers, and the lens models with whatever parameters come out of them. The first byte of
+// the input chooses the reader. Every input must be taken or get one line of an InputError.
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+
+#include "mesh/errors.h"
+#include "tools/colmap.h"
+#include "tools/undistortion.h"
+
+namespace {
+
+using namespace lumatlas;
+
+void require(bool holds) {
+  if (!holds) std::abort();
+}
+
+void use(const std::vector<ColmapCamera>& cameras) {
+  for (const ColmapCamera& camera : cameras) {
+    check(camera.lens);
+    try {
+      check(pinhole_view(camera.lens));
+    } catch (const std::invalid_argument&) {  // a panorama, or folded over
+    }
+    if (can_be_pinhole(camera.lens.model)) {
+      const auto image = image_from_cam(camera.lens, {0.3, -0.4, 1});
+      require(!image || (std::isfinite(image->x) && std::isfinite(image->y)));
+    }
+  }
+}
+
+void use(const std::vector<ColmapImage>& images) {
+  for (const ColmapImage& image : images) {
+    require(std::abs(glm::length(image.cam_from_world_rotation) - 1) < 1e-9);
+    require(!image.name.empty() && image.name.front() != '/');
+  }
+}
+
+void read(std::uint8_t reader, std::span<const std::byte> bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  switch (reader % 4) {
+    case 0:
+      return use(parse_cameras_binary(bytes, "cameras.bin"));
+    case 1:
+      return use(parse_images_binary(bytes, "images.bin"));
+    case 2:
+      return use(parse_cameras_text(text, "cameras.txt"));
+    default:
+      return use(parse_images_text(text, "images.txt"));
+  }
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  if (size == 0) return 0;
+  try {
+    read(data[0], std::as_bytes(std::span(data + 1, size - 1)));
+  } catch (const lumatlas::InputError& error) {
+    require(std::string_view(error.what()).find('\n') == std::string_view::npos);
+  }
+  return 0;
+}
