@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The view store that the planner writes and the renderer reads (Erat et al. 2019, Fig. 2): photographs with their depth
-// and validity, and per cell the references to them.
+// The view store that the planner writes and the renderer reads (Erat et al. 2019, Fig. 2): photographs with their
+// depth and validity, and per cell the references to them.
 //
 // The planner and the renderer run at their own rates: the planner changes the atlas view by view, the renderer draws
 // from a snapshot, which never changes and keeps alive what it shows.
@@ -34,7 +34,7 @@ struct Surface {
 struct StoredView {
   std::string name;
   Camera camera;
-  double gain = 1;                     // exposure: linear light of the photograph times this is the model's
+  double gain = 1;  // exposure: linear light of the photograph times this is the model's
   Photograph photograph;
   std::vector<float> depth;            // z at the photograph's resolution, infinity where no surface is
   std::vector<std::uint8_t> validity;  // see validity_mask()
@@ -60,8 +60,8 @@ struct Snapshot {
   std::shared_ptr<const Surface> surface;
   std::vector<std::shared_ptr<const StoredView>> views;  // by slot; null: the slot is free
   ReferenceTable references;
-  std::vector<std::uint8_t> cell_seen;        // 1: some offered view saw the cell, kept or not
-  std::vector<glm::u8vec3> vertex_colors;     // sRGB, one per vertex: shown where no view is valid
+  std::vector<std::uint8_t> cell_seen;     // 1: some offered view saw the cell, kept or not
+  std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
 };
 
 // A store of at most `max_views` views. Every call is safe from any thread.

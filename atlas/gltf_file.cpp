@@ -162,7 +162,7 @@ void GltfFile::check_version() const {
     refuse("is of glTF version " + model_.asset.version + ", this program reads 2.0");
   }
   for (const std::string& required : model_.extensionsRequired) {
-    if (required != kLumigraphExtension) {
+    if (required != kLumigraphExtension && required != kUnlitExtension) {
       refuse("requires the extension " + required + ", which this program does not know");
     }
   }

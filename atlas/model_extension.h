@@ -5,6 +5,7 @@
 namespace lumatlas {
 
 inline constexpr const char* kLumigraphExtension = "LUMATLAS_lumigraph";
+inline constexpr const char* kUnlitExtension = "KHR_materials_unlit";
 inline constexpr int kLumigraphVersion = 1;
 
 }  // namespace lumatlas

@@ -15,7 +15,8 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 
 // Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. Photographs are written as PNG, so that
 // reading the model back gives the same pictures to the bit. Free slots are left out: the views keep their order, their
-// slots become consecutive. Throws InputError if a file cannot be written.
+// slots become consecutive. Names become Unicode on one line. The mesh's own colours are left out: what is shown of
+// them is in the snapshot's vertex colours. Throws InputError if a file cannot be written.
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity);
 
 struct Model {
@@ -24,7 +25,8 @@ struct Model {
 };
 
 // Reads a model folder, or its .gltf file. Depth and validity are not in the file: they are made again from the mesh,
-// with the options that it was written with. Throws InputError: file, index, value, what is wrong with it.
+// with the options that it was written with. Opens nothing outside of the folder. Throws InputError: file, index, value,
+// what is wrong with it; of several views that cannot be read, the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
 
 }  // namespace lumatlas

@@ -60,8 +60,7 @@ std::vector<glm::u16vec4> linear_colors(const std::vector<glm::u8vec3>& srgb) {
   };
   std::vector<glm::u16vec4> colors;
   colors.reserve(srgb.size());
-  for (const glm::u8vec3& color : srgb)
-    colors.emplace_back(convert(color.r), convert(color.g), convert(color.b), 65535);
+  for (const glm::u8vec3& c : srgb) colors.emplace_back(convert(c.r), convert(c.g), convert(c.b), 65535);
   return colors;
 }
 
@@ -69,10 +68,22 @@ Json array_of(const glm::dvec3& v) {
   return Json(Json::Array{Json(v.x), Json(v.y), Json(v.z)});
 }
 
+// The photographs' light is in the vertex colours already, and rooms are seen from inside.
+int add_unlit_material(tinygltf::Model& model) {
+  tinygltf::Material material;
+  material.pbrMetallicRoughness.metallicFactor = 0;
+  material.doubleSided = true;
+  material.extensions[kUnlitExtension] = Json(Json::Object{});
+  model.materials.push_back(std::move(material));
+  model.extensionsUsed.emplace_back(kUnlitExtension);
+  return static_cast<int>(model.materials.size()) - 1;
+}
+
 void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   const Mesh& mesh = snapshot.surface->mesh;
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
+  primitive.material = add_unlit_material(model);
   const int positions = add_accessor(model, mesh.positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
                                      TINYGLTF_TARGET_ARRAY_BUFFER);
   const Bounds box = bounds(mesh);
@@ -158,8 +169,8 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
       Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
   extension["referenceOffsets"] = Json(add_scalars(model, snapshot.references.offsets));
   const std::vector<std::uint32_t> references = renumbered(snapshot);
-  if (!references.empty())
-    extension["references"] = Json(add_scalars(model, references));  // glTF has no empty accessor
+  // glTF has neither empty accessors nor empty arrays.
+  if (!references.empty()) extension["references"] = Json(add_scalars(model, references));
   extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});
@@ -167,7 +178,7 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
   for (const auto& view : snapshot.views) {
     if (view) views.push_back(view_json(model, *view, views.size()));
   }
-  if (!views.empty()) extension["views"] = Json(std::move(views));  // glTF has no empty array
+  if (!views.empty()) extension["views"] = Json(std::move(views));
   model.extensions[kLumigraphExtension] = Json(std::move(extension));
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }

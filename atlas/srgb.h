@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The sRGB transfer function (IEC 61966-2-1). Photographs and pictures are sRGB; exposure and blending act in linear light.
+// The sRGB transfer function (IEC 61966-2-1). Photographs and pictures are sRGB; exposure and blending act in linear
+// light.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +27,8 @@ namespace lumatlas {
 [[nodiscard]] inline const std::array<float, 256>& linear_from_srgb8() {
   static const std::array<float, 256> table = [] {
     std::array<float, 256> values{};
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = static_cast<float>(linear_from_srgb(static_cast<double>(i) / 255));
+    for (std::size_t i = 0; i < values.size(); ++i)
+      values[i] = static_cast<float>(linear_from_srgb(static_cast<double>(i) / 255));
     return values;
   }();
   return table;

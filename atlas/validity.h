@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where in a photograph a sample may be trusted: valid() of Erat et al. 2019, section 3.1, second and third case, computed
-// once per stored view into a mask instead of per fragment. (The first case, occlusion, needs the sample's depth.)
+// Where in a photograph a sample may be trusted: valid() of Erat et al. 2019, section 3.1, second and third case,
+// computed once per stored view into a mask instead of per fragment. (The first case, occlusion, needs the sample's
+// depth.)
 //
 // Departures from the print: the image rectangle less the undistortion border instead of the cone alpha; the depth
 // difference relative to the depth; and a fade towards invalid pixels instead of a step, so that no seam shows where a
@@ -16,7 +17,7 @@
 namespace lumatlas {
 
 struct ValidityOptions {
-  double depth_edge = 0.05;         // a depth step counts as an edge above this share of the nearer depth; finite, > 0
+  double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; finite, > 0
   std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
   std::uint32_t fade_px = 2;         // over how many pixels the mask rises from 0 to 255; [0, 255], 0: a step
 

@@ -197,13 +197,16 @@ TEST_CASE("the file is glTF with a mesh that any viewer shows") {
   write_model(folder.path(), snapshot, {});
   const nlohmann::json gltf = json_of(folder / "scene.gltf");
   CHECK(gltf.at("asset").at("version") == "2.0");
-  CHECK(gltf.at("extensionsUsed") == nlohmann::json{"LUMATLAS_lumigraph"});
+  CHECK(gltf.at("extensionsUsed") == nlohmann::json{"KHR_materials_unlit", "LUMATLAS_lumigraph"});
   CHECK_FALSE(gltf.contains("extensionsRequired"));
   CHECK(gltf.at("buffers").at(0).at("byteLength") == fs::file_size(folder / "scene.bin"));
   const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
   const auto& positions = gltf.at("accessors").at(primitive.at("attributes").at("POSITION").get<std::size_t>());
   CHECK(positions.at("min") == nlohmann::json{-2.0, -2.0, 2.0});
   CHECK(positions.at("max") == nlohmann::json{2.0, 2.0, 4.0});
+  const auto& material = gltf.at("materials").at(primitive.at("material").get<std::size_t>());
+  CHECK(material.at("extensions").contains("KHR_materials_unlit"));
+  CHECK(material.at("doubleSided") == true);
   const auto& colors = gltf.at("accessors").at(primitive.at("attributes").at("COLOR_0").get<std::size_t>());
   CHECK(colors.at("normalized") == true);
   CHECK(colors.at("count") == snapshot.vertex_colors.size());
