@@ -6,9 +6,11 @@
 
 #include <cmath>
 #include <glm/glm.hpp>
+#include <utility>
 
 #include "atlas/atlas.h"
 #include "atlas/srgb.h"
+#include "mesh/vertex_faces.h"
 
 namespace lumatlas {
 
@@ -22,7 +24,8 @@ glm::vec4 sample(const StoredView& view, const glm::dvec3& world) {
   const glm::dvec3 cam = view.camera.cam_from_world(world);
   if (cam.z <= 0) return glm::vec4(0);
   const glm::dvec2 image = view.camera.image_from_cam(cam);
-  if (!(image.x >= 0 && image.y >= 0 && image.x < view.camera.width && image.y < view.camera.height)) return glm::vec4(0);
+  if (!(image.x >= 0 && image.y >= 0 && image.x < view.camera.width && image.y < view.camera.height))
+    return glm::vec4(0);
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + kOcclusionTolerance)) return glm::vec4(0);
   const auto& linear = linear_from_srgb8();
@@ -32,39 +35,60 @@ glm::vec4 sample(const StoredView& view, const glm::dvec3& world) {
           static_cast<float>(view.validity[pixel]) / 255.0f};
 }
 
-// Gives each vertex with zero weight the mean of its neighbours that have one, ring by ring.
-void spread_colors(const std::vector<glm::uvec3>& faces, std::vector<glm::vec4>& colors) {
-  std::vector<glm::vec4> incoming(colors.size(), glm::vec4(0));
-  std::vector<glm::uvec3> open = faces;
-  bool progress = true;
-  while (progress) {
-    progress = false;
-    std::vector<glm::uvec3> still_open;
-    for (const glm::uvec3& face : open) {
-      glm::vec4 known(0);
-      int unknown = 0;
+// Colours a mesh outwards from its coloured vertices, those of non-zero weight.
+class Spreading {
+ public:
+  Spreading(const Mesh& mesh, std::vector<glm::vec4>& colors)
+      : mesh_(mesh), colors_(colors), faces_(colors.size(), mesh.faces), reached_(colors.size(), 0) {
+    for (std::uint32_t vertex = 0; vertex < colors.size(); ++vertex) {
+      if (colors[vertex].w > 0) reach_around(vertex);
+    }
+  }
+
+  // Gives each vertex next to coloured ones the mean of them; false if there is none.
+  bool next_ring() {
+    const std::vector<std::uint32_t> ring = std::exchange(ring_, {});
+    std::vector<glm::vec4> means;
+    means.reserve(ring.size());
+    for (const std::uint32_t vertex : ring) means.push_back(mean_around(vertex));
+    for (std::size_t i = 0; i < ring.size(); ++i) colors_[ring[i]] = means[i];
+    for (const std::uint32_t vertex : ring) reach_around(vertex);
+    return !ring.empty();
+  }
+
+ private:
+  void reach_around(std::uint32_t vertex) {
+    for (const std::uint32_t face : faces_[vertex]) {
       for (int corner = 0; corner < 3; ++corner) {
-        const glm::vec4& color = colors[face[corner]];
-        if (color.w > 0) {
-          known += glm::vec4(glm::vec3(color) / color.w, 1);
-        } else {
-          ++unknown;
-        }
-      }
-      if (unknown == 0) continue;
-      still_open.push_back(face);
-      if (known.w == 0) continue;
-      progress = true;
-      for (int corner = 0; corner < 3; ++corner) {
-        if (colors[face[corner]].w == 0) incoming[face[corner]] += known;
+        const std::uint32_t neighbour = mesh_.faces[face][corner];
+        if (colors_[neighbour].w > 0 || reached_[neighbour]) continue;
+        reached_[neighbour] = 1;
+        ring_.push_back(neighbour);
       }
     }
-    for (const glm::uvec3& face : still_open) {
+  }
+
+  [[nodiscard]] glm::vec4 mean_around(std::uint32_t vertex) const {
+    glm::vec4 sum(0);
+    for (const std::uint32_t face : faces_[vertex]) {
       for (int corner = 0; corner < 3; ++corner) {
-        if (colors[face[corner]].w == 0) colors[face[corner]] = incoming[face[corner]];
+        const glm::vec4& color = colors_[mesh_.faces[face][corner]];
+        if (color.w > 0) sum += glm::vec4(glm::vec3(color) / color.w, 1);
       }
     }
-    open = std::move(still_open);
+    return sum;
+  }
+
+  const Mesh& mesh_;
+  std::vector<glm::vec4>& colors_;
+  VertexFaces faces_;
+  std::vector<std::uint8_t> reached_;
+  std::vector<std::uint32_t> ring_;  // vertices without a colour that have a neighbour with one
+};
+
+void spread_colors(const Mesh& mesh, std::vector<glm::vec4>& colors) {
+  Spreading spreading(mesh, colors);
+  while (spreading.next_ring()) {
   }
 }
 
@@ -73,17 +97,18 @@ void spread_colors(const std::vector<glm::uvec3>& faces, std::vector<glm::vec4>&
 VertexColorMean::VertexColorMean(const Mesh& mesh) : mesh_(mesh), sums_(mesh.positions.size(), glm::vec4(0)) {}
 
 void VertexColorMean::add(const StoredView& view) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), 4096), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-      const glm::vec4 color = sample(view, glm::dvec3(mesh_.positions[vertex]));
-      sums_[vertex] += glm::vec4(glm::vec3(color) * color.w, color.w);
-    }
-  });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
+                        const glm::vec4 color = sample(view, glm::dvec3(mesh_.positions[vertex]));
+                        sums_[vertex] += glm::vec4(glm::vec3(color) * color.w, color.w);
+                      }
+                    });
 }
 
 std::vector<glm::u8vec3> VertexColorMean::colors() const {
   std::vector<glm::vec4> sums = sums_;
-  if (mesh_.colors.empty()) spread_colors(mesh_.faces, sums);
+  if (mesh_.colors.empty()) spread_colors(mesh_, sums);
   std::vector<glm::u8vec3> colors(sums.size(), glm::u8vec3(kMidGrey));
   for (std::size_t vertex = 0; vertex < sums.size(); ++vertex) {
     const glm::vec4& sum = sums[vertex];

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to mesh/: the faces around each vertex of any triangle list, manifold or not.
+// Internal: the faces around each vertex of any triangle list, manifold or not.
 #pragma once
 
 #include <cstddef>

@@ -180,6 +180,15 @@ TEST_CASE("colours spread from the nearest coloured vertices, ring by ring") {
   }
 }
 
+TEST_CASE("a colour reaches the far end of a large mesh without a pass over all of it for each ring") {
+  Mesh mesh;
+  add_wall(mesh, 700, 700, 0.01f, 4);
+  StoredView corner = flat_view({12, 34, 56});
+  corner.camera.fx = corner.camera.fy = 16;
+  corner.camera.cx = corner.camera.cy = 16 + 16 * 3.499 / 4;  // only the first vertex is in the image
+  CHECK(mean_of(mesh, {corner}) == all(mesh, {12, 34, 56}));
+}
+
 TEST_CASE("a component of which nothing is known is mid-grey") {
   Mesh mesh = wall();
   const std::size_t seen = mesh.positions.size();
