@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <queue>
 #include <utility>
 
