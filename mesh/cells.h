@@ -19,7 +19,8 @@ enum class Partition {
 
 struct CellOptions {
   Partition partition = Partition::clusters;
-  // Target diameter of a cell, scene units; a cell's area is about size^2. 0: scene_diameter() / 60 (charted in
+  // Target diameter of a cell, scene units; a cell's area is about size^2 where the surface is smooth (the median
+  // within 30%, no radius above 1.5 size) and less where it bends. 0: scene_diameter() / 60 (charted in
   // docs/measurements.md; the paper finds 1/100 to 1/30 of the scene). Smaller: more cells, finer choice of views.
   double size = 0;
   // How strongly a cluster avoids turning: the cost of a face is its distance from the cluster's centre, in cell sizes,
@@ -50,11 +51,15 @@ struct Cells {
 [[nodiscard]] double scene_diameter(const Mesh& mesh);
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
-// interpolated. Keeps the mesh manifold. Throws std::invalid_argument unless max_edge > 0.
+// interpolated. Keeps the mesh manifold, and its faces' first corners and order where nothing is long; new faces come
+// last. Throws std::invalid_argument unless max_edge > 0, is at least four times the resolution of the positions as
+// floats, and leaves fewer than 5e8 faces; or if the mesh is not manifold.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge);
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell
-// (split_large_faces with the options' size).
+// (split_large_faces with the options' size). Cells are numbered by their first face. A cluster is connected over
+// edges; one much smaller than the target is left only where it fits no neighbour. Throws std::invalid_argument for bad
+// options, or if the size is automatic and the faces have no area.
 [[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options);
 
 // The cells of a partition that is known already: statistics of each, by its number in `cell_of_face` (one per face,

@@ -35,13 +35,13 @@ struct Metric {
 
   // See CellOptions::normal_weight.
   [[nodiscard]] float cost(const FaceGraph& graph, const Center& center, std::uint32_t face) const {
-    const float turn = 1 - glm::dot(graph.normals[face], center.normal);
-    return glm::distance(graph.centroids[face], center.position) * per_size + normal_weight * turn;
+    const float turn = 1 - glm::dot(graph[face].normal, center.normal);
+    return glm::distance(graph[face].centroid, center.position) * per_size + normal_weight * turn;
   }
 };
 
 Center center_at(const FaceGraph& graph, std::uint32_t face) {
-  return {face, graph.centroids[face], graph.normals[face]};
+  return {face, graph[face].centroid, graph[face].normal};
 }
 
 // The last step of splitmix64: a permutation of the integers that looks random.
@@ -80,6 +80,12 @@ class Seeding {
   // Random sequential discs of radius r / 2 cover 54.7% of the plane: an area of 1.436 r^2 for each, here 1.
   static constexpr float kSpacing = 0.834f;
 
+  // How far a face extends beyond its centroid, in cell sizes: without it, cells of few faces would come out too large.
+  [[nodiscard]] float reach(std::uint32_t face) const {
+    constexpr float kReach = 0.2f;  // of the root of its area; measured
+    return kReach * std::sqrt(graph_[face].area) * metric_.per_size;
+  }
+
   void cover_around(std::uint32_t seed) {
     const auto visit = static_cast<std::uint32_t>(centers_.size() - 1);
     visitor_[seed] = visit;
@@ -88,10 +94,10 @@ class Seeding {
       const std::uint32_t face = stack_.back();
       stack_.pop_back();
       covered_[face] = 1;
-      for (const std::uint32_t next : graph_.neighbors[face]) {
+      for (const std::uint32_t next : graph_[face].neighbors) {
         if (next == kNoNeighbor || visitor_[next] == visit) continue;
         visitor_[next] = visit;
-        if (metric_.cost(graph_, centers_.back(), next) < kSpacing) stack_.push_back(next);
+        if (metric_.cost(graph_, centers_.back(), next) + reach(next) < kSpacing) stack_.push_back(next);
       }
     }
   }
@@ -125,6 +131,12 @@ class BucketQueue {
     entry = buckets_[current_][next_++];
     return true;
   }
+  // The face of an entry that is about to be popped.
+  [[nodiscard]] std::uint32_t upcoming_face() const {
+    constexpr std::size_t kAhead = 8;
+    const std::vector<Entry>& bucket = buckets_[current_];
+    return bucket[std::min(next_ + kAhead, bucket.size() - 1)].face;
+  }
 
  private:
   static constexpr float kStepsPerSize = 256;
@@ -141,9 +153,10 @@ std::vector<std::uint32_t> grow(const FaceGraph& graph, const std::vector<Center
   BucketQueue queue;
   for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
   for (BucketQueue::Entry entry{}; queue.pop(entry);) {
+    __builtin_prefetch(&graph[queue.upcoming_face()]);
     if (labels[entry.face] != kNoNeighbor) continue;
     labels[entry.face] = entry.cluster;
-    for (const std::uint32_t next : graph.neighbors[entry.face]) {
+    for (const std::uint32_t next : graph[entry.face].neighbors) {
       if (next == kNoNeighbor || labels[next] != kNoNeighbor) continue;
       queue.push(metric.cost(graph, centers[entry.cluster], next), {next, entry.cluster});
     }
@@ -162,9 +175,9 @@ void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, 
   std::vector<Sums> sums(centers.size());
   for (std::size_t face = 0; face < graph.size(); ++face) {
     Sums& sum = sums[labels[face]];
-    const double area = graph.areas[face];
-    sum.position += area * glm::dvec3(graph.centroids[face]);
-    sum.normal += area * glm::dvec3(graph.normals[face]);
+    const double area = graph[face].area;
+    sum.position += area * glm::dvec3(graph[face].centroid);
+    sum.normal += area * glm::dvec3(graph[face].normal);
     sum.area += area;
   }
   for (std::size_t cluster = 0; cluster < centers.size(); ++cluster) {

@@ -4,6 +4,7 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -38,11 +39,10 @@ std::uint32_t across(const Mesh& mesh, const VertexFaces& around, std::uint32_t 
 
 void connect(FaceGraph& graph, const Mesh& mesh) {
   const VertexFaces around(mesh.positions.size(), mesh.faces);
-  graph.neighbors.resize(mesh.faces.size());
   for_each_face(mesh.faces.size(), [&](std::size_t i) {
     const glm::uvec3& face = mesh.faces[i];
     const auto index = static_cast<std::uint32_t>(i);
-    graph.neighbors[i] = {across(mesh, around, index, face.x, face.y), across(mesh, around, index, face.y, face.z),
+    graph[i].neighbors = {across(mesh, around, index, face.x, face.y), across(mesh, around, index, face.y, face.z),
                           across(mesh, around, index, face.z, face.x)};
   });
 }
@@ -53,33 +53,34 @@ glm::vec3 unit_or_zero(const glm::dvec3& v) {
 }
 
 void measure(FaceGraph& graph, const Mesh& mesh, const std::vector<double>& areas) {
-  graph.areas.assign(areas.begin(), areas.end());
-  graph.centroids.resize(mesh.faces.size());
-  graph.normals.resize(mesh.faces.size());
+  graph.resize(mesh.faces.size());
   for_each_face(mesh.faces.size(), [&](std::size_t i) {
     const glm::uvec3& face = mesh.faces[i];
     const glm::dvec3 a(mesh.positions[face.x]);
     const glm::dvec3 b(mesh.positions[face.y]);
     const glm::dvec3 c(mesh.positions[face.z]);
-    graph.centroids[i] = (a + b + c) / 3.0;
-    graph.normals[i] = unit_or_zero(glm::cross(b - a, c - a));
+    graph[i].area = static_cast<float>(areas[i]);
+    graph[i].centroid = (a + b + c) / 3.0;
+    graph[i].normal = unit_or_zero(glm::cross(b - a, c - a));
   });
 }
 
 // Each pass carries a normal to the next neighbours; after k passes it has reached about sqrt(k) of them.
 void smooth_normals(FaceGraph& graph, double radius) {
-  constexpr int kPasses = 4;
+  constexpr int kPasses = 8;
   std::vector<glm::vec3> smoothed(graph.size());
   for (int pass = 0; pass < kPasses; ++pass) {
     for_each_face(graph.size(), [&](std::size_t i) {
-      glm::dvec3 sum = glm::dvec3(graph.normals[i]) * static_cast<double>(graph.areas[i]);
-      for (const std::uint32_t other : graph.neighbors[i]) {
-        if (other == kNoNeighbor || glm::distance(graph.centroids[i], graph.centroids[other]) > radius) continue;
-        sum += glm::dvec3(graph.normals[other]) * static_cast<double>(graph.areas[other]);
+      const FaceNode& node = graph[i];
+      glm::dvec3 sum = glm::dvec3(node.normal) * static_cast<double>(node.area);
+      for (const std::uint32_t other : node.neighbors) {
+        if (other == kNoNeighbor || glm::distance(node.centroid, graph[other].centroid) > radius) continue;
+        const float likeness = std::max(0.0f, glm::dot(node.normal, graph[other].normal));
+        sum += glm::dvec3(graph[other].normal) * static_cast<double>(likeness * graph[other].area);
       }
       smoothed[i] = unit_or_zero(sum);
     });
-    graph.normals.swap(smoothed);
+    for_each_face(graph.size(), [&](std::size_t i) { graph[i].normal = smoothed[i]; });
   }
 }
 

@@ -14,13 +14,14 @@ namespace lumatlas {
 
 inline constexpr std::uint32_t kNoNeighbor = std::numeric_limits<std::uint32_t>::max();
 
-struct FaceGraph {
-  std::vector<glm::vec3> centroids;
-  std::vector<glm::vec3> normals;  // unit, smoothed; zero where a face has no area
-  std::vector<float> areas;
-  std::vector<std::array<std::uint32_t, 3>> neighbors;  // across each edge; kNoNeighbor at a boundary
-  [[nodiscard]] std::size_t size() const { return centroids.size(); }
+// Together, because growing a cluster reads them together and in no order that a cache could foresee.
+struct FaceNode {
+  glm::vec3 centroid;
+  glm::vec3 normal;  // unit, smoothed; zero where a face has no area
+  float area;
+  std::array<std::uint32_t, 3> neighbors;  // across each edge; kNoNeighbor at a boundary
 };
+using FaceGraph = std::vector<FaceNode>;
 
 // Normals are averaged over faces up to about `smoothing_radius` away, because those of scanned surfaces are noisy;
 // neighbours whose centroids are further apart than that keep theirs, so that coarse meshes keep their creases.

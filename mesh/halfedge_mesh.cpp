@@ -39,8 +39,8 @@ Mesh from_halfedge_mesh(const HalfedgeMesh& halfedge_mesh, bool with_colors) {
     mesh.colors.emplace_back(std::lround(color[0]), std::lround(color[1]), std::lround(color[2]));
   }
   for (const auto face : halfedge_mesh.faces()) {
-    const auto halfedge = face.halfedge();
-    mesh.faces.emplace_back(halfedge.from().idx(), halfedge.to().idx(), halfedge.next().to().idx());
+    const auto halfedge = face.halfedge();  // add_face sets the one that ends at the first corner
+    mesh.faces.emplace_back(halfedge.to().idx(), halfedge.next().to().idx(), halfedge.from().idx());
   }
   return mesh;
 }

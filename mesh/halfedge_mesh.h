@@ -19,7 +19,7 @@ using HalfedgeMesh = OpenMesh::TriMesh_ArrayKernelT<InterpolatingTraits>;
 // Vertices and faces keep their indices. Throws std::invalid_argument if a face makes the mesh non-manifold.
 [[nodiscard]] HalfedgeMesh to_halfedge_mesh(const Mesh& mesh);
 
-// The inverse; of a mesh without deleted elements.
+// The inverse, corner by corner; of a mesh without deleted elements.
 [[nodiscard]] Mesh from_halfedge_mesh(const HalfedgeMesh& halfedge_mesh, bool with_colors);
 
 }  // namespace lumatlas

@@ -21,7 +21,7 @@ struct RepairReport {
   std::uint64_t non_manifold_edges = 0;     // shared by three faces or more: each of them gets an edge of its own
   std::uint64_t non_manifold_vertices = 0;  // whose faces do not form one fan (the ends of non-manifold edges, and
                                             // where a one-sided surface had to be cut, among them): one copy per fan
-  std::uint64_t reversed_faces = 0;  // turned round to agree with their neighbours
+  std::uint64_t reversed_faces = 0;         // turned round to agree with their neighbours
 
   bool operator==(const RepairReport&) const = default;
   [[nodiscard]] bool changed_anything() const { return *this != RepairReport{}; }

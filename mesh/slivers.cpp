@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <queue>
 #include <utility>
 
@@ -12,9 +13,11 @@ namespace lumatlas {
 namespace {
 
 constexpr double kSliverArea = 0.35;    // of size^2
+constexpr double kCrumbArea = 0.2;      // of size^2; less than noise folds in a scan, whichever way it faces
 constexpr double kLargestArea = 1.8;    // of size^2, after merging
 constexpr double kLargestRadius = 1.0;  // of the size, after merging
 constexpr double kLeastFlatness = 0.8;  // after merging; a fold of two equal parts by 74 degrees
+constexpr double kCrumbFlatness = 0.3;  // the same for crumbs
 
 struct Cluster {
   std::vector<std::uint32_t> faces;
@@ -55,10 +58,10 @@ class SliverMerger {
     if (!labels_.empty()) clusters_.resize(*std::max_element(labels_.begin(), labels_.end()) + 1);
     for (std::uint32_t face = 0; face < labels_.size(); ++face) {
       Cluster& cluster = clusters_[labels_[face]];
-      const double area = graph_.areas[face];
+      const double area = graph_[face].area;
       cluster.faces.push_back(face);
-      cluster.moment += area * glm::dvec3(graph_.centroids[face]);
-      cluster.normal += area * glm::dvec3(graph_.normals[face]);
+      cluster.moment += area * glm::dvec3(graph_[face].centroid);
+      cluster.normal += area * glm::dvec3(graph_[face].normal);
       cluster.area += area;
     }
   }
@@ -70,7 +73,7 @@ class SliverMerger {
   [[nodiscard]] std::vector<std::uint32_t> neighbors(std::uint32_t index) const {
     std::vector<std::uint32_t> found;
     for (const std::uint32_t face : clusters_[index].faces) {
-      for (const std::uint32_t other : graph_.neighbors[face]) {
+      for (const std::uint32_t other : graph_[face].neighbors) {
         if (other != kNoNeighbor && labels_[other] != index) found.push_back(labels_[other]);
       }
     }
@@ -86,7 +89,7 @@ class SliverMerger {
   [[nodiscard]] double radius_around(const glm::dvec3& centroid, const Cluster& cluster) const {
     double radius = 0;
     for (const std::uint32_t face : cluster.faces) {
-      radius = std::max(radius, glm::distance(centroid, glm::dvec3(graph_.centroids[face])));
+      radius = std::max(radius, glm::distance(centroid, glm::dvec3(graph_[face].centroid)));
     }
     return radius;
   }
@@ -95,9 +98,11 @@ class SliverMerger {
   [[nodiscard]] std::uint32_t best_host(std::uint32_t sliver) const {
     std::uint32_t best = kNoNeighbor;
     double least_cost = std::numeric_limits<double>::infinity();
+    const bool is_crumb = clusters_[sliver].area < kCrumbArea * size_ * size_;
+    const double least_flatness = is_crumb ? kCrumbFlatness : kLeastFlatness;
     for (const std::uint32_t host : neighbors(sliver)) {
       const Cluster merged = sums_of(clusters_[sliver], clusters_[host]);
-      if (merged.area > kLargestArea * size_ * size_ || merged.flatness() < kLeastFlatness) continue;
+      if (merged.area > kLargestArea * size_ * size_ || merged.flatness() < least_flatness) continue;
       const glm::dvec3 centroid = merged.centroid();
       const double radius =
           std::max(radius_around(centroid, clusters_[sliver]), radius_around(centroid, clusters_[host])) / size_;

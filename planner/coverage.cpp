@@ -32,15 +32,6 @@ double total_pixels(const Cell& cell, double cell_size, double distance, const C
   return std::max(projected, a_px) / a_px;
 }
 
-// The largest cosine between view i's direction and another's; -1 for a view alone.
-double gamma_of(std::span<const Contribution> views, std::size_t i) {
-  double gamma = -1;
-  for (std::size_t j = 0; j < views.size(); ++j) {
-    if (j != i) gamma = std::max(gamma, glm::dot(views[i].direction, views[j].direction));
-  }
-  return gamma;
-}
-
 }  // namespace
 
 CoverageOptions CoverageOptions::printed() {
@@ -95,8 +86,7 @@ double set_coverage(std::span<const Contribution> views, const CoverageOptions& 
   const bool printed = options.metric == CoverageOptions::Metric::printed;
   double sum = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    const double cov_d = printed ? 0 : directional_coverage(gamma_of(views, i), views.size() == 1, options);
-    sum += options.lambda * cov_d + (1 - options.lambda) * views[i].positional;
+    sum += printed ? (1 - options.lambda) * views[i].positional : coverage(views[i], views.first(i), options);
   }
   return std::min(sum, max_cell_coverage(options));
 }

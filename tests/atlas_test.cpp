@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "tests/small_scenes.h"
+#include "tests/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -13,8 +13,8 @@
 
 #include "atlas/model_file.h"
 #include "mesh/errors.h"
-#include "tests/small_scenes.h"
 #include "tests/temporary_folder.h"
+#include "tests/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

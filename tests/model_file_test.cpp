@@ -12,8 +12,8 @@
 
 #include "blend/reference.h"
 #include "mesh/errors.h"
-#include "tests/small_scenes.h"
 #include "tests/temporary_folder.h"
+#include "tests/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -1,123 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scenes of a few faces and pixels for tests of the view store.
+// A small scene for tests above mesh/: a room of 4 x 4 x 3 with a box in it, cameras inside that look around, and
+// photographs whose colours encode where they are, so that a flip or a shift shows.
 #pragma once
 
-#include <cstdint>
-#include <glm/glm.hpp>
-#include <glm/gtc/matrix_transform.hpp>
+#include <cstddef>
 #include <memory>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
 
 namespace lumatlas {
 
-// Looks along +z from `center`.
-inline Camera forward_camera(std::uint32_t width, std::uint32_t height, const glm::dvec3& center = glm::dvec3(0)) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = width;
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
-  camera.cam_from_world_translation = -center;
-  return camera;
-}
+[[nodiscard]] std::shared_ptr<const Surface> room_surface();
 
-// Red says the column, green the row, blue `seed` and their parity.
-inline Photograph position_photograph(std::uint32_t width, std::uint32_t height, std::uint32_t seed = 0) {
-  Photograph photograph{width, height, {}, {}};
-  for (std::uint32_t y = 0; y < height; ++y) {
-    for (std::uint32_t x = 0; x < width; ++x) {
-      photograph.rgb.push_back(static_cast<std::uint8_t>(20 + 7 * x));
-      photograph.rgb.push_back(static_cast<std::uint8_t>(30 + 11 * y));
-      photograph.rgb.push_back(static_cast<std::uint8_t>(90 * (seed % 3) + 40 * ((x + y) % 2)));
-    }
-  }
-  return photograph;
-}
+// Camera number `number` of an endless walk round the room; 96 x 72 pixels.
+[[nodiscard]] Camera room_camera(std::size_t number);
 
-// Two triangles for each of `columns` x `rows` squares with the given side, around the z axis at depth z.
-inline void add_wall(Mesh& mesh, std::uint32_t columns, std::uint32_t rows, float side, float z) {
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  for (std::uint32_t row = 0; row <= rows; ++row) {
-    for (std::uint32_t column = 0; column <= columns; ++column) {
-      mesh.positions.emplace_back(side * (static_cast<float>(column) - static_cast<float>(columns) / 2),
-                                  side * (static_cast<float>(row) - static_cast<float>(rows) / 2), z);
-    }
-  }
-  for (std::uint32_t row = 0; row < rows; ++row) {
-    for (std::uint32_t column = 0; column < columns; ++column) {
-      const std::uint32_t a = first + row * (columns + 1) + column, b = a + columns + 1;
-      mesh.faces.emplace_back(a, b, a + 1);
-      mesh.faces.emplace_back(a + 1, b, b + 1);
-    }
-  }
-}
+// Smooth, different at every pixel and for every seed.
+[[nodiscard]] Photograph pattern_photograph(const Camera& camera, std::size_t seed);
 
-// A wall of 4x4 squares at z = 4 and a panel before its middle at z = 2; `cells` cells of neighbouring faces.
-inline std::shared_ptr<const Surface> wall_and_panel(std::uint32_t cells = 5) {
-  const auto surface = std::make_shared<Surface>();
-  add_wall(surface->mesh, 4, 4, 1, 4);
-  add_wall(surface->mesh, 1, 1, 0.5f, 2);
-  const std::size_t faces = surface->mesh.faces.size();
-  std::vector<std::uint32_t> cell_of_face;
-  for (std::size_t face = 0; face < faces; ++face) {
-    cell_of_face.push_back(static_cast<std::uint32_t>(face * cells / faces));
-  }
-  surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 1.25);
-  surface->offset = {4.5e6, -12.25, 0.1};
-  return surface;
-}
-
-// As the planner makes it: with depth and validity from the mesh.
-inline StoredView traced_view(const Surface& surface, std::string name, const Camera& camera, Photograph photograph,
-                              const ValidityOptions& validity = {}) {
-  return make_stored_view(std::move(name), camera, std::move(photograph),
-                          make_ray_visibility(surface.mesh)->trace(camera), validity);
-}
-
-// Turned by `angle` (radians) around an oblique axis: numbers with all their digits.
-inline Camera oblique_camera(std::uint32_t width, std::uint32_t height, double angle, const glm::dvec3& center) {
-  Camera camera = forward_camera(width, height);
-  const glm::dmat4 turn = glm::rotate(glm::dmat4(1), angle, glm::dvec3(0.3, 1, -0.2));
-  camera.cam_from_world_rotation = glm::dmat3(turn);
-  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
-  camera.fx *= 1.0 / 3 + 0.5;
-  camera.cy += 0.1;
-  return camera;
-}
-
-// A store with free slots between and after three views of different sizes, one of them with a lens mask, made with
-// `validity`; a cell without references and one that nobody saw.
-inline Snapshot small_snapshot(const ValidityOptions& validity = {}) {
-  const auto surface = wall_and_panel(5);
-  Atlas atlas(surface, 5);
-  const auto insert = [&](const char* name, const Camera& camera, double gain, bool lens) {
-    Photograph photograph = position_photograph(camera.width, camera.height, atlas.size());
-    if (lens) {
-      photograph.valid.assign(photograph.rgb.size() / 3, 255);
-      for (std::size_t pixel = 0; pixel < photograph.valid.size(); pixel += 7) photograph.valid[pixel] = 0;
-    }
-    StoredView view = traced_view(*surface, name, camera, std::move(photograph), validity);
-    view.gain = gain;
-    return atlas.insert(std::move(view));
-  };
-  insert("a.jpg", oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3}), 1, false);
-  insert("dropped.jpg", forward_camera(8, 8), 1, false);
-  insert("left/b.jpg", oblique_camera(20, 18, -0.07, {-0.5, 0, 0.1}), 1.0 / 3, true);
-  insert("c \u00e9.jpg", forward_camera(30, 30, {0.2, -0.1, -1}), 1.7, false);
-  atlas.erase(1);
-  atlas.set_references(0, {0, 2});
-  atlas.set_references(1, {3});
-  atlas.set_references(3, {3, 0, 2});
-  atlas.set_references(4, {2});
-  const std::vector<CellPixels> seen{{0, 9}, {1, 9}, {2, 9}, {4, 9}};
-  atlas.mark_seen(seen);
-  return atlas.snapshot();
-}
+// The first `views` cameras of the walk, all stored, every cell referring to each view that sees it.
+[[nodiscard]] Snapshot room_snapshot(std::size_t views, const ValidityOptions& options);
 
 }  // namespace lumatlas

@@ -6,7 +6,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/srgb.h"
-#include "tests/small_scenes.h"
+#include "tests/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

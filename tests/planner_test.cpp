@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/planner.h"
+
+#include <catch2/catch.hpp>
+#include <glm/glm.hpp>
+#include <set>
+
+#include "mesh/errors.h"
+#include "tests/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+PlannerOptions options_for_room() {
+  PlannerOptions options;
+  options.coverage.ideal_distance = 2;
+  options.coverage.max_references = 4;
+  options.visibility_px = 64;
+  return options;
+}
+
+struct Planned {
+  explicit Planned(std::uint32_t max_views, const PlannerOptions& planner_options = options_for_room())
+      : surface(room_surface()),
+        visibility(make_ray_visibility(surface->mesh)),
+        atlas(surface, max_views),
+        planner(atlas, *visibility, planner_options) {}
+  Verdict offer(std::size_t number) {
+    const Camera camera = room_camera(number);
+    return planner.offer("view " + std::to_string(number), camera, pattern_photograph(camera, number));
+  }
+  // scov from the atlas alone: an independent way to the planner's running sum.
+  [[nodiscard]] double summed_coverage_from_scratch(const CoverageOptions& options, std::uint32_t visibility_px) const {
+    double sum = 0;
+    for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
+      std::vector<Contribution> views;
+      for (const std::uint32_t slot : atlas.references(cell)) {
+        const Camera& camera = atlas.view(slot)->camera;
+        const double scale = std::min(1.0, static_cast<double>(visibility_px) / std::max(camera.width, camera.height));
+        const Camera small = camera.scaled_to(static_cast<std::uint32_t>(std::lround(camera.width * scale)),
+                                              static_cast<std::uint32_t>(std::lround(camera.height * scale)));
+        for (const CellPixels& seen : count_cell_pixels(visibility->trace(small), surface->cells)) {
+          if (seen.cell != cell) continue;
+          views.push_back(contribution(surface->cells.cells[cell], surface->cells.size, small, seen.pixels, options));
+        }
+      }
+      sum += set_coverage(views, options);
+    }
+    return sum;
+  }
+
+  std::shared_ptr<const Surface> surface;
+  std::unique_ptr<Visibility> visibility;
+  Atlas atlas;
+  Planner planner;
+};
+
+TEST_CASE("the first view is kept and every cell that it sees refers to it") {
+  Planned scene(3);
+  const Verdict verdict = scene.offer(0);
+  CHECK(verdict.decision == Decision::kept);
+  REQUIRE(verdict.slot == 0u);
+  CHECK(verdict.gain > 0);
+  std::size_t referring = 0;
+  for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
+    const std::vector<std::uint32_t> slots = scene.atlas.references(cell);
+    if (!slots.empty()) CHECK(slots == std::vector<std::uint32_t>{0});
+    referring += slots.size();
+  }
+  CHECK(referring == verdict.cells_seen);
+}
+
+TEST_CASE("a view that shows nothing of the mesh is rejected and nothing of it is held") {
+  Planned scene(3);
+  Camera away = room_camera(0);
+  away.cam_from_world_translation += glm::dvec3(0, 0, -1000);
+  away.cam_from_world_rotation = glm::dmat3(1);
+  away.cam_from_world_translation = {500, 500, 500};
+  const Verdict verdict = scene.planner.offer("lost", away, pattern_photograph(away, 1));
+  CHECK(verdict.decision == Decision::rejected);
+  CHECK(verdict.cells_seen == 0);
+  CHECK(scene.atlas.size() == 0);
+}
+
+TEST_CASE("a repeated view is not kept a second time once its cells are covered") {
+  Planned scene(40);
+  for (std::size_t i = 0; i < 12; ++i) scene.offer(i);
+  const std::uint32_t before = scene.atlas.size();
+  std::size_t kept = 0;
+  for (std::size_t repeat = 0; repeat < 10; ++repeat) kept += scene.offer(5).decision != Decision::rejected;
+  CHECK(kept <= 1);
+  CHECK(scene.atlas.size() <= before + 1);
+}
+
+TEST_CASE("the store and each cell's references stay within their bounds, and refer to stored views that see the cell") {
+  const PlannerOptions options = options_for_room();
+  Planned scene(5, options);
+  for (std::size_t i = 0; i < 60; ++i) {
+    scene.offer((7 * i) % 60);
+    REQUIRE(scene.atlas.size() <= 5);
+  }
+  CHECK(scene.atlas.size() == 5);
+  for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
+    const std::vector<std::uint32_t> slots = scene.atlas.references(cell);
+    CHECK(slots.size() <= options.coverage.max_references);
+    CHECK(std::set<std::uint32_t>(slots.begin(), slots.end()).size() == slots.size());
+    for (const std::uint32_t slot : slots) CHECK(scene.atlas.view(slot) != nullptr);
+  }
+}
+
+TEST_CASE("the running coverage equals the coverage counted from scratch, after insertions and evictions") {
+  const PlannerOptions options = options_for_room();
+  Planned scene(6, options);
+  for (std::size_t i = 0; i < 80; ++i) {
+    scene.offer((11 * i) % 80);
+    if (i % 16 != 15) continue;
+    // 1e-9: sums of a few thousand terms of order one in another order.
+    CHECK(scene.planner.summed_coverage() ==
+          Approx(scene.summed_coverage_from_scratch(options.coverage, options.visibility_px)).margin(1e-9));
+  }
+}
+
+TEST_CASE("keeping a view raises the coverage by what its verdict says, and a rejected one leaves it") {
+  Planned scene(4);
+  for (std::size_t i = 0; i < 50; ++i) {
+    const double before = scene.planner.summed_coverage();
+    const Verdict verdict = scene.offer((13 * i) % 50);
+    const double rise = scene.planner.summed_coverage() - before;
+    if (verdict.decision == Decision::kept) CHECK(rise == Approx(verdict.gain).margin(1e-9));
+    if (verdict.decision == Decision::rejected) CHECK(rise == 0);
+    // Replacing may gain more than predicted: cells that lose a view are given another one that sees them.
+    if (verdict.decision == Decision::replaced) CHECK(rise >= verdict.gain - 1e-9);
+  }
+}
+
+TEST_CASE("the same stream gives the same references, whatever was offered to another planner meanwhile") {
+  Planned first(6);
+  Planned second(6);
+  for (std::size_t i = 0; i < 40; ++i) first.offer(i);
+  for (std::size_t i = 0; i < 40; ++i) second.offer(i);
+  const Snapshot a = first.atlas.snapshot();
+  const Snapshot b = second.atlas.snapshot();
+  CHECK(a.references.offsets == b.references.offsets);
+  CHECK(a.references.views == b.references.views);
+}
+
+TEST_CASE("a store of one view and one reference per cell works") {
+  PlannerOptions options = options_for_room();
+  options.coverage.max_references = 1;
+  Planned scene(1, options);
+  for (std::size_t i = 0; i < 20; ++i) scene.offer(i);
+  CHECK(scene.atlas.size() == 1);
+  CHECK(std::isfinite(scene.planner.summed_coverage()));
+}
+
+TEST_CASE("planner options that break a rule are refused by name") {
+  PlannerOptions options = options_for_room();
+  options.victims = 0;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("victims is 0") && Catch::Contains("at least 1"));
+  options = options_for_room();
+  options.coverage.ideal_distance = 0;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("ideal_distance"));
+  options = options_for_room();
+  options.min_view_gain = -1;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("min_view_gain"));
+}
+
+TEST_CASE("the median distance is found, and cameras that see nothing are reported") {
+  const auto surface = room_surface();
+  const auto visibility = make_ray_visibility(surface->mesh);
+  std::vector<Camera> cameras;
+  for (std::size_t i = 0; i < 30; ++i) cameras.push_back(room_camera(i));
+  const double distance = median_surface_distance(cameras, *visibility);
+  CHECK(distance > 0.5);
+  CHECK(distance < 4);  // the room is 4 wide
+  Camera lost = cameras[0];
+  lost.cam_from_world_rotation = glm::dmat3(1);
+  lost.cam_from_world_translation = {500, 500, 500};
+  CHECK_THROWS_AS(median_surface_distance(std::vector<Camera>{lost}, *visibility), InputError);
+}
+
+}  // namespace
+}  // namespace lumatlas
