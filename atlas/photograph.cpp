@@ -159,10 +159,11 @@ bool is_png(const OIIO::ImageInput& reader) {
 }
 
 // Leaves a JPEG's reader closed, see image_header.h.
-Header checked_header(const fs::path& path, OIIO::ImageInput& reader) {
+Header checked_header(const fs::path& path, OIIO::ImageInput& reader, Orientation orientation) {
   if (!is_jpeg(reader)) open_image(path, reader);
-  const Header header = is_jpeg(reader) ? jpeg_header(path) : opened_header(path, reader);
+  Header header = is_jpeg(reader) ? jpeg_header(path) : opened_header(path, reader);
   check_size(path, header);
+  if (orientation == Orientation::as_stored) header.orientation = 1;
   return header;
 }
 
@@ -291,15 +292,15 @@ bool write_pixels(OIIO::ImageOutput& output, const Photograph& image) {
 
 }  // namespace
 
-ImageSize photograph_size(const fs::path& path) {
+ImageSize photograph_size(const fs::path& path, Orientation orientation) {
   const Reader reader = reader_for(path);
-  return upright_size(checked_header(path, *reader));
+  return upright_size(checked_header(path, *reader, orientation));
 }
 
-Photograph read_photograph(const fs::path& path) {
+Photograph read_photograph(const fs::path& path, Orientation orientation) {
   const Reader reader = reader_for(path);
   check_complete(path, *reader);
-  const Header header = checked_header(path, *reader);
+  const Header header = checked_header(path, *reader, orientation);
   if (is_jpeg(*reader)) open_image(path, *reader);
   const ImageSize size = upright_size(header);
   Photograph photo;

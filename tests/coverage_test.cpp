@@ -49,8 +49,8 @@ TEST_CASE("coverage is in [0, 1] for any views") {
   std::mt19937 random(7);
   for (int round = 0; round < 500; ++round) {
     CoverageOptions options = options_at(2);
-    options.max_references = 1 + random() % 40;
-    options.lambda = (random() % 11) / 10.0;
+    options.max_references = 1 + static_cast<std::uint32_t>(random() % 40);
+    options.lambda = static_cast<double>(random() % 11) / 10.0;
     const std::vector<Contribution> views = random_views(random, 1 + random() % 20);
     const double cov = coverage(views[0], std::span(views).subspan(1), options);
     CHECK(cov >= 0);

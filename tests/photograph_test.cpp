@@ -118,11 +118,14 @@ TEST_CASE("a photograph is upright after each of the eight EXIF orientations") {
     const Photograph stored = position_pattern(7, 4);
     write_oriented(folder / "a.tif", stored, orientation);
     check_upright(folder / "a.tif", stored, orientation, 1, 0);
+    CHECK(read_photograph(folder / "a.tif", Orientation::as_stored).rgb == stored.rgb);
+    CHECK(photograph_size(folder / "a.tif", Orientation::as_stored).width == stored.width);
   }
   SECTION("JPEG, blocks of 16 pixels, so that subsampled colour is flat at their centres") {
     const Photograph stored = position_pattern(7 * 16, 4 * 16, 16);
     write_oriented(folder / "a.jpg", stored, orientation);
     check_upright(folder / "a.jpg", stored, orientation, 16, 4);  // quantisation of 8-bit YCbCr, at quality 100
+    CHECK(photograph_size(folder / "a.jpg", Orientation::as_stored).width == stored.width);
   }
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/scene.h"
 
+#include <OpenImageIO/imageio.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -211,10 +213,36 @@ TEST_CASE("a scene whose photographs do not fit gets an exact sentence") {
                                    "there");
   write_photograph(folder.path() / "images/left/0001.png", 30, 40);
   CHECK(complaint_of(scene) == scene + "/images/left/0001.png: is 30x40 pixels, but camera 1 of " + scene +
-                                   "/sparse/cameras.bin is 40x30: if an EXIF orientation turns it, remove that tag, "
-                                   "since COLMAP does not turn it");
+                                   "/sparse/cameras.bin is 40x30: put the photographs that the model was made from "
+                                   "there");
   write_file(folder.path() / "images/left/0001.png", "no picture");
   CHECK_THAT(complaint_of(scene), Catch::StartsWith(scene + "/images/left/0001.png: "));
+}
+
+// An uncompressed file with an EXIF orientation.
+void write_turned(const fs::path& path, const Photograph& stored, int orientation) {
+  fs::create_directories(path.parent_path());
+  const auto output = OIIO::ImageOutput::create(path.string());
+  OIIO::ImageSpec spec(static_cast<int>(stored.width), static_cast<int>(stored.height), 3, OIIO::TypeDesc::UINT8);
+  spec.attribute("Orientation", orientation);
+  REQUIRE(output->open(path.string(), spec));
+  REQUIRE(output->write_image(OIIO::TypeDesc::UINT8, stored.rgb.data()));
+  REQUIRE(output->close());
+}
+
+TEST_CASE("an EXIF orientation is ignored as COLMAP does, unless only the upright photograph fits its camera") {
+  const TemporaryFolder folder;
+  write_file(folder.path() / "sparse/cameras.bin", Bytes().u64(1).camera(1, 1, 40, 30, {50, 52, 20, 15}).string());
+  write_file(folder.path() / "sparse/images.bin",
+             Bytes().u64(1).image(1, wxyz(kTurn), {1, 2, 3}, 1, "turned.tif").string());
+  write_turned(folder.path() / "images/turned.tif", picture(40, 30), 3);
+  CHECK(load_photograph(read_scene_views(folder.path(), glm::dvec3(0.0)).views.at(0)).rgb == picture(40, 30).rgb);
+  write_turned(folder.path() / "images/turned.tif", picture(30, 40), 6);
+  const Photograph upright = load_photograph(read_scene_views(folder.path(), glm::dvec3(0.0)).views.at(0));
+  REQUIRE(upright.width == 40);
+  // Orientation 6: the stored first row is the right-hand column.
+  const Photograph stored = picture(30, 40);
+  CHECK(std::equal(stored.rgb.begin(), stored.rgb.begin() + 3, upright.rgb.begin() + 3 * 39));
 }
 
 TEST_CASE("a camera that cannot be a pinhole view is refused only if an image has it") {

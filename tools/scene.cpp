@@ -67,23 +67,26 @@ std::string size_text(std::uint32_t width, std::uint32_t height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-// Throws InputError unless the file is there and of the lens's size.
-void check_photograph(const SceneView& view, const ColmapImage& image, const ColmapModel& model) {
+bool has_lens_size(const SceneView& view, Orientation orientation) {
+  const ImageSize size = photograph_size(view.image, orientation);
+  return size.width == view.lens.width && size.height == view.lens.height;
+}
+
+// How the file's pixels become the lens's image. Throws InputError unless the file is there and of the lens's size.
+Orientation orientation_of(const SceneView& view, const ColmapImage& image, const ColmapModel& model) {
   std::error_code ignored;
   if (!fs::exists(view.image, ignored)) {
     throw InputError(view.image.string() + ": no such photograph, but image " + std::to_string(image.id) + " of " +
                      model.images_path.string() + " names it");
   }
-  const ImageSize size = photograph_size(view.image);
-  if (size.width == view.lens.width && size.height == view.lens.height) {
-    return;
+  for (const Orientation orientation : {Orientation::as_stored, Orientation::exif}) {
+    if (has_lens_size(view, orientation)) return orientation;
   }
-  const bool turned = size.width == view.lens.height && size.height == view.lens.width;
+  const ImageSize size = photograph_size(view.image, Orientation::as_stored);
   throw InputError(view.image.string() + ": is " + size_text(size.width, size.height) + " pixels, but camera " +
                    std::to_string(image.camera_id) + " of " + model.cameras_path.string() + " is " +
                    size_text(view.lens.width, view.lens.height) +
-                   (turned ? ": if an EXIF orientation turns it, remove that tag, since COLMAP does not turn it"
-                           : ": put the photographs that the model was made from there"));
+                   ": put the photographs that the model was made from there");
 }
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).
@@ -104,17 +107,18 @@ SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset) {
   }
   SceneViews result{scene, {}};
   for (const ColmapImage& image : model.images) {
-    SceneView view{image.name, folder / image.name, model.camera_of(image).lens, cameras.at(image.camera_id)};
+    SceneView view{image.name, folder / image.name, model.camera_of(image).lens, Orientation::as_stored,
+                   cameras.at(image.camera_id)};
     place(view.camera, image, offset);
     result.views.push_back(std::move(view));
   }
   for_each_index(result.views.size(),
-                 [&](std::size_t i) { check_photograph(result.views[i], model.images[i], model); });
+                 [&](std::size_t i) { result.views[i].orientation = orientation_of(result.views[i], model.images[i], model); });
   return result;
 }
 
 Photograph load_photograph(const SceneView& view) {
-  Photograph photograph = read_photograph(view.image);
+  Photograph photograph = read_photograph(view.image, view.orientation);
   if (photograph.width != view.lens.width || photograph.height != view.lens.height) {
     throw InputError(view.image.string() + ": is " + size_text(photograph.width, photograph.height) +
                      " pixels, but its camera is " + size_text(view.lens.width, view.lens.height));

@@ -19,6 +19,7 @@ struct SceneView {
   std::string name;             // as the model names it, with '/' between folders
   std::filesystem::path image;  // the file
   CameraModel lens;             // as the model gives it
+  Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
   Camera camera;                // the pinhole view that the photograph is undistorted to; lens size = its size
 };
 
@@ -30,7 +31,9 @@ struct SceneViews {
 
 // Reads a COLMAP workspace: sparse/ or sparse/0/ (or the model's files in the folder itself), binary or text; with
 // images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every
-// camera position in double precision. Throws InputError: file, index, value, what to do.
+// camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF
+// orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is turned.
+// Throws InputError: file, index, value, what to do.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset);
 
 // The mesh file to use: `given` if it is given, else the first that exists of the names that COLMAP, OpenMVS and others

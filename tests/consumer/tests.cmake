@@ -20,3 +20,5 @@ endfunction()
 
 set(gl_libraries libGL libOpenGL libGLX libEGL libepoxy)
 lumatlas_consumer_test(mesh WITHOUT epoxy OpenImageIO TinyGLTF Ceres UNLINKED ${gl_libraries} libOpenImageIO libceres)
+lumatlas_consumer_test(planner WITHOUT epoxy UNLINKED ${gl_libraries})
+lumatlas_consumer_test(blend WITHOUT Ceres UNLINKED libceres)

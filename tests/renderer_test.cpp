@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The shader against its CPU reference, and the laws of the formula that both implement.
+#include "blend/renderer.h"
+
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <glm/glm.hpp>
+#include <optional>
+#include <random>
+
+#include "atlas/srgb.h"
+#include "blend/reference.h"
+#include "tests/gl_test_context.h"
+#include "tests/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+Rendering reference(const Snapshot& snapshot, const Camera& camera, const BlendOptions& options) {
+  const auto visibility = make_ray_visibility(snapshot.surface->mesh);
+  return render_reference(snapshot, camera, visibility->trace(camera), options);
+}
+
+// The share of pixels in which any channel differs by more than 2 levels, or the state differs.
+double share_different(const Rendering& a, const Rendering& b) {
+  REQUIRE(a.state.size() == b.state.size());
+  std::size_t different = 0;
+  for (std::size_t pixel = 0; pixel < a.state.size(); ++pixel) {
+    bool differs = a.state[pixel] != b.state[pixel];
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      differs |= std::abs(a.picture.rgb[3 * pixel + channel] - b.picture.rgb[3 * pixel + channel]) > 2;
+    }
+    different += differs;
+  }
+  return static_cast<double>(different) / static_cast<double>(a.state.size());
+}
+
+std::size_t count(const Rendering& rendering, PixelState state) {
+  return static_cast<std::size_t>(std::count(rendering.state.begin(), rendering.state.end(), state));
+}
+
+// Between two cameras of the walk, larger and with another field of view than the stored ones.
+Camera novel_camera(std::size_t number) {
+  Camera camera = room_camera(number);
+  const Camera next = room_camera(number + 1);
+  camera.cam_from_world_translation =
+      -(camera.cam_from_world_rotation * ((camera.center() + next.center()) / 2.0));
+  camera.width = 320;
+  camera.height = 200;
+  camera.fx = 190;
+  camera.fy = 200;
+  camera.cx = 150;
+  camera.cy = 105;
+  return camera;
+}
+
+// DESIGN: at most this share of pixels may differ by more than 2 of 255.
+constexpr double kAgreement = 0.001;
+
+TEST_CASE("the shader agrees with the CPU reference for every option") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot snapshot = room_snapshot(14, {});
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  std::vector<BlendOptions> variants(6);
+  variants[1] = BlendOptions::printed();
+  variants[1].occlusion_tolerance = 0.02;  // with none, rounding decides at every pixel
+  variants[2].views = 1;
+  variants[3].views = 8;
+  variants[4].lambda = 0;
+  variants[5].fade_last = false;
+  for (std::size_t variant = 0; variant < variants.size(); ++variant) {
+    double different = 0;
+    constexpr std::size_t kCameras = 6;
+    for (std::size_t number = 0; number < kCameras; ++number) {
+      const Camera camera = novel_camera(3 * number);
+      const Rendering cpu = reference(snapshot, camera, variants[variant]);
+      REQUIRE(count(cpu, PixelState::textured) > 0);
+      different += share_different(renderer.render(camera, variants[variant]), cpu) / kCameras;
+    }
+    INFO("variant " << variant);
+    CHECK(different <= kAgreement);
+  }
+}
+
+TEST_CASE("the shader agrees with the CPU reference on exposure gains, lens masks and mixed photograph sizes") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Snapshot snapshot = room_snapshot(8, {});
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    StoredView view = *snapshot.views[slot];
+    view.gain = 0.5 + 0.2 * static_cast<double>(slot);
+    if (slot % 2 == 0) {
+      const Camera camera = view.camera.scaled_to(61, 90);
+      Photograph photograph = pattern_photograph(camera, slot);
+      photograph.valid.assign(61 * 90, 255);
+      std::fill_n(photograph.valid.begin(), 61 * 20, std::uint8_t{0});
+      const auto visibility = make_ray_visibility(snapshot.surface->mesh);
+      const double gain = view.gain;
+      view = make_stored_view(view.name, camera, photograph, visibility->trace(camera), {});
+      view.gain = gain;
+    }
+    snapshot.views[slot] = std::make_shared<const StoredView>(view);
+  }
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  double different = 0;
+  for (std::size_t number = 0; number < 6; ++number) {
+    const Camera camera = novel_camera(number);
+    different += share_different(renderer.render(camera, {}), reference(snapshot, camera, {})) / 6;
+  }
+  CHECK(different <= kAgreement);
+}
+
+TEST_CASE("a stored view rendered from its own camera alone is its photograph, wherever it is valid") {
+  ValidityOptions step = ValidityOptions::printed();
+  const Snapshot snapshot = room_snapshot(1, step);
+  const StoredView& view = *snapshot.views[0];
+  const auto check_picture = [&](const Rendering& rendering) {
+    std::size_t compared = 0;
+    for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
+      if (view.validity[pixel] != 255) continue;
+      ++compared;
+      REQUIRE(rendering.state[pixel] == PixelState::textured);
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        // Sampled at the pixel's centre: no interpolation, only rounding there and back.
+        REQUIRE(std::abs(rendering.picture.rgb[3 * pixel + channel] - view.photograph.rgb[3 * pixel + channel]) <= 1);
+      }
+    }
+    CHECK(compared > rendering.state.size() / 2);
+  };
+  check_picture(reference(snapshot, view.camera, {}));
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  check_picture(renderer.render(view.camera, {}));
+}
+
+TEST_CASE("the GPU sees the same faces as the rays, away from silhouettes") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot snapshot = room_snapshot(3, {});
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  const Camera camera = novel_camera(5);
+  const auto visibility = make_ray_visibility(snapshot.surface->mesh);
+  const VisibilityBuffer visible = visibility->trace(camera);
+  const Rendering rendering = renderer.render(camera, {});
+  for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
+    REQUIRE((rendering.state[pixel] == PixelState::empty) == (visible.face[pixel] == kNoFace));
+  }
+}
+
+TEST_CASE("cells that no view saw are told apart from cells that were seen but have no valid view") {
+  Snapshot snapshot = room_snapshot(3, {});
+  snapshot.references.views.clear();
+  snapshot.references.offsets.assign(snapshot.references.offsets.size(), 0);
+  const Camera camera = novel_camera(9);
+  const auto check_states = [&](const Rendering& rendering) {
+    CHECK(count(rendering, PixelState::textured) == 0);
+    CHECK(count(rendering, PixelState::untextured) > 0);
+    CHECK(count(rendering, PixelState::unseen) > 0);
+  };
+  check_states(reference(snapshot, camera, {}));
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  const Rendering rendering = renderer.render(camera, {});
+  check_states(rendering);
+  CHECK(share_different(rendering, reference(snapshot, camera, {})) <= kAgreement);
+}
+
+// Two views of one wall, one of them wholly red, the other wholly green.
+Snapshot red_and_green() {
+  Snapshot snapshot = room_snapshot(2, ValidityOptions::printed());
+  for (std::size_t slot = 0; slot < 2; ++slot) {
+    StoredView view = *snapshot.views[0];  // the same camera twice, moved apart below
+    view.camera.cam_from_world_translation += glm::dvec3(slot == 0 ? 0.05 : -0.15, 0, 0);
+    for (std::size_t pixel = 0; pixel < view.validity.size(); ++pixel) {
+      view.photograph.rgb[3 * pixel] = slot == 0 ? 255 : 0;
+      view.photograph.rgb[3 * pixel + 1] = slot == 0 ? 0 : 255;
+      view.photograph.rgb[3 * pixel + 2] = 0;
+    }
+    snapshot.views[slot] = std::make_shared<const StoredView>(view);
+  }
+  snapshot.references.views.clear();
+  snapshot.references.offsets = {0};
+  for (std::size_t cell = 0; cell < snapshot.surface->cells.cells.size(); ++cell) {
+    snapshot.references.views.insert(snapshot.references.views.end(), {0, 1});
+    snapshot.references.offsets.push_back(static_cast<std::uint32_t>(snapshot.references.views.size()));
+  }
+  return snapshot;
+}
+
+TEST_CASE("with fewer views than K all of them are blended by their weights, in linear light") {
+  const Snapshot snapshot = red_and_green();
+  const Camera camera = room_camera(0);
+  const Rendering rendering = reference(snapshot, camera, {});
+  const std::size_t middle = 36 * 96 + 48;
+  REQUIRE(rendering.state[middle] == PixelState::textured);
+  const double red = linear_from_srgb(rendering.picture.rgb[3 * middle] / 255.0);
+  const double green = linear_from_srgb(rendering.picture.rgb[3 * middle + 1] / 255.0);
+  CHECK(red + green == Approx(1).margin(0.02));  // 8 bits of sRGB each
+  CHECK(red > green);                            // the red camera is nearer to the novel one
+  CHECK(green > 0.2);
+}
+
+TEST_CASE("with K = 1 and the fade of the last view, the best view alone is shown") {
+  BlendOptions best_only;
+  best_only.views = 1;
+  const Rendering rendering = reference(red_and_green(), room_camera(0), best_only);
+  const std::size_t middle = 36 * 96 + 48;
+  CHECK(rendering.picture.rgb[3 * middle] == 255);
+  CHECK(rendering.picture.rgb[3 * middle + 1] == 0);
+}
+
+TEST_CASE("a camera with nothing in view gives an empty picture") {
+  const std::optional<EglContext> context = context_or_skip();
+  const Snapshot snapshot = room_snapshot(2, {});
+  Camera away = room_camera(0);
+  away.cam_from_world_rotation = glm::dmat3(1);
+  away.cam_from_world_translation = {500, 500, 500};
+  CHECK(count(reference(snapshot, away, {}), PixelState::empty) == 96 * 72);
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  const Rendering rendering = renderer.render(away, {});
+  CHECK(count(rendering, PixelState::empty) == 96 * 72);
+  CHECK(rendering.picture.rgb == std::vector<std::uint8_t>(3 * 96 * 72, 0));
+}
+
+TEST_CASE("a renderer can load another snapshot, and render at one size after another") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  for (const std::size_t views : {std::size_t{5}, std::size_t{1}, std::size_t{9}}) {
+    const Snapshot snapshot = room_snapshot(views, {});
+    renderer.load(snapshot);
+    for (const std::uint32_t width : {64u, 250u}) {
+      const Camera camera = room_camera(4).scaled_to(width, 3 * width / 4);
+      CHECK(share_different(renderer.render(camera, {}), reference(snapshot, camera, {})) <= kAgreement);
+    }
+  }
+}
+
+TEST_CASE("a renderer without a snapshot, and bad options, are refused by name") {
+  BlendOptions options;
+  options.views = 9;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("views is 9"));
+  options = {};
+  options.lambda = -0.1;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("lambda"));
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  CHECK_THROWS_WITH(renderer.render(room_camera(0), {}), Catch::Contains("no snapshot is loaded"));
+}
+
+TEST_CASE("more photographs than the driver has layers are refused with what to do") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Snapshot snapshot = room_snapshot(1, {});
+  snapshot.views.resize(1u << 20, snapshot.views[0]);
+  Renderer renderer(*context);
+  CHECK_THROWS_WITH(renderer.load(snapshot), Catch::Contains("1048576 views") && Catch::Contains("--views"));
+  CHECK_THROWS_WITH(renderer.render(room_camera(0), {}), Catch::Contains("no snapshot is loaded"));
+}
+
+}  // namespace
+}  // namespace lumatlas
