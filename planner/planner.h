@@ -24,7 +24,7 @@ struct PlannerOptions {
   ValidityOptions validity;
   // Delta_scov: a view is kept if it raises scov by more than this share of the number of cells that it sees; >= 0.
   // 0 keeps whatever helps at all; larger keeps fewer views and redoes less.
-  double min_view_gain = 0.02;
+  double min_view_gain = 0.1;
   double min_reference_gain = 0.01;  // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0
   std::uint32_t victims = 8;         // how many of the lowest-ranked views are considered for replacement, >= 1
   std::uint32_t visibility_px = 320;  // longer side of the image that cells are counted in; never above the photograph's
