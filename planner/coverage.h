@@ -33,7 +33,7 @@ struct CoverageOptions {
     printed,
   };
   Metric metric = Metric::departures;
-  double lambda = 0.4;                // weight of direction against position, [0, 1]
+  double lambda = 0.5;                // weight of direction against position, [0, 1]
   double ideal_distance = 0;          // d_max, scene units, > 0; see median_surface_distance()
   double distance_sigma = 0;          // sigma of g, scene units, > 0; 0: half of ideal_distance
   std::uint32_t max_references = 16;  // R_max per cell, >= 1

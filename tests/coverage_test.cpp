@@ -144,7 +144,8 @@ TEST_CASE("a camera at the centroid covers nothing") {
 }
 
 TEST_CASE("two opposite views cover more than two alike") {
-  const CoverageOptions options = options_at(1);
+  CoverageOptions options = options_at(1);
+  options.lambda = 0.4;
   const Contribution up{{0, 0, 1}, 0.5};
   const Contribution side{{1, 0, 0}, 0.5};
   CHECK(set_coverage(std::vector{up, side}, options) == Approx(2 * (0.4 + 0.6 * 0.5)));
@@ -168,6 +169,7 @@ TEST_CASE("a set's coverage never falls when a view joins it") {
 TEST_CASE("printed, a stored view has no directional coverage but a newcomer has") {
   CoverageOptions options = CoverageOptions::printed();
   options.ideal_distance = 1;
+  options.lambda = 0.4;
   const std::vector<Contribution> views{{{0, 0, 1}, 0.5}, {{1, 0, 0}, 0.5}};
   CHECK(set_coverage(views, options) == Approx(2 * 0.6 * 0.5));
   CHECK(set_coverage_with_newcomer(views, options) == Approx(2 * 0.6 * 0.5 + 0.4));
