@@ -25,8 +25,8 @@ struct Model {
 };
 
 // Reads a model folder, or its .gltf file. Depth and validity are not in the file: they are made again from the mesh,
-// with the options that it was written with. Opens nothing outside of the folder. Throws InputError: file, index, value,
-// what is wrong with it; of several views that cannot be read, the first.
+// with the options that it was written with. Opens nothing outside of the folder. Throws InputError: file, index,
+// value, what is wrong with it; of several views that cannot be read, the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
 
 }  // namespace lumatlas

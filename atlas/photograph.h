@@ -16,16 +16,15 @@ struct Photograph {
   std::vector<std::uint8_t> valid;  // 0: outside the lens's image (undistortion border), 255: inside; empty: all inside
 };
 
-// What to do about an EXIF orientation. Photographs are upright by it for people to look at; but a structure-from-motion
-// program that ignored it (COLMAP does) has calibrated the pixels as they are stored.
+// What to do about an EXIF orientation. Photographs are upright by it for people to look at; but a
+// structure-from-motion program that ignored it (COLMAP does) has calibrated the pixels as they are stored.
 enum class Orientation { exif, as_stored };
 
 // Width and height from the header alone. Throws InputError.
 struct ImageSize {
   std::uint32_t width, height;
 };
-[[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path,
-                                        Orientation orientation = Orientation::exif);
+[[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
 // 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped); floating-point files are taken as linear
 // light. Throws InputError: path and reason, also for a truncated file.

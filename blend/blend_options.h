@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the best K valid views of a cell become one pixel. Erat et al. 2019, section 3.1; Buehler et al. 2001 for the fade.
+// How the best K valid views of a cell become one pixel. Erat et al. 2019, section 3.1; Buehler et al. 2001 for the
+// fade.
 //
 //   w_dir = max(0, cos of the angle at X between novel and stored camera)
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
@@ -21,10 +22,10 @@ struct BlendOptions {
     ratio,    // min / max of the two distances
     printed,  // as in the paper
   };
-  std::uint32_t views = 3;          // K, [1, 8]
-  double lambda = 0.8;              // weight of direction against position, [0, 1]
+  std::uint32_t views = 3;  // K, [1, 8]
+  double lambda = 0.8;      // weight of direction against position, [0, 1]
   Position position = Position::ratio;
-  bool fade_last = true;            // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  bool fade_last = true;              // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();

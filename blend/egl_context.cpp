@@ -37,13 +37,15 @@ std::vector<Platform> platforms() {
     EGLint count = 0;
     if (eglQueryDevicesEXT(static_cast<EGLint>(devices.size()), devices.data(), &count)) {
       for (EGLint i = 0; i < count; ++i) {
-        found.push_back({"EGL device " + std::to_string(i),
-                         eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr)});
+        found.push_back(
+            {"EGL device " + std::to_string(i),
+             eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr)});
       }
     }
   }
   if (has_client_extension("EGL_MESA_platform_surfaceless")) {
-    found.push_back({"surfaceless", eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)});
+    found.push_back(
+        {"surfaceless", eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)});
   }
   return found;
 }
@@ -83,10 +85,14 @@ struct EglContext::State {
     if (!eglChooseConfig(platform.display, config_attributes.data(), &config, 1, &configs) || configs == 0) {
       config = EGL_NO_CONFIG_KHR;
     }
-    const std::array<EGLint, 9> attributes{EGL_CONTEXT_MAJOR_VERSION, 4,
-                                           EGL_CONTEXT_MINOR_VERSION, 5,
-                                           EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                           EGL_CONTEXT_OPENGL_DEBUG, debug ? EGL_TRUE : EGL_FALSE,
+    const std::array<EGLint, 9> attributes{EGL_CONTEXT_MAJOR_VERSION,
+                                           4,
+                                           EGL_CONTEXT_MINOR_VERSION,
+                                           5,
+                                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                           EGL_CONTEXT_OPENGL_DEBUG,
+                                           debug ? EGL_TRUE : EGL_FALSE,
                                            EGL_NONE};
     const EGLContext made = eglCreateContext(platform.display, config, EGL_NO_CONTEXT, attributes.data());
     if (made == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context";
@@ -124,7 +130,9 @@ EglContext::~EglContext() = default;
 EglContext::EglContext(EglContext&&) noexcept = default;
 EglContext& EglContext::operator=(EglContext&&) noexcept = default;
 
-const std::string& EglContext::description() const { return state_->description; }
+const std::string& EglContext::description() const {
+  return state_->description;
+}
 
 void check_gl(const char* doing) {
   const GLenum code = glGetError();
@@ -134,7 +142,8 @@ void check_gl(const char* doing) {
   if (code == GL_OUT_OF_MEMORY) {
     throw GlError("OpenGL ran out of memory while " + std::string(doing) + ": use fewer views or smaller photographs");
   }
-  if (code != GL_NO_ERROR) throw GlError("OpenGL failed while " + std::string(doing) + ": error " + std::to_string(code));
+  if (code != GL_NO_ERROR)
+    throw GlError("OpenGL failed while " + std::string(doing) + ": error " + std::to_string(code));
 }
 
 }  // namespace lumatlas

@@ -21,8 +21,8 @@ GlShader compile(std::string_view name, GLenum stage, std::string_view source) {
   if (compiled == GL_TRUE) return shader;
   std::array<char, 2048> log{};
   glGetShaderInfoLog(shader.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
-  throw GlError("the driver refuses the " + std::string(stage == GL_VERTEX_SHADER ? "vertex" : "fragment") + " shader of " +
-                std::string(name) + ": " + log.data());
+  throw GlError("the driver refuses the " + std::string(stage == GL_VERTEX_SHADER ? "vertex" : "fragment") +
+                " shader of " + std::string(name) + ": " + log.data());
 }
 
 }  // namespace

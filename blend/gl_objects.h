@@ -39,12 +39,24 @@ class GlHandle {
   GLuint name_ = 0;
 };
 
-inline void release_buffer(GLuint name) { glDeleteBuffers(1, &name); }
-inline void release_texture(GLuint name) { glDeleteTextures(1, &name); }
-inline void release_framebuffer(GLuint name) { glDeleteFramebuffers(1, &name); }
-inline void release_vertex_array(GLuint name) { glDeleteVertexArrays(1, &name); }
-inline void release_shader(GLuint name) { glDeleteShader(name); }
-inline void release_program(GLuint name) { glDeleteProgram(name); }
+inline void release_buffer(GLuint name) {
+  glDeleteBuffers(1, &name);
+}
+inline void release_texture(GLuint name) {
+  glDeleteTextures(1, &name);
+}
+inline void release_framebuffer(GLuint name) {
+  glDeleteFramebuffers(1, &name);
+}
+inline void release_vertex_array(GLuint name) {
+  glDeleteVertexArrays(1, &name);
+}
+inline void release_shader(GLuint name) {
+  glDeleteShader(name);
+}
+inline void release_program(GLuint name) {
+  glDeleteProgram(name);
+}
 
 using GlBuffer = GlHandle<release_buffer>;
 using GlTexture = GlHandle<release_texture>;

@@ -57,8 +57,8 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
   const double i = glm::length(stored_center - world);
   if (!(o > 0 && i > 0)) return 0;
   const double w_dir = std::max(0.0, glm::dot(novel_center - world, stored_center - world) / (o * i));
-  const double w_pos = options.position == BlendOptions::Position::printed ? std::max(0.0, 1 - o / i)
-                                                                           : std::min(o, i) / std::max(o, i);
+  const double w_pos =
+      options.position == BlendOptions::Position::printed ? std::max(0.0, 1 - o / i) : std::min(o, i) / std::max(o, i);
   return options.lambda * w_dir + (1 - options.lambda) * w_pos;
 }
 
@@ -158,11 +158,12 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   rendering.picture.height = camera.height;
   rendering.picture.rgb.assign(3 * pixels, 0);
   rendering.state.assign(pixels, PixelState::empty);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024), [&](const tbb::blocked_range<std::size_t>& range) {
-    for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-      shade(snapshot, camera, visible, options, pixel, rendering);
-    }
-  });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
+                        shade(snapshot, camera, visible, options, pixel, rendering);
+                      }
+                    });
   return rendering;
 }
 

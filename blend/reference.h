@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The renderer's CPU reference: the same formula in double precision and plain loops, against which the shader is tested.
+// The renderer's CPU reference: the same formula in double precision and plain loops, against which the shader is
+// tested.
 #pragma once
 
 #include "atlas/atlas.h"
@@ -10,7 +11,8 @@
 
 namespace lumatlas {
 
-// `visible` is what the camera sees at its own resolution. Throws std::invalid_argument for bad options or another size.
+// `visible` is what the camera sees at its own resolution. Throws std::invalid_argument for bad options or another
+// size.
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera,
                                          const VisibilityBuffer& visible, const BlendOptions& options);
 

@@ -71,7 +71,9 @@ std::array<glm::vec4, 3> rows_of_pose(const Camera& camera) {
   return rows;
 }
 
-glm::vec4 intrinsics_of(const Camera& camera) { return glm::vec4(glm::dvec4(camera.fx, camera.fy, camera.cx, camera.cy)); }
+glm::vec4 intrinsics_of(const Camera& camera) {
+  return glm::vec4(glm::dvec4(camera.fx, camera.fy, camera.cx, camera.cy));
+}
 
 std::vector<ViewBlock> view_blocks(const Snapshot& snapshot) {
   std::vector<ViewBlock> blocks(snapshot.views.size());
@@ -158,7 +160,9 @@ std::string with_blend_limit(std::string_view source) {
 }
 
 // A uniform that the driver has optimised away has location -1, which GL ignores.
-GLint location(const GlProgram& program, const char* name) { return glGetUniformLocation(program.get(), name); }
+GLint location(const GlProgram& program, const char* name) {
+  return glGetUniformLocation(program.get(), name);
+}
 
 void set_pose(const GlProgram& program, const Camera& camera) {
   const std::array<glm::vec4, 3> rows = rows_of_pose(camera);
@@ -238,7 +242,8 @@ void Renderer::State::load_views(const Snapshot& snapshot) {
 void Renderer::State::load_tables(const Snapshot& snapshot) {
   const std::vector<std::uint32_t>& face_cells = snapshot.surface->cells.cell_of_face;
   const char* const advice = "decimate the mesh or lower --references";
-  require_limit(sizeof(std::uint32_t) * face_cells.size(), GL_MAX_SHADER_STORAGE_BLOCK_SIZE, "bytes for its faces", advice);
+  require_limit(sizeof(std::uint32_t) * face_cells.size(), GL_MAX_SHADER_STORAGE_BLOCK_SIZE, "bytes for its faces",
+                advice);
   require_limit(sizeof(std::uint32_t) * snapshot.references.views.size(), GL_MAX_SHADER_STORAGE_BLOCK_SIZE,
                 "bytes for its references", advice);
   cell_of_face = make_buffer(face_cells);
@@ -307,7 +312,8 @@ Rendering Renderer::State::read_back() const {
   const std::size_t height = targets.height;
   std::vector<std::uint8_t> rgba(4 * width * height);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glGetTextureImage(targets.picture.get(), 0, GL_RGBA, GL_UNSIGNED_BYTE, static_cast<GLsizei>(rgba.size()), rgba.data());
+  glGetTextureImage(targets.picture.get(), 0, GL_RGBA, GL_UNSIGNED_BYTE, static_cast<GLsizei>(rgba.size()),
+                    rgba.data());
   check_gl("reading the picture");
   Rendering rendering;
   rendering.picture.width = targets.width;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Renders new viewpoints from a snapshot of the view store, on the GPU: one pass for the visible surface, one that blends
-// the best valid views at each visible pixel (Erat et al. 2019, sections 3.1 and 3.4).
+// Renders new viewpoints from a snapshot of the view store, on the GPU: one pass for the visible surface, one that
+// blends the best valid views at each visible pixel (Erat et al. 2019, sections 3.1 and 3.4).
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,8 @@ class Renderer {
   // size, buffer size) are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
 
-  // Throws GlError for a picture above the driver's texture size, std::invalid_argument for bad options or without load().
+  // Throws GlError for a picture above the driver's texture size, std::invalid_argument for bad options or without
+  // load().
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
 
  private:

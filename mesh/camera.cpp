@@ -8,7 +8,9 @@
 
 namespace lumatlas {
 
-glm::dvec3 Camera::center() const { return -(glm::transpose(cam_from_world_rotation) * cam_from_world_translation); }
+glm::dvec3 Camera::center() const {
+  return -(glm::transpose(cam_from_world_rotation) * cam_from_world_translation);
+}
 
 glm::dvec3 Camera::viewing_direction() const {
   return glm::transpose(cam_from_world_rotation) * glm::dvec3(0, 0, 1);

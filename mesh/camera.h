@@ -23,7 +23,7 @@ struct Camera {
   glm::dmat3 cam_from_world_rotation{1.0};     // orthonormal, determinant 1
   glm::dvec3 cam_from_world_translation{0.0};  // scene units
 
-  [[nodiscard]] glm::dvec3 center() const;           // in the world
+  [[nodiscard]] glm::dvec3 center() const;             // in the world
   [[nodiscard]] glm::dvec3 viewing_direction() const;  // unit, in the world: the camera's z axis
   [[nodiscard]] glm::dvec3 cam_from_world(const glm::dvec3& world) const;
 

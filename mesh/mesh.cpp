@@ -24,7 +24,11 @@ Bounds bounds_of(const Positions& positions, const std::vector<glm::uvec3>& face
 
 }  // namespace
 
-Bounds bounds(const TriangleSoup& soup) { return bounds_of(soup.positions, soup.faces); }
-Bounds bounds(const Mesh& mesh) { return bounds_of(mesh.positions, mesh.faces); }
+Bounds bounds(const TriangleSoup& soup) {
+  return bounds_of(soup.positions, soup.faces);
+}
+Bounds bounds(const Mesh& mesh) {
+  return bounds_of(mesh.positions, mesh.faces);
+}
 
 }  // namespace lumatlas

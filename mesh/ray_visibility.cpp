@@ -139,6 +139,8 @@ class RayVisibility final : public Visibility {
 
 }  // namespace
 
-std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh) { return std::make_unique<RayVisibility>(mesh); }
+std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh) {
+  return std::make_unique<RayVisibility>(mesh);
+}
 
 }  // namespace lumatlas

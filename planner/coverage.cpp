@@ -21,7 +21,8 @@ double max_cell_coverage(const CoverageOptions& options) {
 
 void require(bool holds, const char* field, double value, const char* rule) {
   if (!holds) {
-    throw std::invalid_argument("coverage: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+    throw std::invalid_argument("coverage: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
+                                rule);
   }
 }
 
@@ -44,8 +45,8 @@ void check(const CoverageOptions& options) {
   require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
   require(std::isfinite(options.ideal_distance) && options.ideal_distance > 0, "ideal_distance", options.ideal_distance,
           "finite and above 0");
-  require(std::isfinite(options.distance_sigma) && options.distance_sigma >= 0, "distance_sigma", options.distance_sigma,
-          "finite and not negative");
+  require(std::isfinite(options.distance_sigma) && options.distance_sigma >= 0, "distance_sigma",
+          options.distance_sigma, "finite and not negative");
   require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
   require(std::isfinite(options.max_cell_coverage) && options.max_cell_coverage >= 0, "max_cell_coverage",
           options.max_cell_coverage, "finite and not negative");

@@ -10,12 +10,11 @@
 //   cov   = lambda cov_d + (1 - lambda) cov_p                in [0, 1]
 //   fcov  = min(fcov_max, sum of cov over a cell's views)
 //
-// Departures from the print: an empty R(b) gives cov_d = 1 (printed: 0); theta is bounded on the hemisphere that can see a
-// surface (printed: the sphere); a stored view is compared with the views that arrived before it (printed: with all of
-// R(b), itself among them, so that its cov_d is always 0); pix_vis / pix_total is at most 1. Leaving only the view itself
-// out of the comparison would make two neighbours worth less than either alone; measured, it costs 0.65 dB on a photo
-// scene (docs/measurements.md).
-// CoverageOptions::printed() is the paper to the letter.
+// Departures from the print: an empty R(b) gives cov_d = 1 (printed: 0); theta is bounded on the hemisphere that can
+// see a surface (printed: the sphere); a stored view is compared with the views that arrived before it (printed: with
+// all of R(b), itself among them, so that its cov_d is always 0); pix_vis / pix_total is at most 1. Leaving only the
+// view itself out of the comparison would make two neighbours worth less than either alone; measured, it costs 0.65 dB
+// on a photo scene (docs/measurements.md). CoverageOptions::printed() is the paper to the letter.
 #pragma once
 
 #include <cstdint>
@@ -65,11 +64,12 @@ struct Contribution {
 [[nodiscard]] double coverage(const Contribution& view, std::span<const Contribution> others,
                               const CoverageOptions& options);
 
-// fcov of a set of views in order of their arrival, in [0, max_cell_coverage]; 0 for none. Never smaller for a view more.
+// fcov of a set of views in order of their arrival, in [0, max_cell_coverage]; 0 for none. Never smaller for a view
+// more.
 [[nodiscard]] double set_coverage(std::span<const Contribution> views, const CoverageOptions& options);
 
-// fcov(R(b) + f): the set with the last of `views` new to it. Differs from set_coverage() only for the printed metric, in
-// which a view has directional coverage when it arrives and none once it is stored.
+// fcov(R(b) + f): the set with the last of `views` new to it. Differs from set_coverage() only for the printed metric,
+// in which a view has directional coverage when it arrives and none once it is stored.
 [[nodiscard]] double set_coverage_with_newcomer(std::span<const Contribution> views, const CoverageOptions& options);
 
 }  // namespace lumatlas

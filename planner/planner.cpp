@@ -44,7 +44,8 @@ class Stopwatch {
 
 void require(bool holds, const char* field, double value, const char* rule) {
   if (!holds) {
-    throw std::invalid_argument("planner: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+    throw std::invalid_argument("planner: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
+                                rule);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Online view planning: decides for each photograph, as it arrives, whether the store keeps it, in whose place, and which
-// cells refer to it. Erat et al. 2019, section 3.2 (candidate view evaluation) and 3.4 (pre-selection).
+// Online view planning: decides for each photograph, as it arrives, whether the store keeps it, in whose place, and
+// which cells refer to it. Erat et al. 2019, section 3.2 (candidate view evaluation) and 3.4 (pre-selection).
 //
 // A dropped view is never looked at again and nothing of it is held. Departure from the print: scov counts a cell's
 // references R(b) instead of all stored views that see it, because only references are drawn; a cell that loses a view
@@ -27,7 +27,8 @@ struct PlannerOptions {
   double min_view_gain = 0.1;
   double min_reference_gain = 0.01;  // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0
   std::uint32_t victims = 8;         // how many of the lowest-ranked views are considered for replacement, >= 1
-  std::uint32_t visibility_px = 320;  // longer side of the image that cells are counted in; never above the photograph's
+  std::uint32_t visibility_px =
+      320;  // longer side of the image that cells are counted in; never above the photograph's
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -42,7 +43,8 @@ struct Verdict {
   std::optional<std::string> replaced;  // the name of the view that it took the place of
   double gain = 0;                      // by which scov rose, or would have risen, in cells
   std::uint32_t cells_seen = 0;
-  double visibility_ms = 0;  // wall time of the visibility pass, of the decision, and of storing (full-resolution depth)
+  double visibility_ms =
+      0;  // wall time of the visibility pass, of the decision, and of storing (full-resolution depth)
   double plan_ms = 0;
   double store_ms = 0;
 };
@@ -96,10 +98,10 @@ class Planner {
   const Visibility& visibility_;
   PlannerOptions options_;
   VisibilityBuffer buffer_;
-  std::vector<std::vector<Member>> members_;         // by cell: every stored view that sees it
+  std::vector<std::vector<Member>> members_;          // by cell: every stored view that sees it
   std::vector<std::vector<std::uint32_t>> cells_of_;  // by slot: the cells that its view sees
-  std::vector<double> cell_coverage_;                // fcov(R(b)) by cell
-  std::vector<double> loss_;                         // by slot: what scov would lose without it, negative if it would rise
+  std::vector<double> cell_coverage_;                 // fcov(R(b)) by cell
+  std::vector<double> loss_;  // by slot: what scov would lose without it, negative if it would rise
   double summed_coverage_ = 0;
 };
 

@@ -92,7 +92,8 @@ TEST_CASE("a repeated view is kept no more often than its cells have references"
   CHECK(scene.atlas.size() == before + kept);
 }
 
-TEST_CASE("the store and each cell's references stay within their bounds, and refer to stored views that see the cell") {
+TEST_CASE(
+    "the store and each cell's references stay within their bounds, and refer to stored views that see the cell") {
   const PlannerOptions options = options_for_room();
   Planned scene(5, options);
   for (std::size_t i = 0; i < 60; ++i) {

@@ -43,8 +43,7 @@ std::size_t count(const Rendering& rendering, PixelState state) {
 Camera novel_camera(std::size_t number) {
   Camera camera = room_camera(number);
   const Camera next = room_camera(number + 1);
-  camera.cam_from_world_translation =
-      -(camera.cam_from_world_rotation * ((camera.center() + next.center()) / 2.0));
+  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * ((camera.center() + next.center()) / 2.0));
   camera.width = 320;
   camera.height = 200;
   camera.fx = 190;

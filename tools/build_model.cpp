@@ -54,9 +54,8 @@ json spread_of(const std::vector<PlannedView>& planned, double Verdict::*field) 
 }
 
 std::size_t count(const std::vector<PlannedView>& planned, Decision decision) {
-  return static_cast<std::size_t>(std::count_if(planned.begin(), planned.end(), [&](const PlannedView& view) {
-    return view.verdict.decision == decision;
-  }));
+  return static_cast<std::size_t>(std::count_if(
+      planned.begin(), planned.end(), [&](const PlannedView& view) { return view.verdict.decision == decision; }));
 }
 
 std::uint64_t peak_resident_bytes() {
@@ -67,9 +66,12 @@ std::uint64_t peak_resident_bytes() {
 
 const char* name_of(Decision decision) {
   switch (decision) {
-    case Decision::kept: return "kept";
-    case Decision::replaced: return "replaced";
-    case Decision::rejected: break;
+    case Decision::kept:
+      return "kept";
+    case Decision::replaced:
+      return "replaced";
+    case Decision::rejected:
+      break;
   }
   return "rejected";
 }
@@ -165,7 +167,8 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
           {"coverage_lambda", coverage.lambda},
           {"ideal_distance", coverage.ideal_distance},
           {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
-          {"max_cell_coverage", coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
+          {"max_cell_coverage",
+           coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
           {"min_view_gain", result.effective.min_view_gain},
           {"min_reference_gain", result.effective.min_reference_gain},
           {"victims", result.effective.victims},

@@ -33,9 +33,9 @@ struct PlannedView {
 
 struct BuildResult {
   Snapshot snapshot;
-  std::vector<PlannedView> planned;     // in the order of the stream
+  std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
-  PlannerOptions effective;             // with every automatic value filled in
+  PlannerOptions effective;  // with every automatic value filled in
   double summed_coverage = 0;
   double total_ms = 0;
 };

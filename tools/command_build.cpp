@@ -33,10 +33,10 @@ void write_json(const std::filesystem::path& path, const json& value) {
 
 void print_summary(const json& s, const std::filesystem::path& output) {
   const json& views = s["views"];
-  std::cout << output.string() << ": " << s["cells"] << " cells (" << s["cells_seen"] << " seen, " << s["cells_referenced"]
-            << " textured); of " << views["offered"] << " views " << views["kept"] << " kept, " << views["replaced"]
-            << " took another's place, " << views["rejected"] << " rejected; " << s["references"] << " references, "
-            << s["texels"]["resident"] << " texels; "
+  std::cout << output.string() << ": " << s["cells"] << " cells (" << s["cells_seen"] << " seen, "
+            << s["cells_referenced"] << " textured); of " << views["offered"] << " views " << views["kept"] << " kept, "
+            << views["replaced"] << " took another's place, " << views["rejected"] << " rejected; " << s["references"]
+            << " references, " << s["texels"]["resident"] << " texels; "
             << std::to_string(static_cast<long>(s["time_ms"]["total"].get<double>() / 1000)) << " s\n";
 }
 
@@ -67,7 +67,9 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       ->check(CLI::Range(1u, 1u << 20));
   command.add_option("--references", planner.coverage.max_references, "Views that a cell may refer to")
       ->check(CLI::Range(1u, 1u << 16));
-  command.add_option("--coverage-lambda", planner.coverage.lambda, "Weight of direction against position when views are chosen")
+  command
+      .add_option("--coverage-lambda", planner.coverage.lambda,
+                  "Weight of direction against position when views are chosen")
       ->check(CLI::Range(0.0, 1.0));
   command.add_option("--ideal-distance", planner.coverage.ideal_distance,
                      "Camera distance at which a cell is covered best, scene units; 0: the scene's median");
@@ -77,13 +79,17 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
                      "Coverage above which a cell counts no further views; 0: half of --references");
   command.add_option("--min-gain", planner.min_view_gain,
                      "Coverage that a view must add, as a share of the cells that it sees");
-  command.add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
+  command
+      .add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
       ->check(CLI::Range(1u, 65536u));
-  command.add_option("--fade", planner.validity.fade_px, "Pixels over which a photograph fades at its border and at depth edges")
+  command
+      .add_option("--fade", planner.validity.fade_px,
+                  "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 255u));
-  command.add_option_function<std::string>(
-             "--metric", [&flags](const std::string& name) { flags.printed_metric = name == "printed"; },
-             "Coverage metric: departures (DESIGN: from the paper's print) or printed (to the letter)")
+  command
+      .add_option_function<std::string>(
+          "--metric", [&flags](const std::string& name) { flags.printed_metric = name == "printed"; },
+          "Coverage metric: departures (DESIGN: from the paper's print) or printed (to the letter)")
       ->check(CLI::IsMember({"departures", "printed"}))
       ->default_str("departures");
 }
@@ -94,7 +100,8 @@ void add_build_command(CLI::App& program) {
   auto flags = std::make_shared<BuildFlags>();
   CLI::App* command = program.add_subcommand("build", "Plan, cross-reference and save a model: the main job");
   command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh")->required();
-  command->add_option("-o,--output", flags->output, "Folder of the model; an earlier model there is replaced")->required();
+  command->add_option("-o,--output", flags->output, "Folder of the model; an earlier model there is replaced")
+      ->required();
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
   command
       ->add_option_function<std::string>(
@@ -105,7 +112,9 @@ void add_build_command(CLI::App& program) {
           "How faces are grouped into cells: clusters or grid (the paper's)")
       ->check(CLI::IsMember({"clusters", "grid"}))
       ->default_str("clusters");
-  command->add_option("--cell-size", flags->options.cells.size, "Target diameter of a cell, scene units; 0: 1/60 of the scene")
+  command
+      ->add_option("--cell-size", flags->options.cells.size,
+                   "Target diameter of a cell, scene units; 0: 1/60 of the scene")
       ->check(CLI::NonNegativeNumber);
   add_planner_options(*command, *flags);
   flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");

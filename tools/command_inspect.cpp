@@ -29,7 +29,8 @@ void print_mesh(const json& mesh) {
   for (const auto& [what, count] : mesh["repairs"].items()) {
     if (count != 0) std::cout << "  repaired " << count << " " << what << '\n';
   }
-  if (mesh["split_faces"] != 0) std::cout << "  split    faces larger than a cell: " << mesh["split_faces"] << " more\n";
+  if (mesh["split_faces"] != 0)
+    std::cout << "  split    faces larger than a cell: " << mesh["split_faces"] << " more\n";
   std::cout << "  in use   " << mesh["vertices"] << " vertices, " << mesh["faces"] << " faces, area "
             << mesh["area"].get<double>() << ", diameter " << mesh["diameter"].get<double>() << " (scene units)\n";
 }

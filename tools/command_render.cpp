@@ -9,9 +9,9 @@
 #include "atlas/model_file.h"
 #include "blend/renderer.h"
 #include "mesh/errors.h"
+#include "tools/blend_flags.h"
 #include "tools/commands.h"
 #include "tools/output_folder.h"
-#include "tools/blend_flags.h"
 #include "tools/progress.h"
 
 namespace lumatlas {
@@ -77,8 +77,10 @@ void add_render_command(CLI::App& program) {
   auto flags = std::make_shared<RenderFlags>();
   CLI::App* command = program.add_subcommand("render", "Render pictures of a model from given cameras");
   command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
-  command->add_option("--views", flags->views, "COLMAP workspace whose cameras are rendered, at their size")->required();
-  command->add_option("-o,--output", flags->output, "Folder of the pictures; earlier ones there are replaced")->required();
+  command->add_option("--views", flags->views, "COLMAP workspace whose cameras are rendered, at their size")
+      ->required();
+  command->add_option("-o,--output", flags->output, "Folder of the pictures; earlier ones there are replaced")
+      ->required();
   flags->hold.add_to(*command, "Render only the views that this protocol scores");
   flags->blend.add_to(*command);
   command->add_flag("--quiet", flags->quiet, "No progress");

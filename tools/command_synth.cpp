@@ -49,7 +49,8 @@ void add_synth_command(CLI::App& program) {
   command->add_option("KIND", flags->kind, "apartment: two furnished rooms with glossy floors")
       ->required()
       ->check(CLI::IsMember({"apartment"}));
-  command->add_option("-o,--output", flags->output, "Folder of the scene; an earlier one there is replaced")->required();
+  command->add_option("-o,--output", flags->output, "Folder of the scene; an earlier one there is replaced")
+      ->required();
   command->add_option("--seed", flags->options.seed, "Furniture, patterns and the grain of the photographs");
   command->add_option("--views", flags->options.views, "Photographs along the walk");
   command->add_option("--width", flags->options.width, "Pixels");

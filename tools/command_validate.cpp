@@ -59,10 +59,10 @@ void print_table(const Report& report) {
             << std::fixed;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const MethodScores& m = means[i];
-    std::cout << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2) << std::setw(7)
-              << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim << std::setprecision(2)
-              << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.fitted.ssim
-              << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %\n";
+    std::cout << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2)
+              << std::setw(7) << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim
+              << std::setprecision(2) << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6)
+              << m.fitted.ssim << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %\n";
   }
 }
 
@@ -71,7 +71,9 @@ void run(const ValidateFlags& flags) {
   ValidationOptions options;
   options.protocol = protocol(flags, built);
   options.blend = flags.blend.options();
-  const auto wants = [&](const char* name) { return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end(); };
+  const auto wants = [&](const char* name) {
+    return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end();
+  };
   options.unbounded = wants("unbounded");
   options.vertex = wants("vertex");
   options.pictures = !flags.no_pictures;
@@ -114,8 +116,9 @@ void add_validate_command(CLI::App& program) {
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
   flags->blend.add_to(*command);
   command
-      ->add_option("--baselines", flags->baselines,
-                   "What to compare with: unbounded (all input views, in memory at once), vertex (averaged colours), or none")
+      ->add_option(
+          "--baselines", flags->baselines,
+          "What to compare with: unbounded (all input views, in memory at once), vertex (averaged colours), or none")
       ->check(CLI::IsMember({"unbounded", "vertex", "none"}))
       ->delimiter(',');
   command->add_flag("--no-pictures", flags->no_pictures, "Scores only");

@@ -112,8 +112,9 @@ SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset) {
     place(view.camera, image, offset);
     result.views.push_back(std::move(view));
   }
-  for_each_index(result.views.size(),
-                 [&](std::size_t i) { result.views[i].orientation = orientation_of(result.views[i], model.images[i], model); });
+  for_each_index(result.views.size(), [&](std::size_t i) {
+    result.views[i].orientation = orientation_of(result.views[i], model.images[i], model);
+  });
   return result;
 }
 

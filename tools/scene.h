@@ -16,11 +16,11 @@ namespace lumatlas {
 
 // One registered photograph. Poses are relative to Scene::offset.
 struct SceneView {
-  std::string name;             // as the model names it, with '/' between folders
-  std::filesystem::path image;  // the file
-  CameraModel lens;             // as the model gives it
+  std::string name;                                  // as the model names it, with '/' between folders
+  std::filesystem::path image;                       // the file
+  CameraModel lens;                                  // as the model gives it
   Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
-  Camera camera;                // the pinhole view that the photograph is undistorted to; lens size = its size
+  Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.

@@ -29,7 +29,8 @@ ReferenceTable table_of(const std::vector<std::vector<CellPixels>>& cells_of_vie
 }  // namespace
 
 Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::vector<SceneView>& views,
-                             const std::vector<std::size_t>& ranks, const ValidityOptions& options, bool quiet, bool keep_views) {
+                             const std::vector<std::size_t>& ranks, const ValidityOptions& options, bool quiet,
+                             bool keep_views) {
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
   const Cells& cells = surface->cells;
   std::vector<std::vector<CellPixels>> cells_of_view;
@@ -43,8 +44,8 @@ Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::
     VisibilityBuffer buffer = visibility->trace(views[rank].camera);
     std::vector<CellPixels> seen_cells = count_cell_pixels(buffer, cells);
     for (const CellPixels& seen : seen_cells) snapshot.cell_seen[seen.cell] = 1;
-    const auto view = std::make_shared<const StoredView>(make_stored_view(
-        views[rank].name, views[rank].camera, std::move(photograph), std::move(buffer), options));
+    const auto view = std::make_shared<const StoredView>(
+        make_stored_view(views[rank].name, views[rank].camera, std::move(photograph), std::move(buffer), options));
     colors.add(*view);
     if (keep_views) {
       snapshot.views.push_back(view);

@@ -126,8 +126,8 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   report.methods.push_back({"store", "the model: the views that the planner kept"});
   methods.run("store", renderer, report.views);
   if (!options.unbounded && !options.vertex) return report;
-  const Snapshot all = unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet,
-                                     options.unbounded);
+  const Snapshot all =
+      unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet, options.unbounded);
   if (options.unbounded) {
     renderer.load(all);
     report.methods.push_back({"unbounded", "every input view, without a budget"});
