@@ -148,7 +148,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
             {"per_view",
              {{"visibility", spread_of(result.planned, &Verdict::visibility_ms)},
               {"plan", spread_of(result.planned, &Verdict::plan_ms)},
-              {"store", spread_of(result.planned, &Verdict::store_ms)}}}}}};
+              {"store", spread_of(result.planned, &Verdict::store_ms)},
+              {"refine", spread({})}}}}}};
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {
