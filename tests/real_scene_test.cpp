@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The whole path on real scenes, where LUMATLAS_SCENES names a folder of them.
+#include <catch2/catch.hpp>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+
+#include "blend/reference.h"
+#include "blend/renderer.h"
+#include "tests/gl_test_context.h"
+#include "tools/build_model.h"
+#include "tools/scores.h"
+
+namespace lumatlas {
+namespace {
+
+std::optional<std::filesystem::path> scene_or_skip(const char* name) {
+  const char* const scenes = std::getenv("LUMATLAS_SCENES");
+  if (scenes != nullptr && std::filesystem::exists(std::filesystem::path(scenes) / name)) {
+    return std::filesystem::path(scenes) / name;
+  }
+  WARN("skipped: LUMATLAS_SCENES names no folder with the scene " << name);
+  return std::nullopt;
+}
+
+// Pixels in which a channel differs by more than 2 levels.
+std::size_t count_different(const Photograph& a, const Photograph& b) {
+  std::size_t different = 0;
+  for (std::size_t pixel = 0; pixel < a.rgb.size() / 3; ++pixel) {
+    bool differs = false;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      differs |= std::abs(a.rgb[3 * pixel + channel] - b.rgb[3 * pixel + channel]) > 2;
+    }
+    different += differs;
+  }
+  return different;
+}
+
+// The front faces of a scan are noisy, so silhouettes are everywhere: the rasteriser rounds vertices to 1/256 of a pixel
+// and sees another face than the exact ray at a few of their pixels, which says nothing of the blend. Both renderers are
+// therefore compared where they see the same depth.
+struct Agreement {
+  std::size_t pixels = 0;
+  std::size_t different = 0;
+};
+Agreement compare(const Snapshot& snapshot, const Camera& camera, Renderer& renderer, const Visibility& visibility) {
+  const Photograph cpu = render_reference(snapshot, camera, visibility.trace(camera), {}).picture;
+  const Photograph gpu = renderer.render(camera, {}).picture;
+  return {cpu.rgb.size() / 3, count_different(cpu, gpu)};
+}
+
+TEST_CASE("on a real scene the model shows held-out photographs, and the shader agrees with its reference") {
+  const char* const name = GENERATE("sceaux", "fox", "office");
+  CAPTURE(name);
+  const std::optional<std::filesystem::path> path = scene_or_skip(name);
+  if (!path) return;
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  BuildOptions options;
+  options.max_views = 8;
+  options.hold_out = HoldOut{8, 1};
+  options.quiet = true;
+  if (std::string(name) == "office") options.hold_out = HoldOut{2, 480};  // fewer views are quicker
+  const BuildResult built = build_model(*path, options);
+  const SceneViews scene = read_scene_views(*path, built.snapshot.surface->offset);
+  const auto visibility = make_ray_visibility(built.snapshot.surface->mesh);
+  Renderer renderer(*context);
+  renderer.load(built.snapshot);
+  Agreement total;
+  for (const std::size_t rank : split(scene.views.size(), HoldOut{8, 1}).scored) {
+    const Camera& full = scene.views[rank].camera;
+    const Camera camera = full.scaled_to(full.width / 2, full.height / 2);
+    const Agreement one = compare(built.snapshot, camera, renderer, *visibility);
+    total.pixels += one.pixels;
+    total.different += one.different;
+    if (rank >= 24) break;
+  }
+  const double share = static_cast<double>(total.different) / static_cast<double>(total.pixels);
+  INFO("share of pixels that differ: " << share);
+  CHECK(share <= 0.001);
+}
+
+}  // namespace
+}  // namespace lumatlas
