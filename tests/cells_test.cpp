@@ -309,7 +309,8 @@ TEST_CASE("cells grow with the scene") {
 
 TEST_CASE("the automatic cell size is a sixtieth of the scene's diameter") {
   const Mesh mesh = sphere(4);
-  CHECK(make_cells(mesh, {}).size == Approx(scene_diameter(mesh) / 60));
+  CHECK(automatic_cell_size(mesh) == Approx(scene_diameter(mesh) / 60));
+  CHECK(make_cells(mesh, {}).size == automatic_cell_size(mesh));
 }
 
 TEST_CASE("cells far smaller than the faces are single faces and far larger ones are whole components") {

@@ -9,14 +9,12 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kCellsAcross = 60;
-
-// What CellOptions::size = 0 stands for, which must be known before large faces are split.
+// Known before large faces are split.
 double cell_size(const Mesh& mesh, const CellOptions& options, const std::filesystem::path& file) {
   if (options.size > 0) return options.size;
-  const double diameter = scene_diameter(mesh);
-  if (!(diameter > 0)) throw InputError(file.string() + ": its faces have no area, so there is nothing to show");
-  return diameter / kCellsAcross;
+  const double size = automatic_cell_size(mesh);
+  if (!(size > 0)) throw InputError(file.string() + ": its faces have no area, so there is nothing to show");
+  return size;
 }
 
 }  // namespace
