@@ -11,15 +11,15 @@
 #include <set>
 #include <stdexcept>
 
-#include "colmap_bytes.h"
 #include "mesh/errors.h"
+#include "tests/colmap_bytes.h"
+#include "tests/temporary_folder.h"
 
 namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
 using test::Bytes;
-using test::TemporaryFolder;
 using test::write_file;
 
 const glm::dquat kTurn = glm::normalize(glm::dquat(0.8, 0.1, -0.5, 0.2));
