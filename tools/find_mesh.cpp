@@ -51,7 +51,7 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
   for (const char* const folder : kFolders) {
     for (const char* const name : kNames) {
       for (const char* const ending : kEndings) {
-        const fs::path candidate = scene / folder / (std::string(name) + ending);
+        fs::path candidate = scene / folder / (std::string(name) + ending);
         if (is_file(candidate)) {
           return candidate;
         }
