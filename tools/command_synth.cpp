@@ -7,6 +7,7 @@
 
 #include "tools/commands.h"
 #include "tools/output_folder.h"
+#include "tools/progress.h"
 #include "tools/synth.h"
 
 namespace lumatlas {
@@ -17,11 +18,16 @@ struct SynthFlags {
   std::string kind;
   std::filesystem::path output;
   SynthOptions options;
+  bool quiet = false;
 };
 
 void run(const SynthFlags& flags) {
+  check_usage(flags.options);
   OutputFolder output(flags.output);
-  write_synthetic_scene(flags.options, output.path());
+  {
+    Progress progress("tracing photographs", flags.options.views, ProgressOptions::standard_error(flags.quiet));
+    write_synthetic_scene(flags.options, output.path(), [&] { progress.tick(); });
+  }
   const SynthOptions& o = flags.options;
   output.commit({{"command", "synth"},
                  {"kind", flags.kind},
@@ -52,6 +58,7 @@ void add_synth_command(CLI::App& program) {
   command->add_option("--fov", flags->options.fov_deg, "Horizontal field of view, degrees");
   command->add_option("--samples", flags->options.samples, "Light paths per pixel");
   command->add_option("--triangles", flags->options.triangles, "Of the mesh, about");
+  command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });
 }
 
