@@ -64,8 +64,8 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
                  [](float depth) { return std::isfinite(depth); });
   }
   if (depths.empty()) {
-    throw InputError("none of " + std::to_string(samples) + " cameras (of " + std::to_string(cameras.size()) +
-                     ") sees the mesh: check that mesh and cameras are in the same coordinates");
+    throw InputError("none of the cameras sees the mesh (" + std::to_string(samples) + " of " +
+                     std::to_string(cameras.size()) + " were asked): give the mesh in the cameras' coordinates");
   }
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
   std::nth_element(depths.begin(), middle, depths.end());
@@ -163,7 +163,7 @@ std::vector<std::uint32_t> Planner::lowest_ranked_slots() const {
 Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph photograph) {
   check(camera);
   Verdict verdict;
-  std::vector<CellPart> parts = parts_of(camera, verdict);
+  const std::vector<CellPart> parts = parts_of(camera, verdict);
   std::optional<std::uint32_t> victim;
   {
     const Stopwatch stopwatch(verdict.plan_ms);
@@ -189,11 +189,11 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
     evict(*victim);
   }
   verdict.slot = atlas_.insert(std::move(view));
-  store(*verdict.slot, std::move(parts));
+  store(*verdict.slot, parts);
   return verdict;
 }
 
-void Planner::store(std::uint32_t slot, std::vector<CellPart> parts) {
+void Planner::store(std::uint32_t slot, std::span<const CellPart> parts) {
   for (const CellPart& entry : parts) {
     std::vector<Member>& members = members_[entry.cell];
     const Admission admission = admit(members, entry.part, std::nullopt);

@@ -87,7 +87,7 @@ class Planner {
   [[nodiscard]] double coverage_of(std::span<const Member> members, std::optional<std::uint32_t> without_slot) const;
   [[nodiscard]] double gain_of(std::span<const CellPart> parts, std::optional<std::uint32_t> victim) const;
   [[nodiscard]] std::vector<std::uint32_t> lowest_ranked_slots() const;
-  void store(std::uint32_t slot, std::vector<CellPart> parts);
+  void store(std::uint32_t slot, std::span<const CellPart> parts);
   void evict(std::uint32_t slot);
   void refill(std::uint32_t cell);
   void publish(std::uint32_t cell);

@@ -380,5 +380,14 @@ TEST_CASE("the real scenes have their views, poses and meshes") {
   }
 }
 
+TEST_CASE("a protocol that scores none of a scene's views is refused") {
+  SceneViews scene;
+  scene.root = "office";
+  CHECK_THROWS_WITH(split_to_score(scene, {8, 1}),
+                    "office: the protocol scores none of its 0 views: check --hold and --block");
+  scene.views.resize(9);
+  CHECK(split_to_score(scene, {8, 1}).scored == std::vector<std::size_t>{0, 8});
+}
+
 }  // namespace
 }  // namespace lumatlas
