@@ -185,7 +185,8 @@ Camera ModelReader::camera(const GltfFile::Object& view, const std::string& wher
   camera.cy = principal[1];
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      camera.cam_from_world_rotation[column][row] = rotation[static_cast<std::size_t>(3 * row + column)];
+      camera.cam_from_world_rotation[column][row] =
+          rotation[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)];
     }
     camera.cam_from_world_translation[row] = translation[static_cast<std::size_t>(row)];
   }

@@ -242,14 +242,15 @@ void copy_upright(std::span<const Sample> stored, const OIIO::ImageSpec& spec, c
   }
 }
 
-void read_pixels(const fs::path& path, OIIO::ImageInput& reader, TypeDesc type, void* pixels) {
+void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, void* pixels) {
   if (!reader.read_image(0, 0, 0, -1, type, pixels)) {
     fail(path, "is damaged or cut off" + because(reader.geterror()));
   }
 }
 
 template <typename Sample>
-void read_as(const fs::path& path, OIIO::ImageInput& reader, TypeDesc type, const Walk& walk, Photograph& photo) {
+void read_as(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, const Walk& walk,
+             Photograph& photo) {
   const OIIO::ImageSpec spec = reader.spec();
   std::vector<Sample> stored(spec.image_pixels() * static_cast<std::uint64_t>(spec.nchannels));
   read_pixels(path, reader, type, stored.data());

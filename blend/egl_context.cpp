@@ -94,7 +94,7 @@ struct EglContext::State {
                                            EGL_CONTEXT_OPENGL_DEBUG,
                                            debug ? EGL_TRUE : EGL_FALSE,
                                            EGL_NONE};
-    const EGLContext made = eglCreateContext(platform.display, config, EGL_NO_CONTEXT, attributes.data());
+    EGLContext made = eglCreateContext(platform.display, config, EGL_NO_CONTEXT, attributes.data());
     if (made == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context";
     if (!eglMakeCurrent(platform.display, EGL_NO_SURFACE, EGL_NO_SURFACE, made)) {
       eglDestroyContext(platform.display, made);

@@ -36,12 +36,10 @@ Sample bilinear(const StoredView& view, const glm::dvec2& image) {
   const glm::dvec2 base = glm::floor(at);
   const glm::dvec2 f = at - base;
   Sample sample;
-  for (int corner = 0; corner < 4; ++corner) {
-    const double dx = corner % 2;
-    const double dy = corner / 2;
-    const auto x = static_cast<std::size_t>(std::min(base.x + dx, last.x));
-    const auto y = static_cast<std::size_t>(std::min(base.y + dy, last.y));
-    const double weight = (dx > 0 ? f.x : 1 - f.x) * (dy > 0 ? f.y : 1 - f.y);
+  for (const glm::dvec2& corner : {glm::dvec2(0, 0), glm::dvec2(1, 0), glm::dvec2(0, 1), glm::dvec2(1, 1)}) {
+    const auto x = static_cast<std::size_t>(std::min(base.x + corner.x, last.x));
+    const auto y = static_cast<std::size_t>(std::min(base.y + corner.y, last.y));
+    const double weight = (corner.x > 0 ? f.x : 1 - f.x) * (corner.y > 0 ? f.y : 1 - f.y);
     const std::size_t pixel = y * view.camera.width + x;
     const std::uint8_t* rgb = &view.photograph.rgb[3 * pixel];
     sample.color += weight * glm::dvec3(linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]);
@@ -92,8 +90,9 @@ bool blend(const Snapshot& snapshot, std::span<const std::uint32_t> slots, const
   double total = 0;
   glm::dvec3 sum(0);
   for (std::size_t rank = 0; rank < options.views; ++rank) {
-    total += best[rank].weight - (best[rank].weight > 0 ? threshold : 0);
-    sum += (best[rank].weight - (best[rank].weight > 0 ? threshold : 0)) * best[rank].color;
+    const double weight = best[rank].weight > 0 ? best[rank].weight - threshold : 0;
+    total += weight;
+    sum += weight * best[rank].color;
   }
   // All K + 1 weigh the same: nothing is left above the last, and the best one stands for them.
   color = total > 0 ? sum / total : best[0].color;
@@ -127,8 +126,9 @@ void shade(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffe
            std::size_t pixel, Rendering& rendering) {
   const std::uint32_t face = visible.face[pixel];
   if (face == kNoFace) return;
-  const glm::dvec2 image(static_cast<double>(pixel % camera.width) + 0.5,
-                         static_cast<double>(pixel / camera.width) + 0.5);
+  const std::size_t x = pixel % camera.width;
+  const std::size_t y = pixel / camera.width;
+  const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
   const glm::dvec3 world = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);
   const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
   glm::dvec3 color;

@@ -8,6 +8,7 @@
 #include <array>
 #include <glm/glm.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -29,6 +30,9 @@ static_assert(sizeof(ViewBlock) == 6 * sizeof(glm::vec4));
 
 // The nearest surface drawn, as a share of the scene's extent; depth is reversed, so that precision does not suffer.
 constexpr double kNearShare = 1e-5;
+
+// OpenGL counts a picture's bytes, four a pixel, in 31 bits.
+constexpr std::uint64_t kMostPixels = std::numeric_limits<GLsizei>::max() / 4;
 
 struct LayerSize {
   std::uint32_t width = 1;
@@ -138,6 +142,10 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
     throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
                   " is above this driver's limit of " + std::to_string(most) + " pixels a side: render it smaller");
   }
+  if (std::uint64_t{width} * height > kMostPixels) {
+    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " has more than the " +
+                  std::to_string(kMostPixels) + " pixels that OpenGL reads back at once: render it smaller");
+  }
   const auto w = static_cast<GLsizei>(width);
   const auto h = static_cast<GLsizei>(height);
   Targets targets;
@@ -192,8 +200,8 @@ struct Renderer::State {
   void load_mesh(const Snapshot& snapshot);
   void load_views(const Snapshot& snapshot);
   void load_tables(const Snapshot& snapshot);
-  void draw_surface(const Camera& camera);
-  void draw_blend(const Camera& camera, const BlendOptions& options);
+  void draw_surface(const Camera& camera) const;
+  void draw_blend(const Camera& camera, const BlendOptions& options) const;
   [[nodiscard]] Rendering read_back() const;
 };
 
@@ -253,7 +261,7 @@ void Renderer::State::load_tables(const Snapshot& snapshot) {
   cell_seen = make_buffer(std::vector<std::uint32_t>(snapshot.cell_seen.begin(), snapshot.cell_seen.end()));
 }
 
-void Renderer::State::draw_surface(const Camera& camera) {
+void Renderer::State::draw_surface(const Camera& camera) const {
   const GLuint target = targets.surface_pass.get();
   const std::array<GLuint, 4> no_face{0xFFFFFFFFu, 0, 0, 0};
   const std::array<GLfloat, 4> zero{};
@@ -280,7 +288,7 @@ void Renderer::State::draw_surface(const Camera& camera) {
   check_gl("drawing the surface");
 }
 
-void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& options) {
+void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& options) const {
   const GlProgram& program = blend_program;
   const GLuint name = program.get();
   glBindFramebuffer(GL_FRAMEBUFFER, targets.blend_pass.get());

@@ -29,8 +29,8 @@ class Renderer {
   // size, buffer size) are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
 
-  // Throws GlError for a picture above the driver's texture size, std::invalid_argument for bad options or without
-  // load().
+  // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument for bad options
+  // or without load().
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/camera.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <stdexcept>
@@ -35,6 +36,14 @@ Camera Camera::scaled_to(std::uint32_t new_width, std::uint32_t new_height) cons
   scaled.fy *= sy;
   scaled.cy *= sy;
   return scaled;
+}
+
+Camera Camera::shrunk_to(std::uint32_t pixels) const {
+  const double scale = std::min(1.0, static_cast<double>(pixels) / std::max(width, height));
+  const auto shrunk = [scale](std::uint32_t size) {
+    return std::max(1u, static_cast<std::uint32_t>(std::lround(size * scale)));
+  };
+  return scaled_to(shrunk(width), shrunk(height));
 }
 
 namespace {

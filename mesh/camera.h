@@ -37,6 +37,8 @@ struct Camera {
 
   // The same view at another resolution; a pixel keeps its place relative to the image.
   [[nodiscard]] Camera scaled_to(std::uint32_t new_width, std::uint32_t new_height) const;
+  // The same view with its longer side `pixels` long, its shape kept to the nearest pixel; never enlarged.
+  [[nodiscard]] Camera shrunk_to(std::uint32_t pixels) const;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule: sizes in [1, 65536], focal lengths finite and

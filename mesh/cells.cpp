@@ -101,11 +101,11 @@ Cell measure(const Mesh& mesh, const std::vector<double>& areas, const std::vect
 }
 
 double size_for(const Mesh& mesh, const CellOptions& options) {
-  constexpr double kCellsAcross = 60;
   if (options.size > 0) return options.size;
-  const double size = scene_diameter(mesh) / kCellsAcross;
-  if (!(size > 0))
+  const double size = automatic_cell_size(mesh);
+  if (!(size > 0)) {
     throw std::invalid_argument("mesh: its faces have no area, must have some for an automatic cell size");
+  }
   return size;
 }
 
@@ -115,6 +115,11 @@ void check(const CellOptions& options) {
   require(std::isfinite(options.size) && options.size >= 0, "size", options.size, "finite and not negative");
   require(std::isfinite(options.normal_weight) && options.normal_weight >= 0, "normal_weight", options.normal_weight,
           "finite and not negative");
+}
+
+double automatic_cell_size(const Mesh& mesh) {
+  constexpr double kCellsAcross = 60;
+  return scene_diameter(mesh) / kCellsAcross;
 }
 
 Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size) {

@@ -20,8 +20,8 @@ enum class Partition {
 struct CellOptions {
   Partition partition = Partition::clusters;
   // Target diameter of a cell, scene units; a cell's area is about size^2 where the surface is smooth (the median
-  // within 30%, no radius above 1.5 size) and less where it bends. 0: scene_diameter() / 60 (charted in
-  // docs/measurements.md; the paper finds 1/100 to 1/30 of the scene). Smaller: more cells, finer choice of views.
+  // within 30%, no radius above 1.5 size) and less where it bends. 0: automatic_cell_size(). Smaller: more cells, finer
+  // choice of views.
   double size = 0;
   // How strongly a cluster avoids turning: the cost of a face is its distance from the cluster's centre, in cell sizes,
   // plus this times (1 - cos) of the angle between its normal and the cluster's. >= 0; clusters only.
@@ -49,6 +49,10 @@ struct Cells {
 // Diagonal of the box that holds all but the outermost 1% of the area on each side of each axis: stray triangles far
 // away do not count. > 0 for a mesh with area.
 [[nodiscard]] double scene_diameter(const Mesh& mesh);
+
+// What CellOptions::size = 0 stands for: scene_diameter() / 60 (charted in docs/measurements.md; the paper finds 1/100
+// to 1/30 of the scene). 0 for a mesh without area.
+[[nodiscard]] double automatic_cell_size(const Mesh& mesh);
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
 // interpolated. Keeps the mesh manifold, and its faces' first corners and order where nothing is long; new faces come

@@ -16,7 +16,7 @@ namespace {
 struct FaceInCube {
   std::array<double, 3> cube;  // its lowest corner, in cube edges; as double because it may exceed any integer
   std::uint32_t face;
-  auto operator<=>(const FaceInCube&) const = default;
+  auto operator<=>(const FaceInCube&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
 };
 
 FaceInCube locate(const Mesh& mesh, std::uint32_t index, double size) {

@@ -8,8 +8,11 @@
 #include <cmath>
 #include <cstring>
 #include <glm/glm.hpp>
+#include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 #include "mesh/visibility.h"
 
@@ -31,10 +34,14 @@ bool is_traceable(const glm::vec3& v) {  // false for NaN
 struct ReleaseDevice {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
 };
+struct ReleaseGeometry {
+  void operator()(RTCGeometry geometry) const { rtcReleaseGeometry(geometry); }
+};
 struct ReleaseScene {
   void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
 };
 using DeviceHandle = std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice>;
+using GeometryHandle = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, ReleaseGeometry>;
 using SceneHandle = std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>;
 
 void throw_on_error(RTCDevice device, const char* what) {
@@ -45,17 +52,16 @@ void throw_on_error(RTCDevice device, const char* what) {
 }
 
 void attach_triangles(RTCDevice device, RTCScene scene, const Mesh& mesh) {
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3),
-                                           std::max<std::size_t>(mesh.positions.size(), 1));
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(glm::uvec3),
-                                          std::max<std::size_t>(mesh.faces.size(), 1));
+  const GeometryHandle geometry(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE));
+  void* vertices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                           sizeof(glm::vec3), std::max<std::size_t>(mesh.positions.size(), 1));
+  void* indices = rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                          sizeof(glm::uvec3), std::max<std::size_t>(mesh.faces.size(), 1));
   throw_on_error(device, "allocating the mesh");
   std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(glm::vec3));
   std::memcpy(indices, mesh.faces.data(), mesh.faces.size() * sizeof(glm::uvec3));
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene, geometry);
-  rtcReleaseGeometry(geometry);
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometry(scene, geometry.get());  // the scene keeps it from here on
 }
 
 class RayVisibility final : public Visibility {

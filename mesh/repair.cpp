@@ -150,11 +150,11 @@ struct OrientationLog {
 
 struct OrientationVisitor : PMP::Default_orientation_visitor {
   explicit OrientationVisitor(OrientationLog& target) : log(&target) {}
-  void non_manifold_edge(std::size_t a, std::size_t b, std::size_t) {
+  void non_manifold_edge(std::size_t a, std::size_t b, std::size_t) const {
     log->non_manifold_edges.insert(std::minmax(a, b));
   }
-  void non_manifold_vertex(std::size_t, std::size_t) { ++log->non_manifold_vertices; }
-  void polygon_orientation_reversed(std::size_t face) { log->reversed[face] ^= 1; }
+  void non_manifold_vertex(std::size_t, std::size_t) const { ++log->non_manifold_vertices; }
+  void polygon_orientation_reversed(std::size_t face) const { log->reversed[face] ^= 1; }
   OrientationLog* log;
 };
 

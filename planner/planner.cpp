@@ -19,14 +19,6 @@ namespace {
 constexpr std::size_t kDistanceSamples = 16;
 constexpr std::uint32_t kDistanceImagePx = 160;
 
-Camera camera_with_longer_side(const Camera& camera, std::uint32_t pixels) {
-  const double scale = std::min(1.0, static_cast<double>(pixels) / std::max(camera.width, camera.height));
-  const auto scaled = [scale](std::uint32_t size) {
-    return std::max(1u, static_cast<std::uint32_t>(std::lround(size * scale)));
-  };
-  return camera.scaled_to(scaled(camera.width), scaled(camera.height));
-}
-
 // Adds the time that it lives to a field, in milliseconds.
 class Stopwatch {
  public:
@@ -67,13 +59,13 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
   VisibilityBuffer buffer;
   const std::size_t samples = std::min(kDistanceSamples, cameras.size());
   for (std::size_t i = 0; i < samples; ++i) {
-    visibility.trace(camera_with_longer_side(cameras[i * cameras.size() / samples], kDistanceImagePx), buffer);
+    visibility.trace(cameras[i * cameras.size() / samples].shrunk_to(kDistanceImagePx), buffer);
     std::copy_if(buffer.depth.begin(), buffer.depth.end(), std::back_inserter(depths),
                  [](float depth) { return std::isfinite(depth); });
   }
   if (depths.empty()) {
-    throw InputError("none of " + std::to_string(samples) + " cameras (of " + std::to_string(cameras.size()) +
-                     ") sees the mesh: check that mesh and cameras are in the same coordinates");
+    throw InputError("none of the cameras sees the mesh (" + std::to_string(samples) + " of " +
+                     std::to_string(cameras.size()) + " were asked): give the mesh in the cameras' coordinates");
   }
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
   std::nth_element(depths.begin(), middle, depths.end());
@@ -94,7 +86,7 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
 
 std::vector<Planner::CellPart> Planner::parts_of(const Camera& camera, Verdict& verdict) {
   const Cells& cells = atlas_.surface().cells;
-  const Camera small = camera_with_longer_side(camera, options_.visibility_px);
+  const Camera small = camera.shrunk_to(options_.visibility_px);
   std::vector<CellPixels> seen;
   {
     const Stopwatch stopwatch(verdict.visibility_ms);
@@ -171,7 +163,7 @@ std::vector<std::uint32_t> Planner::lowest_ranked_slots() const {
 Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph photograph) {
   check(camera);
   Verdict verdict;
-  std::vector<CellPart> parts = parts_of(camera, verdict);
+  const std::vector<CellPart> parts = parts_of(camera, verdict);
   std::optional<std::uint32_t> victim;
   {
     const Stopwatch stopwatch(verdict.plan_ms);
@@ -197,11 +189,11 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
     evict(*victim);
   }
   verdict.slot = atlas_.insert(std::move(view));
-  store(*verdict.slot, std::move(parts));
+  store(*verdict.slot, parts);
   return verdict;
 }
 
-void Planner::store(std::uint32_t slot, std::vector<CellPart> parts) {
+void Planner::store(std::uint32_t slot, std::span<const CellPart> parts) {
   for (const CellPart& entry : parts) {
     std::vector<Member>& members = members_[entry.cell];
     const Admission admission = admit(members, entry.part, std::nullopt);

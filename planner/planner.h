@@ -27,8 +27,8 @@ struct PlannerOptions {
   double min_view_gain = 0.1;
   double min_reference_gain = 0.01;  // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0
   std::uint32_t victims = 8;         // how many of the lowest-ranked views are considered for replacement, >= 1
-  std::uint32_t visibility_px =
-      320;  // longer side of the image that cells are counted in; never above the photograph's
+  // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
+  std::uint32_t visibility_px = 320;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -43,10 +43,9 @@ struct Verdict {
   std::optional<std::string> replaced;  // the name of the view that it took the place of
   double gain = 0;                      // by which scov rose, or would have risen, in cells
   std::uint32_t cells_seen = 0;
-  double visibility_ms =
-      0;  // wall time of the visibility pass, of the decision, and of storing (full-resolution depth)
-  double plan_ms = 0;
-  double store_ms = 0;
+  double visibility_ms = 0;  // wall time of the visibility pass,
+  double plan_ms = 0;        // of the decision,
+  double store_ms = 0;       // and of storing (depth at full resolution)
 };
 
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.
@@ -88,7 +87,7 @@ class Planner {
   [[nodiscard]] double coverage_of(std::span<const Member> members, std::optional<std::uint32_t> without_slot) const;
   [[nodiscard]] double gain_of(std::span<const CellPart> parts, std::optional<std::uint32_t> victim) const;
   [[nodiscard]] std::vector<std::uint32_t> lowest_ranked_slots() const;
-  void store(std::uint32_t slot, std::vector<CellPart> parts);
+  void store(std::uint32_t slot, std::span<const CellPart> parts);
   void evict(std::uint32_t slot);
   void refill(std::uint32_t cell);
   void publish(std::uint32_t cell);

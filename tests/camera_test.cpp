@@ -46,6 +46,23 @@ TEST_CASE("a scaled camera sees a point at the same relative place") {
   CHECK(half.image_from_cam(cam).y / 12 == Approx(camera.image_from_cam(cam).y / 48));
 }
 
+TEST_CASE("a shrunk camera keeps its shape and what it sees, however thin it is, and is never enlarged") {
+  const Camera camera = turned_camera();
+  const Camera small = camera.shrunk_to(16);
+  CHECK(small.width == 16);
+  CHECK(small.height == 12);
+  const glm::dvec3 cam(0.3, -0.2, 2);
+  CHECK(small.image_from_cam(cam).x / 16 == Approx(camera.image_from_cam(cam).x / 64));
+  CHECK(camera.scaled_to(48, 64).shrunk_to(16).height == 16);
+  const Camera slit = camera.scaled_to(64, 1).shrunk_to(8);
+  CHECK(slit.width == 8);
+  CHECK(slit.height == 1);
+  for (const std::uint32_t pixels : {64u, 65u, 4'000'000'000u}) {
+    CHECK(camera.shrunk_to(pixels).width == 64);
+    CHECK(camera.shrunk_to(pixels).fx == camera.fx);
+  }
+}
+
 TEST_CASE("a camera with a bad field is refused by name") {
   CHECK_NOTHROW(check(turned_camera()));
   Camera camera = turned_camera();

@@ -6,14 +6,14 @@
 #include <glm/glm.hpp>
 #include <limits>
 
-#include "colmap_bytes.h"
 #include "mesh/errors.h"
+#include "tests/colmap_bytes.h"
+#include "tests/temporary_folder.h"
 
 namespace lumatlas {
 namespace {
 
 using test::Bytes;
-using test::TemporaryFolder;
 using test::write_file;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();

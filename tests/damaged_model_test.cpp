@@ -61,7 +61,7 @@ class DamagedModel {
     try {
       (void)read_model(folder_.path());
     } catch (const InputError& error) {
-      const std::string text = error.what();
+      std::string text = error.what();
       CHECK(text.find('\n') == std::string::npos);
       for (const std::string& start : {file().string() + ": ", folder().string() + "/"}) {
         if (text.starts_with(start)) return text.substr(start.size());

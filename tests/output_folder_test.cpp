@@ -198,5 +198,12 @@ TEST_CASE("a file that cannot be written is refused with the reason") {
                     (folder.path() / "file").string() + ": could not be written to the end, is the disk full?");
 }
 
+TEST_CASE("JSON with a name that is not UTF-8 is written all the same") {
+  const TemporaryFolder folder;
+  write_json(folder / "a.json", {{"name", "caf\xe9.jpg"}});
+  CHECK(bytes_of(folder / "a.json") == json_text({{"name", "caf\xef\xbf\xbd.jpg"}}));
+  CHECK(nlohmann::json::parse(bytes_of(folder / "a.json"))["name"] == "caf\xef\xbf\xbd.jpg");
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -11,8 +11,7 @@
 namespace lumatlas {
 namespace {
 
-using std::chrono_literals::operator""s;
-using std::chrono_literals::operator""ms;
+using namespace std::chrono_literals;
 
 // A stream and a clock that stands still until it is told otherwise.
 struct Stage {

@@ -11,15 +11,15 @@
 #include <set>
 #include <stdexcept>
 
-#include "colmap_bytes.h"
 #include "mesh/errors.h"
+#include "tests/colmap_bytes.h"
+#include "tests/temporary_folder.h"
 
 namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
 using test::Bytes;
-using test::TemporaryFolder;
 using test::write_file;
 
 const glm::dquat kTurn = glm::normalize(glm::dquat(0.8, 0.1, -0.5, 0.2));
@@ -378,6 +378,15 @@ TEST_CASE("the real scenes have their views, poses and meshes") {
     CHECK(find_mesh(path, {}) == path / "mesh.ply");
     CHECK(load_photograph(scene.views.front()).valid.empty());
   }
+}
+
+TEST_CASE("a protocol that scores none of a scene's views is refused") {
+  SceneViews scene;
+  scene.root = "office";
+  CHECK_THROWS_WITH(split_to_score(scene, {8, 1}),
+                    "office: the protocol scores none of its 0 views: check --hold and --block");
+  scene.views.resize(9);
+  CHECK(split_to_score(scene, {8, 1}).scored == std::vector<std::size_t>{0, 8});
 }
 
 }  // namespace

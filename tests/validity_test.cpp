@@ -35,7 +35,7 @@ ValidityOptions without_fade(double depth_edge = 0.05, std::uint32_t radius = 2)
 }
 
 std::vector<std::uint8_t> row_of(const std::vector<std::uint8_t>& mask, const Photograph& photograph, std::uint32_t y) {
-  const auto begin = mask.begin() + static_cast<std::ptrdiff_t>(y * photograph.width);
+  const auto begin = mask.begin() + static_cast<std::ptrdiff_t>(y) * photograph.width;
   return {begin, begin + static_cast<std::ptrdiff_t>(photograph.width)};
 }
 
@@ -138,7 +138,9 @@ TEST_CASE("the printed options are a step, and otherwise the defaults") {
 bool usable(const Photograph& photograph, const std::vector<float>& depth, int x, int y, const ValidityOptions& o) {
   const int width = static_cast<int>(photograph.width), height = static_cast<int>(photograph.height);
   if (x < 0 || y < 0 || x >= width || y >= height) return false;
-  const auto at = [&](int column, int row) { return static_cast<std::size_t>(row * width + column); };
+  const auto at = [&](int column, int row) {
+    return static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column);
+  };
   const float z = depth[at(x, y)];
   if (!std::isfinite(z) || (!photograph.valid.empty() && photograph.valid[at(x, y)] == 0)) return false;
   const int radius = static_cast<int>(o.edge_radius_px);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "blend/blend_options.h"
+#include "tools/number_flags.h"
 
 namespace lumatlas {
 
@@ -19,7 +20,7 @@ struct BlendFlags {
     command.add_option("--blend-views", values.views, "K: how many views are blended at a pixel")
         ->check(CLI::Range(1u, kMaxBlendedViews));
     command.add_option("--lambda", values.lambda, "Weight of direction against distance when views are blended")
-        ->check(CLI::Range(0.0, 1.0));
+        ->check(number_between(0, 1));
     command.add_option("--weights", weights, "Distance term: ratio, or printed (the paper's formulas to the letter)")
         ->check(CLI::IsMember({"ratio", "printed"}));
   }

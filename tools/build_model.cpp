@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "mesh/errors.h"
 #include "tools/photograph_stream.h"
@@ -20,6 +21,7 @@ using nlohmann::json;
 
 std::vector<Camera> cameras_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks) {
   std::vector<Camera> cameras;
+  cameras.reserve(ranks.size());
   for (const std::size_t rank : ranks) cameras.push_back(views[rank].camera);
   return cameras;
 }
@@ -38,6 +40,15 @@ std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optio
   return ranks;
 }
 
+double median_distance(const std::filesystem::path& mesh_file, const std::vector<Camera>& cameras,
+                       const Visibility& visibility) {
+  try {
+    return median_surface_distance(cameras, visibility);
+  } catch (const InputError& error) {
+    throw InputError(mesh_file.string() + ": " + error.what());
+  }
+}
+
 json spread(std::vector<double> values) {
   if (values.empty()) return {{"median", 0}, {"p95", 0}};
   std::sort(values.begin(), values.end());
@@ -49,6 +60,7 @@ json spread(std::vector<double> values) {
 
 json spread_of(const std::vector<PlannedView>& planned, double Verdict::*field) {
   std::vector<double> values;
+  values.reserve(planned.size());
   for (const PlannedView& view : planned) values.push_back(view.verdict.*field);
   return spread(std::move(values));
 }
@@ -94,8 +106,18 @@ Texels texels_of(const Snapshot& snapshot) {
 
 }  // namespace
 
+void check(const BuildOptions& options) {
+  check(options.cells);
+  PlannerOptions planner = options.planner;
+  if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
+  check(planner);
+  if (options.max_views < 1) throw std::invalid_argument("build: max_views is 0, must be at least 1");
+  if (options.hold_out) check(*options.hold_out);
+}
+
 BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options) {
   const auto start = std::chrono::steady_clock::now();
+  check(options);
   BuildResult result;
   const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
   result.mesh_file = input.mesh_file;
@@ -104,7 +126,8 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(input.surface->mesh);
   result.effective = options.planner;
   if (result.effective.coverage.ideal_distance == 0) {
-    result.effective.coverage.ideal_distance = median_surface_distance(cameras_of(views.views, ranks), *visibility);
+    result.effective.coverage.ideal_distance =
+        median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   }
   // A store larger than the stream would only hold empty slots.
   Atlas atlas(input.surface, std::min(options.max_views, static_cast<std::uint32_t>(ranks.size())));

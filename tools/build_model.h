@@ -40,7 +40,10 @@ struct BuildResult {
   double total_ms = 0;
 };
 
-// Throws InputError, and std::invalid_argument for options that break a rule.
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const BuildOptions& options);
+
+// Checks the options before it reads anything. Throws InputError, and what check() throws.
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
 
 // What `build --json` prints (DESIGN: machine-readable results).

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "atlas/model_file.h"
-#include "mesh/errors.h"
 #include "tools/build_model.h"
+#include "tools/cell_flags.h"
 #include "tools/commands.h"
+#include "tools/number_flags.h"
 #include "tools/output_folder.h"
 
 namespace lumatlas {
@@ -21,15 +21,10 @@ struct BuildFlags {
   std::filesystem::path scene, output, mesh;
   BuildOptions options;
   HoldFlags hold;
-  bool printed_metric = false;
+  CellFlags cells;
+  std::string metric = "departures";
   bool json_output = false;
 };
-
-void write_json(const std::filesystem::path& path, const json& value) {
-  std::ofstream file(path);
-  file << value.dump(2) << '\n';
-  if (!file.flush()) throw InputError(path.string() + ": cannot be written: check that the disk has room");
-}
 
 void print_summary(const json& s, const std::filesystem::path& output) {
   const json& views = s["views"];
@@ -44,10 +39,12 @@ void run(const BuildFlags& flags) {
   BuildOptions options = flags.options;
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
   options.hold_out = flags.hold.protocol();
-  if (flags.printed_metric) options.planner.coverage.metric = CoverageOptions::Metric::printed;
+  options.cells = flags.cells.options();
+  if (flags.metric == "printed") options.planner.coverage.metric = CoverageOptions::Metric::printed;
+  check_usage(options);
   OutputFolder output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
-  if (!options.quiet && !flags.options.mesh) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   write_model(output.path(), result.snapshot, options.planner.validity);
   const json totals = summary(result, options);
   json plan = plan_json(result);
@@ -55,7 +52,7 @@ void run(const BuildFlags& flags) {
   write_json(output.path() / "plan.json", plan);
   output.commit(effective_options(result, options));
   if (flags.json_output) {
-    std::cout << totals.dump(2) << '\n';
+    std::cout << json_text(totals);
   } else {
     print_summary(totals, flags.output);
   }
@@ -70,15 +67,23 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
   command
       .add_option("--coverage-lambda", planner.coverage.lambda,
                   "Weight of direction against position when views are chosen")
-      ->check(CLI::Range(0.0, 1.0));
-  command.add_option("--ideal-distance", planner.coverage.ideal_distance,
-                     "Camera distance at which a cell is covered best, scene units; 0: the scene's median");
-  command.add_option("--distance-sigma", planner.coverage.distance_sigma,
-                     "How far from it coverage falls to 0.6, scene units; 0: half of it");
-  command.add_option("--max-cell-coverage", planner.coverage.max_cell_coverage,
-                     "Coverage above which a cell counts no further views; 0: half of --references");
-  command.add_option("--min-gain", planner.min_view_gain,
-                     "Coverage that a view must add, as a share of the cells that it sees");
+      ->check(number_between(0, 1));
+  command
+      .add_option("--ideal-distance", planner.coverage.ideal_distance,
+                  "Camera distance at which a cell is covered best, scene units; 0: the scene's median")
+      ->check(finite_not_negative());
+  command
+      .add_option("--distance-sigma", planner.coverage.distance_sigma,
+                  "How far from it coverage falls to 0.6, scene units; 0: half of it")
+      ->check(finite_not_negative());
+  command
+      .add_option("--max-cell-coverage", planner.coverage.max_cell_coverage,
+                  "Coverage above which a cell counts no further views; 0: half of --references")
+      ->check(finite_not_negative());
+  command
+      .add_option("--min-gain", planner.min_view_gain,
+                  "Coverage that a view must add, as a share of the cells that it sees")
+      ->check(finite_not_negative());
   command
       .add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
       ->check(CLI::Range(1u, 65536u));
@@ -86,12 +91,8 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 255u));
-  command
-      .add_option_function<std::string>(
-          "--metric", [&flags](const std::string& name) { flags.printed_metric = name == "printed"; },
-          "Coverage metric: departures (DESIGN: from the paper's print) or printed (to the letter)")
-      ->check(CLI::IsMember({"departures", "printed"}))
-      ->default_str("departures");
+  command.add_option("--metric", flags.metric, "Coverage metric: departures (from the paper's print) or printed")
+      ->check(CLI::IsMember({"departures", "printed"}));
 }
 
 }  // namespace
@@ -103,19 +104,7 @@ void add_build_command(CLI::App& program) {
   command->add_option("-o,--output", flags->output, "Folder of the model; an earlier model there is replaced")
       ->required();
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
-  command
-      ->add_option_function<std::string>(
-          "--partition",
-          [flags](const std::string& name) {
-            flags->options.cells.partition = name == "grid" ? Partition::grid : Partition::clusters;
-          },
-          "How faces are grouped into cells: clusters or grid (the paper's)")
-      ->check(CLI::IsMember({"clusters", "grid"}))
-      ->default_str("clusters");
-  command
-      ->add_option("--cell-size", flags->options.cells.size,
-                   "Target diameter of a cell, scene units; 0: 1/60 of the scene")
-      ->check(CLI::NonNegativeNumber);
+  flags->cells.add_to(*command);
   add_planner_options(*command, *flags);
   flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");
   command->add_flag("--json", flags->json_output, "Print what was built as JSON");

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
+#include "tools/cell_flags.h"
 #include "tools/commands.h"
 #include "tools/inspection.h"
+#include "tools/output_folder.h"
 
 namespace lumatlas {
 
@@ -18,7 +19,7 @@ using nlohmann::json;
 
 struct InspectFlags {
   std::filesystem::path scene, mesh;
-  CellOptions cells;
+  CellFlags cells;
   bool json_output = false;
   bool quiet = false;
 };
@@ -58,25 +59,15 @@ void add_inspect_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("inspect", "What is in a scene, what is wrong with it, what was repaired");
   command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh")->required();
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
-  command->add_option("--cell-size", flags->cells.size, "Target diameter of a cell, scene units; 0: 1/60 of the scene")
-      ->check(CLI::NonNegativeNumber);
-  command
-      ->add_option_function<std::string>(
-          "--partition",
-          [flags](const std::string& name) {
-            flags->cells.partition = name == "grid" ? Partition::grid : Partition::clusters;
-          },
-          "How faces are grouped into cells: clusters or grid (the paper's)")
-      ->check(CLI::IsMember({"clusters", "grid"}))
-      ->default_str("clusters");
+  flags->cells.add_to(*command);
   command->add_flag("--json", flags->json_output, "Print it as JSON");
   command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] {
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
-    const json scene = inspect_scene(flags->scene, mesh, flags->cells, flags->quiet);
+    const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet);
     if (flags->json_output) {
-      std::cout << scene.dump(2) << '\n';
+      std::cout << json_text(scene);
     } else {
       print(scene);
     }

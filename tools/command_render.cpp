@@ -3,6 +3,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <set>
 #include <vector>
 
@@ -25,10 +26,10 @@ struct RenderFlags {
   bool quiet = false;
 };
 
-std::vector<std::size_t> ranks_to_render(std::size_t views, const std::optional<HoldOut>& protocol) {
-  if (protocol) return split(views, *protocol).scored;
-  std::vector<std::size_t> ranks(views);
-  for (std::size_t rank = 0; rank < views; ++rank) ranks[rank] = rank;
+std::vector<std::size_t> ranks_to_render(const SceneViews& scene, const std::optional<HoldOut>& protocol) {
+  if (protocol) return split_to_score(scene, *protocol).scored;
+  std::vector<std::size_t> ranks(scene.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
   return ranks;
 }
 
@@ -48,7 +49,7 @@ void run(const RenderFlags& flags) {
   OutputFolder output(flags.output);
   const Snapshot snapshot = read_model(flags.model).snapshot;
   const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
-  const std::vector<std::size_t> ranks = ranks_to_render(scene.views.size(), flags.hold.protocol());
+  const std::vector<std::size_t> ranks = ranks_to_render(scene, flags.hold.protocol());
   const EglContext context;
   if (!flags.quiet) std::cerr << "renderer: " << context.description() << '\n';
   Renderer renderer(context);

@@ -22,13 +22,13 @@ struct SynthFlags {
 };
 
 void run(const SynthFlags& flags) {
-  const SynthOptions& o = flags.options;
-  check(o);
+  check_usage(flags.options);
   OutputFolder output(flags.output);
   {
-    Progress progress("tracing photographs", o.views, ProgressOptions::standard_error(flags.quiet));
-    write_synthetic_scene(o, output.path(), [&] { progress.tick(); });
+    Progress progress("tracing photographs", flags.options.views, ProgressOptions::standard_error(flags.quiet));
+    write_synthetic_scene(flags.options, output.path(), [&] { progress.tick(); });
   }
+  const SynthOptions& o = flags.options;
   output.commit({{"command", "synth"},
                  {"kind", flags.kind},
                  {"seed", o.seed},

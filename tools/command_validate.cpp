@@ -34,6 +34,9 @@ struct ValidateFlags {
 
 // The options that the model was built with; null if it does not say.
 json build_options(const std::filesystem::path& model) {
+  if (!std::filesystem::is_directory(model)) {
+    throw InputError(model.string() + ": no such folder, name one that `lumatlas build` wrote");
+  }
   std::ifstream file(model / kMarkerFile);
   const json marker = json::parse(file, nullptr, false);
   if (!marker.is_object() || !marker.contains("options") || !marker["options"].is_object()) return {};
@@ -43,7 +46,12 @@ json build_options(const std::filesystem::path& model) {
 // The protocol that was asked for, else the one that the model was built with.
 HoldOut protocol(const ValidateFlags& flags, const json& built) {
   if (const std::optional<HoldOut> asked = flags.hold.protocol()) return *asked;
-  const json recorded = built.is_object() ? built.value("hold_out", json()) : json();
+  if (!built.contains("hold_out")) {
+    throw InputError((flags.model / kMarkerFile).string() +
+                     ": does not say which views were held out: name a folder that `lumatlas build` wrote, or give the "
+                     "--hold that it was built with");
+  }
+  const json& recorded = built["hold_out"];
   if (recorded.is_object() && recorded.value("hold", json()).is_number_unsigned() &&
       recorded.value("block", json()).is_number_unsigned()) {
     return {recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
@@ -90,7 +98,7 @@ void run(const ValidateFlags& flags) {
   report.facts.emplace_back("renderer", context.description());
   write_report(output.path() / "index.html", report);
   const json scores = report_json(report);
-  std::ofstream(output.path() / "scores.json") << scores.dump(2) << '\n';
+  write_json(output.path() / "scores.json", scores);
   json effective = flags.blend.json();
   effective["command"] = "validate";
   effective["views"] = flags.views.string();
@@ -98,7 +106,7 @@ void run(const ValidateFlags& flags) {
   effective["built_with"] = built;
   output.commit(effective);
   if (flags.json_output) {
-    std::cout << scores.dump(2) << '\n';
+    std::cout << json_text(scores);
   } else {
     print_table(report);
   }

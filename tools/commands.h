@@ -4,8 +4,10 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
+#include <CLI/Error.hpp>
 #include <CLI/Formatter.hpp>
 #include <optional>
+#include <stdexcept>
 
 #include "tools/scene.h"
 
@@ -16,6 +18,16 @@ void add_build_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
 void add_synth_command(CLI::App& program);
+
+// Options that break a rule which the parser cannot know are wrong usage too.
+template <typename Options>
+void check_usage(const Options& options) {
+  try {
+    check(options);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError(error.what());
+  }
+}
 
 // --hold and --block of several commands.
 struct HoldFlags {

@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "atlas/srgb.h"
 #include "tools/counted_pixels.h"
 
 namespace lumatlas {
@@ -33,12 +34,6 @@ glm::dvec3 linear_from_oklab(double lightness, double a, double b) {
   return {4.0767416621 * lms.x - 3.3077115913 * lms.y + 0.2309699292 * lms.z,
           -1.2684380046 * lms.x + 2.6097574011 * lms.y - 0.3413193965 * lms.z,
           -0.0041960863 * lms.x - 0.7034186147 * lms.y + 1.7076147010 * lms.z};
-}
-
-std::uint8_t srgb_level(double linear) {
-  const double light = std::clamp(linear, 0.0, 1.0);
-  const double srgb = light <= 0.0031308 ? 12.92 * light : 1.055 * std::pow(light, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255 * srgb));
 }
 
 // The sum over the channels of the squared differences: a whole number, so the colours of all of them are a table.
@@ -72,7 +67,7 @@ std::array<std::uint8_t, 3> error_color(double levels) {
   const double hue = glm::radians(std::lerp(kAnchors[below].hue_deg, kAnchors[below + 1].hue_deg, rest));
   const double lightness = std::lerp(kDarkest, kBrightest, part);
   const glm::dvec3 linear = linear_from_oklab(lightness, chroma * std::cos(hue), chroma * std::sin(hue));
-  return {srgb_level(linear.r), srgb_level(linear.g), srgb_level(linear.b)};
+  return {srgb8_from_linear(linear.r), srgb8_from_linear(linear.g), srgb8_from_linear(linear.b)};
 }
 
 Photograph error_picture(const Photograph& rendering, const Photograph& photograph,

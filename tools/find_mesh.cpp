@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <array>
 #include <string>
+#include <system_error>
 
 #include "mesh/errors.h"
 #include "tools/scene.h"
@@ -48,10 +49,14 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
     }
     return *given;
   }
+  std::error_code ignored;
+  if (!fs::is_directory(scene, ignored)) {
+    throw InputError(scene.string() + ": no such folder, name a COLMAP workspace");
+  }
   for (const char* const folder : kFolders) {
     for (const char* const name : kNames) {
       for (const char* const ending : kEndings) {
-        const fs::path candidate = scene / folder / (std::string(name) + ending);
+        fs::path candidate = scene / folder / (std::string(name) + ending);
         if (is_file(candidate)) {
           return candidate;
         }

@@ -2,6 +2,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/errors.h"
 #include "tools/scene.h"
 
 namespace lumatlas {
@@ -29,6 +30,15 @@ Split split(std::size_t view_count, const HoldOut& protocol) {
     if (in_block == quarter || in_block == protocol.block / 2 || in_block == three_quarters) {
       result.scored.push_back(rank);
     }
+  }
+  return result;
+}
+
+Split split_to_score(const SceneViews& scene, const HoldOut& protocol) {
+  Split result = split(scene.views.size(), protocol);
+  if (result.scored.empty()) {
+    throw InputError(scene.root.string() + ": the protocol scores none of its " + std::to_string(scene.views.size()) +
+                     " views: check --hold and --block");
   }
   return result;
 }

@@ -19,9 +19,9 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double kGlancePx = 160;     // longer side of the images that are looked at
-constexpr double kLittleSeen = 0.01;  // a view with less of its image on the mesh is called blind
-constexpr double kLongTail = 4;       // a box this many times the robust diameter speaks of stray faces
+constexpr std::uint32_t kGlancePx = 160;  // longer side of the images that are looked at
+constexpr double kLittleSeen = 0.01;      // a view with less of its image on the mesh is called blind
+constexpr double kLongTail = 4;           // a box this many times the robust diameter speaks of stray faces
 
 json repairs_json(const RepairReport& repair) {
   return {{"vertices that were not finite", repair.non_finite_vertices},
@@ -62,11 +62,7 @@ Glance glance(const Surface& surface, const SceneViews& scene, bool quiet) {
   VisibilityBuffer buffer;
   Progress progress("looking through every camera", scene.views.size(), ProgressOptions::standard_error(quiet));
   for (const SceneView& view : scene.views) {
-    const double scale = std::min(1.0, kGlancePx / std::max(view.camera.width, view.camera.height));
-    const auto scaled = [&](std::uint32_t size) {
-      return std::max(1u, static_cast<std::uint32_t>(std::lround(size * scale)));
-    };
-    visibility->trace(view.camera.scaled_to(scaled(view.camera.width), scaled(view.camera.height)), buffer);
+    visibility->trace(view.camera.shrunk_to(kGlancePx), buffer);
     std::size_t pixels = 0;
     for (std::size_t pixel = 0; pixel < buffer.face.size(); ++pixel) {
       if (buffer.face[pixel] == kNoFace) continue;

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   lumatlas::install_interrupt_handler();
   try {
     program.parse(argc, argv);
+    if (!std::cout.flush()) return fail("the result cannot be written to standard output, is the disk full?");
     return 0;
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? 0 : 2;

@@ -2,18 +2,19 @@
 #include "tools/output_folder.h"
 
 #include <fcntl.h>
-#include <stdio.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 #include <system_error>
 
 #include "mesh/errors.h"
+#include "tools/interrupt.h"
 
 namespace lumatlas {
 
@@ -46,7 +47,7 @@ fs::path fresh_name_beside(const fs::path& target) {
   static std::atomic<unsigned> counter{0};
   while (true) {
     const std::string name = ".lumatlas-" + std::to_string(getpid()) + "-" + std::to_string(counter++);
-    const fs::path candidate = target.parent_path() / name;
+    fs::path candidate = target.parent_path() / name;
     std::error_code error;
     if (fs::symlink_status(candidate, error).type() == fs::file_type::not_found) {
       return candidate;
@@ -93,11 +94,7 @@ bool holds_marker(const fs::path& folder) {
 }
 
 void write_marker(const fs::path& folder, const nlohmann::json& options) {
-  const nlohmann::json content = {{"lumatlas", LUMATLAS_VERSION}, {"options", options}};
-  AtomicFile file(folder / kMarkerFile);
-  // Paths may hold bytes that are not UTF-8; they must not cost the whole output.
-  file.stream() << content.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << '\n';
-  file.commit();
+  write_json(folder / kMarkerFile, {{"lumatlas", LUMATLAS_VERSION}, {"options", options}});
 }
 
 void rename_or_refuse(const fs::path& from, const fs::path& to) {
@@ -176,6 +173,7 @@ void OutputFolder::commit(const nlohmann::json& effective_options) {
   if (committed_) {
     throw std::invalid_argument("output folder: committed is true, must be committed only once");
   }
+  throw_if_interrupted();
   write_marker(temporary_, effective_options);
   check_replaceable(target_);
   const bool replaces = fs::exists(target_);
@@ -214,6 +212,16 @@ void AtomicFile::commit() {
   }
   pending_.commit();
   committed_ = true;
+}
+
+std::string json_text(const nlohmann::json& value) {
+  return value.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
+}
+
+void write_json(const fs::path& path, const nlohmann::json& value) {
+  AtomicFile file(path);
+  file.stream() << json_text(value);
+  file.commit();
 }
 
 }  // namespace lumatlas

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 #include <vector>
 
 #include "mesh/pending_file.h"
@@ -35,7 +36,7 @@ class OutputFolder {
 
   // Writes the marker file {"lumatlas": version, "options": effective_options} and moves the folder into its place; the
   // earlier output, if there is one, is exchanged with it in one step and removed. Throws std::invalid_argument if
-  // called twice.
+  // called twice, Interrupted if the user has asked the program to stop.
   void commit(const nlohmann::json& effective_options);
 
  private:
@@ -59,6 +60,11 @@ class AtomicFile {
   std::ofstream stream_;
   bool committed_ = false;
 };
+
+// The text of a JSON file or result. Names of files may hold bytes that are not UTF-8: they become U+FFFD, rather than
+// cost the whole output.
+[[nodiscard]] std::string json_text(const nlohmann::json& value);
+void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // as an AtomicFile
 
 // The two ways in which commit() puts `fresh` in the place of the existing folder `target`; `fresh` then holds what
 // `target` held. Exchanging is one step, but some file systems (NFS) cannot: then it returns false and nothing has

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/photograph_stream.h"
 
+#include <stdexcept>
 #include <utility>
 
 namespace lumatlas {
@@ -17,6 +18,7 @@ PhotographStream::PhotographStream(const std::vector<SceneView>& views, std::vec
 }
 
 Photograph PhotographStream::next() {
+  if (pending_.empty()) throw std::logic_error("photograph stream: next() after the last photograph");
   std::future<Photograph> photograph = std::move(pending_.front());
   pending_.pop_front();
   read_ahead();

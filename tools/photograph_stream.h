@@ -16,7 +16,7 @@ class PhotographStream {
   // `views` must outlive the stream; `ranks` are indices into it.
   PhotographStream(const std::vector<SceneView>& views, std::vector<std::size_t> ranks);
 
-  // The next photograph; as many calls as there are ranks. Throws what load_photograph throws.
+  // The next photograph. Throws what load_photograph throws, and std::logic_error once all have been given.
   [[nodiscard]] Photograph next();
 
  private:

@@ -17,12 +17,9 @@ namespace lumatlas {
 
 namespace {
 
-using std::chrono_literals::operator""s;
-using std::chrono_literals::operator""ms;
-
-constexpr auto kSilence = 1s;
-constexpr auto kBetweenBars = 100ms;
-constexpr auto kBetweenLines = 10s;
+constexpr auto kSilence = std::chrono::seconds(1);
+constexpr auto kBetweenBars = std::chrono::milliseconds(100);
+constexpr auto kBetweenLines = std::chrono::seconds(10);
 constexpr std::size_t kWidestBar = 30;
 constexpr std::size_t kNarrowestBar = 5;
 constexpr const char* kWipe = "\r\x1b[K";

@@ -123,6 +123,7 @@ std::string table_head(bool aligned, const std::string& end_above, const std::st
 
 std::string summary_table(const Report& report, const std::vector<MethodScores>& means, bool aligned) {
   std::vector<std::vector<double>> rows;
+  rows.reserve(means.size());
   for (const MethodScores& scores : means) {
     rows.push_back(figures(scores, aligned));
   }
@@ -188,9 +189,11 @@ std::string dots(const Report& report, std::size_t method, const Axis& axis) {
   for (std::size_t i = 0; i < report.views.size(); ++i) {
     const double psnr = report.views[i].renderings[method].scores.fitted.psnr;
     if (!std::isnan(psnr)) {
-      const std::string label = html_escaped(report.views[i].name) + ": " + db(psnr) + " dB";
-      html += "<a href=\"#view" + std::to_string(i) + "\" title=\"" + label + "\" aria-label=\"" + label +
-              "\" style=\"left:" + axis.place(psnr) + "\"></a>";
+      const std::string label = "\"" + html_escaped(report.views[i].name) + ": " + db(psnr) + " dB\"";
+      html += "<a href=\"#view" + std::to_string(i) + "\"";
+      html += " title=" + label;
+      html += " aria-label=" + label;
+      html += " style=\"left:" + axis.place(psnr) + "\"></a>";
     }
   }
   return html;

@@ -63,4 +63,7 @@ struct Split {
 };
 [[nodiscard]] Split split(std::size_t view_count, const HoldOut& protocol);
 
+// split() of a scene's views for scoring. Throws InputError if the protocol scores none of them.
+[[nodiscard]] Split split_to_score(const SceneViews& scene, const HoldOut& protocol);
+
 }  // namespace lumatlas

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/srgb.h"
 #include "tools/counted_pixels.h"
 
 namespace lumatlas {
@@ -78,10 +79,6 @@ double psnr_of(const LevelSums& sums, const LevelTable& table) {
   const std::int64_t error = sums.square_error(table);
   return error == 0 ? kInfinity
                     : 10 * std::log10(255.0 * 255.0 * static_cast<double>(values) / static_cast<double>(error));
-}
-
-double linear_from_srgb(double srgb) {
-  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
 }
 
 struct SrgbLevels {

@@ -26,8 +26,9 @@ using Kernel = std::array<double, kTaps>;
 Kernel gaussian_kernel() {
   constexpr double kSigma = 1.5;
   Kernel kernel{};
-  for (int i = -kRadius; i <= kRadius; ++i) {
-    kernel[static_cast<std::size_t>(i + kRadius)] = std::exp(-0.5 * i * i / (kSigma * kSigma));
+  for (std::size_t tap = 0; tap < kTaps; ++tap) {
+    const double x = static_cast<double>(tap) - kRadius;
+    kernel[tap] = std::exp(-0.5 * x * x / (kSigma * kSigma));
   }
   const double sum = std::accumulate(kernel.begin(), kernel.end(), 0.0);
   for (double& weight : kernel) {

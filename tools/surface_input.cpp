@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/surface_input.h"
 
+#include <sstream>
+#include <stdexcept>
+
 #include "mesh/errors.h"
 #include "mesh/mesh_file.h"
 #include "tools/scene.h"
@@ -9,14 +12,23 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kCellsAcross = 60;
-
-// What CellOptions::size = 0 stands for, which must be known before large faces are split.
+// Known before large faces are split.
 double cell_size(const Mesh& mesh, const CellOptions& options, const std::filesystem::path& file) {
   if (options.size > 0) return options.size;
-  const double diameter = scene_diameter(mesh);
-  if (!(diameter > 0)) throw InputError(file.string() + ": its faces have no area, so there is nothing to show");
-  return diameter / kCellsAcross;
+  const double size = automatic_cell_size(mesh);
+  if (!(size > 0)) throw InputError(file.string() + ": its faces have no area, so there is nothing to show");
+  return size;
+}
+
+Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path& file) {
+  try {
+    return split_large_faces(mesh, size);
+  } catch (const std::invalid_argument& error) {
+    std::ostringstream message;
+    message << file.string() << ": cannot be cut into cells of size " << size << " (" << error.what()
+            << "): give a larger --cell-size";
+    throw InputError(message.str());
+  }
 }
 
 }  // namespace
@@ -42,7 +54,7 @@ SurfaceInput load_surface(const std::filesystem::path& scene, const std::optiona
   input.repair = repaired.report;
   options.size = cell_size(repaired.mesh, options, input.mesh_file);
   const std::size_t faces_before = repaired.mesh.faces.size();
-  surface->mesh = split_large_faces(repaired.mesh, options.size);
+  surface->mesh = split_for_cells(repaired.mesh, options.size, input.mesh_file);
   input.split_faces = surface->mesh.faces.size() - faces_before;
   surface->cells = make_cells(surface->mesh, options);
   input.surface = surface;

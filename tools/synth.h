@@ -23,8 +23,8 @@ struct SynthOptions {
   std::uint32_t height = 240;  // pixels, [16, 8192]
   double fov_deg = 75;         // horizontal field of view, (0, 170]
   std::uint32_t samples = 12;  // light paths per pixel, [1, 1024]; noise falls with the square root at worst
-  std::uint32_t triangles =
-      30000;  // of the mesh, about, [1, 20000000]; the shapes are the same, cut more or less finely
+  // Of the mesh, about, [1, 20000000]; the shapes are the same, cut more or less finely.
+  std::uint32_t triangles = 30000;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

@@ -175,7 +175,7 @@ class BlockGrid {
     const SideFrame& frame = kSideFrames[facing(side)];
     const std::uint32_t u0 = first_[frame.u_axis][cell[frame.u_axis]];
     const std::uint32_t v0 = first_[frame.v_axis][cell[frame.v_axis]];
-    glm::uvec3 lattice;
+    glm::uvec3 lattice(0);
     lattice[side / 2] = first_[side / 2][cell[side / 2] + side % 2];
     const auto corner = [&](std::uint32_t u, std::uint32_t v) {
       lattice[frame.u_axis] = u;

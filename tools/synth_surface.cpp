@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <numbers>
 
+#include "atlas/srgb.h"
 #include "tools/synth_random.h"
 
 namespace lumatlas::synth {
@@ -326,17 +327,12 @@ vec3 pattern_color(const Material& m, const vec2& st, const vec2& size) {
 }
 
 vec3 linear_from_srgb(int red, int green, int blue) {
-  const auto linear = [](int value) {
-    const double c = value / 255.0;
-    return static_cast<float>(c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4));
-  };
+  const auto linear = [](int value) { return static_cast<float>(lumatlas::linear_from_srgb(value / 255.0)); };
   return {linear(red), linear(green), linear(blue)};
 }
 
 std::uint8_t srgb_from_linear(float value) {
-  const double c = std::clamp(static_cast<double>(value), 0.0, 1.0);
-  const double encoded = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
-  return static_cast<std::uint8_t>(std::lround(255 * encoded));
+  return srgb8_from_linear(static_cast<double>(value));
 }
 
 }  // namespace lumatlas::synth

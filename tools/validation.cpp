@@ -83,23 +83,30 @@ class MethodRun {
   const std::filesystem::path& folder_;
 };
 
+void write_photographs(const SceneViews& scene, const std::vector<std::size_t>& scored, bool quiet,
+                       const std::filesystem::path& folder, std::vector<ReportView>& views) {
+  Progress progress("copying photographs", scored.size(), ProgressOptions::standard_error(quiet));
+  PhotographStream photographs(scene.views, scored);
+  for (std::size_t i = 0; i < scored.size(); ++i) {
+    views[i].photograph = folder_name(i) + "/photograph.png";
+    std::filesystem::create_directories(folder / folder_name(i));
+    write_image(folder / views[i].photograph, photographs.next());
+    progress.tick();
+  }
+}
+
 // The report's views with their photographs, still without renderings.
 std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<std::size_t>& scored,
                                      const ValidationOptions& options, const std::filesystem::path& folder) {
   std::vector<ReportView> views;
-  PhotographStream photographs(scene.views, scored);
   for (const std::size_t rank : scored) {
     const SceneView& view = scene.views[rank];
     ReportView& entry = views.emplace_back();
     entry.name = view.name;
     entry.width = view.camera.width;
     entry.height = view.camera.height;
-    const Photograph photograph = photographs.next();
-    if (!options.pictures) continue;
-    entry.photograph = folder_name(views.size() - 1) + "/photograph.png";
-    std::filesystem::create_directories(folder / folder_name(views.size() - 1));
-    write_image(folder / entry.photograph, photograph);
   }
+  if (options.pictures) write_photographs(scene, scored, options.quiet, folder, views);
   return views;
 }
 
@@ -107,15 +114,11 @@ std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<
 
 Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
                       const ValidationOptions& options, const std::filesystem::path& folder) {
-  const Split parts = split(scene.views.size(), options.protocol);
+  const Split parts = split_to_score(scene, options.protocol);
   require_unseen(model, scene, parts);
-  if (parts.scored.empty()) {
-    throw InputError(scene.root.string() + ": the protocol scores none of its " + std::to_string(scene.views.size()) +
-                     " views: check --hold and --block");
-  }
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.surface->mesh);
   Report report;
-  report.title = scene.root.filename().string();
+  report.title = std::filesystem::canonical(scene.root).filename().string();  // also of "." and "scene/"
   report.hold = options.protocol.hold;
   report.block = options.protocol.block;
   report.input_views = parts.input.size();

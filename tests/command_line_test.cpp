@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The program as a user starts it, on a tiny synthetic scene: exit statuses, sentences, outputs that are whole or
+// absent.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "mesh/mesh_file.h"
+#include "tests/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+struct Outcome {
+  int status = 0;  // exit status, or minus the signal that ended it
+  std::string out;
+  std::string err;
+};
+
+// A program that is running, its streams going to files in a folder of its own.
+class Run {
+ public:
+  explicit Run(Arguments arguments) {
+    arguments.insert(arguments.begin(), LUMATLAS_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string out = (streams_ / "out").string();
+    const std::string err = (streams_ / "err").string();
+    child_ = fork();
+    if (child_ == 0) {
+      dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+      dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+      dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+      signal(SIGINT, SIG_DFL);  // a background job starts with it ignored
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    REQUIRE(child_ > 0);
+  }
+  void interrupt() const { kill(child_, SIGINT); }
+  [[nodiscard]] Outcome wait() const {
+    int status = 0;
+    REQUIRE(waitpid(child_, &status, 0) == child_);
+    const int code = WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+    return {code, bytes_of(streams_ / "out"), bytes_of(streams_ / "err")};
+  }
+
+ private:
+  TemporaryFolder streams_;
+  pid_t child_ = -1;
+};
+
+Outcome lumatlas(const Arguments& arguments) {
+  Outcome outcome = Run(arguments).wait();
+  INFO(outcome.err);
+  CHECK(outcome.status >= 0);
+  return outcome;
+}
+
+// One sentence for the user, that starts as every failure does.
+void check_failure(const Outcome& outcome, const std::string& part) {
+  CHECK(outcome.status == 1);
+  CHECK(outcome.out.empty());
+  CHECK_THAT(outcome.err, Catch::StartsWith("lumatlas: ") && Catch::Contains(part));
+  CHECK(outcome.err.find('\n') == outcome.err.size() - 1);
+}
+
+// The scene of all tests here, and a model of it built with --hold 4; made once.
+struct Made {
+  TemporaryFolder folder;
+  std::string scene = (folder / "scene").string();
+  std::string model = (folder / "model").string();
+  Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48",
+                            "--samples", "2", "--triangles", "3000", "--quiet"});
+  Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
+};
+const Made& made() {
+  static const Made once;
+  return once;
+}
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  return names;
+}
+
+// Asks the program to stop as soon as its output grows, and checks that nothing remains of it in `folder`.
+void check_interrupted(const Arguments& arguments, const fs::path& folder) {
+  const std::vector<std::string> before = names_in(folder);
+  const Run run(arguments);
+  for (int wait = 0; wait < 2000 && names_in(folder) == before; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  run.interrupt();
+  const Outcome outcome = run.wait();
+  INFO(outcome.err);
+  CHECK(outcome.status == -SIGINT);
+  CHECK(outcome.out.empty());
+  CHECK(names_in(folder) == before);
+}
+
+TEST_CASE("a scene is made and built, quietly, and the summary is JSON and nothing else") {
+  CHECK(made().synth.status == 0);
+  CHECK(made().synth.err.empty());
+  REQUIRE(made().build.status == 0);
+  CHECK(made().build.err.empty());
+  const nlohmann::json summary = nlohmann::json::parse(made().build.out);
+  CHECK(summary["views"]["offered"] == 9);  // 12 less every fourth
+  CHECK(summary["texels"]["resident"].get<std::size_t>() == summary["views"]["kept"].get<std::size_t>() * 64 * 48);
+}
+
+TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") {
+  const Outcome outcome = lumatlas({"inspect", made().scene, "--json", "--quiet"});
+  REQUIRE(outcome.status == 0);
+  CHECK(outcome.err.empty());
+  const nlohmann::json scene = nlohmann::json::parse(outcome.out);
+  CHECK(scene["views"]["count"] == 12);
+  CHECK(scene["views"]["blind"].empty());
+}
+
+TEST_CASE("wrong usage ends with 2, before any output is made") {
+  const std::string out = (made().folder / "unused").string();
+  const std::vector<Arguments> wrong{
+      {},
+      {"paint"},
+      {"build", made().scene},
+      {"build", made().scene, "-o", out, "--unknown"},
+      {"build", made().scene, "-o", out, "--views", "0"},
+      {"build", made().scene, "-o", out, "--views", "-3"},
+      {"build", made().scene, "-o", out, "--views", "99999999999999999999"},
+      {"build", made().scene, "-o", out, "--block", "2"},
+      {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
+      {"build", made().scene, "-o", out, "--coverage-lambda", "nan"},
+      {"build", made().scene, "-o", out, "--cell-size", "inf"},
+      {"build", made().scene, "-o", out, "--min-gain", "-1"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
+      {"synth", "apartment", "-o", out, "--fov", "nan"},
+      {"synth", "apartment", "-o", out, "--views", "0"},
+      {"synth", "castle", "-o", out},
+  };
+  for (const Arguments& arguments : wrong) {
+    const Outcome outcome = lumatlas(arguments);
+    INFO(outcome.err);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.out.empty());
+    CHECK_FALSE(outcome.err.empty());
+    CHECK_FALSE(fs::exists(out));
+  }
+}
+
+TEST_CASE("input that does not do ends with 1 and one sentence that says what to do") {
+  const std::string out = (made().folder / "unused").string();
+  check_failure(lumatlas({"build", "/nowhere", "-o", out}), "/nowhere: no such folder");
+  check_failure(lumatlas({"build", made().scene, "--mesh", "/no.ply", "-o", out}), "/no.ply: no such file");
+  check_failure(lumatlas({"validate", "/nowhere", "--views", made().scene}), "/nowhere: no such folder");
+  check_failure(lumatlas({"validate", made().scene, "--views", made().scene}), "name a folder that `lumatlas build`");
+  check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
+  check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
+                "--hold and --block");
+  check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
+  CHECK_FALSE(fs::exists(out));
+  CHECK_FALSE(fs::exists(fs::path(made().model) / "report"));
+}
+
+TEST_CASE("a folder that is not an earlier output is refused and left as it is") {
+  const TemporaryFolder foreign;
+  (void)foreign.with_file("letter.txt", "dear");
+  const std::string out = foreign.path().string();
+  check_failure(lumatlas({"synth", "apartment", "-o", out}), "will not be replaced");
+  check_failure(lumatlas({"build", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
+  CHECK(names_in(foreign.path()) == std::vector<std::string>{"letter.txt"});
+}
+
+TEST_CASE("a model that was built from every view is not validated, but built anew with advice") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", model, "--quiet"}).status == 0);
+  check_failure(lumatlas({"validate", model, "--views", made().scene, "--quiet"}), "build it with --hold 8");
+}
+
+TEST_CASE("a mesh that no camera sees is named") {
+  const TemporaryFolder folder;
+  const fs::path mesh = folder / "far.ply";
+  write_ply(mesh, {{{1e6f, 0, 0}, {1e6f, 1, 0}, {1e6f, 0, 1}}, {}, {{0, 1, 2}}});
+  check_failure(lumatlas({"build", made().scene, "--mesh", mesh.string(), "-o", (folder / "model").string()}),
+                mesh.string() + ": none of the cameras sees the mesh");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"far.ply"});
+}
+
+TEST_CASE("a model is rendered from another scene's cameras, and its scores are JSON and nothing else") {
+  const TemporaryFolder folder;
+  const std::string other = (folder / "other").string();
+  const std::string pictures = (folder / "pictures").string();
+  const std::string report = (folder / "report").string();
+  REQUIRE(lumatlas({"synth", "apartment", "-o", other, "--views", "5", "--width", "40", "--height", "30", "--samples",
+                    "1", "--triangles", "2000", "--quiet"})
+              .status == 0);
+  const Outcome render = lumatlas({"render", made().model, "--views", other, "-o", pictures, "--quiet"});
+  if (render.err.find("no OpenGL 4.5 through EGL") != std::string::npos) {
+    WARN("skipped: " << render.err);
+    return;
+  }
+  REQUIRE(render.status == 0);
+  CHECK(render.err.empty());
+  for (const char* const name : {"0000.png", "0004.png"}) CHECK(fs::file_size(fs::path(pictures) / name) > 100);
+  const Outcome validate =
+      lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report, "--json", "--quiet"});
+  REQUIRE(validate.status == 0);
+  CHECK(validate.err.empty());
+  const nlohmann::json scores = nlohmann::json::parse(validate.out);
+  CHECK(scores == nlohmann::json::parse(bytes_of(fs::path(report) / "scores.json")));
+  CHECK(scores["protocol"]["hold"] == 4);  // as the model was built
+  CHECK(scores["held"] == 3);
+  CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
+  CHECK(names_in(folder.path()).size() == 3);
+  check_interrupted({"validate", made().model, "--views", made().scene, "-o", (folder / "cut").string()},
+                    folder.path());
+}
+
+TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  check_interrupted({"synth", "apartment", "-o", out, "--views", "5000"}, folder.path());
+  check_interrupted({"build", made().scene, "-o", out}, folder.path());
+}
+
+}  // namespace
+}  // namespace lumatlas
