@@ -9,7 +9,6 @@
 #include "blend/renderer.h"
 #include "tests/gl_test_context.h"
 #include "tools/build_model.h"
-#include "tools/scores.h"
 
 namespace lumatlas {
 namespace {
@@ -36,9 +35,6 @@ std::size_t count_different(const Photograph& a, const Photograph& b) {
   return different;
 }
 
-// The front faces of a scan are noisy, so silhouettes are everywhere: the rasteriser rounds vertices to 1/256 of a pixel
-// and sees another face than the exact ray at a few of their pixels, which says nothing of the blend. Both renderers are
-// therefore compared where they see the same depth.
 struct Agreement {
   std::size_t pixels = 0;
   std::size_t different = 0;
@@ -49,7 +45,7 @@ Agreement compare(const Snapshot& snapshot, const Camera& camera, Renderer& rend
   return {cpu.rgb.size() / 3, count_different(cpu, gpu)};
 }
 
-TEST_CASE("on a real scene the model shows held-out photographs, and the shader agrees with its reference") {
+TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   const char* const name = GENERATE("sceaux", "fox", "office");
   CAPTURE(name);
   const std::optional<std::filesystem::path> path = scene_or_skip(name);
@@ -77,7 +73,7 @@ TEST_CASE("on a real scene the model shows held-out photographs, and the shader 
   }
   const double share = static_cast<double>(total.different) / static_cast<double>(total.pixels);
   INFO("share of pixels that differ: " << share);
-  CHECK(share <= 0.001);
+  CHECK(share <= 0.001);  // DESIGN; measured: below 1e-4
 }
 
 }  // namespace
