@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/visibility.h"
+
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <numeric>
+#include <random>
+#include <stdexcept>
+
+namespace lumatlas {
+namespace {
+
+// At the origin, looking along z; an odd size, so that packets of rays hang over the border.
+Camera straight_camera() {
+  Camera camera;
+  camera.width = 33;
+  camera.height = 21;
+  camera.fx = 20;
+  camera.fy = 22;
+  camera.cx = 16;
+  camera.cy = 11;
+  return camera;
+}
+
+// A square of two triangles across the axis, wider than the image.
+Mesh wall_at(float z) {
+  Mesh mesh;
+  mesh.positions = {{-9, -9, z}, {9, -9, z}, {9, 9, z}, {-9, 9, z}};
+  mesh.faces = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+Mesh random_triangles(std::uint32_t count, std::uint32_t seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> uniform(-2, 2);
+  Mesh mesh;
+  for (std::uint32_t face = 0; face < count; ++face) {
+    const glm::vec3 middle(2 * uniform(random), 2 * uniform(random), 4 + uniform(random));
+    for (int corner = 0; corner < 3; ++corner) {
+      mesh.positions.push_back(middle + 0.5f * glm::vec3(uniform(random), uniform(random), uniform(random)));
+    }
+    mesh.faces.emplace_back(3 * face, 3 * face + 1, 3 * face + 2);
+  }
+  return mesh;
+}
+
+// Depth at which the ray of unit depth meets the triangle, in double precision; infinity where it does not. `margin` is
+// how far inside the triangle it does, in barycentric coordinates.
+double hit_depth(const Mesh& mesh, const glm::uvec3& face, const glm::dvec3& ray, double& margin) {
+  const glm::dvec3 a(mesh.positions[face.x]);
+  const glm::dmat3 system(ray, a - glm::dvec3(mesh.positions[face.y]), a - glm::dvec3(mesh.positions[face.z]));
+  const glm::dvec3 solution = glm::inverse(system) * a;  // depth, and the weights of the two other corners
+  margin = std::min({solution.y, solution.z, 1 - solution.y - solution.z});
+  return margin >= 0 && solution.x > 0 ? solution.x : std::numeric_limits<double>::infinity();
+}
+
+TEST_CASE("depth is z in the camera frame, not the distance along the ray") {
+  const VisibilityBuffer buffer = make_ray_visibility(wall_at(3))->trace(straight_camera());
+  REQUIRE(buffer.depth.size() == 33 * 21);
+  for (const float depth : buffer.depth) CHECK(depth == Approx(3).epsilon(1e-5));
+}
+
+TEST_CASE("a surface is seen from behind as from the front, and one behind the camera is not seen") {
+  Mesh turned = wall_at(3);
+  for (glm::uvec3& face : turned.faces) std::swap(face.y, face.z);
+  for (const std::uint32_t face : make_ray_visibility(turned)->trace(straight_camera()).face) CHECK(face != kNoFace);
+  const VisibilityBuffer behind = make_ray_visibility(wall_at(-3))->trace(straight_camera());
+  for (std::size_t pixel = 0; pixel < behind.face.size(); ++pixel) {
+    CHECK(behind.face[pixel] == kNoFace);
+    CHECK(std::isinf(behind.depth[pixel]));
+  }
+}
+
+TEST_CASE("pixels are sampled at their centres") {
+  // The wall's edge at x = 0 projects to the principal point's column, 16: the centre 15.5 is left of it, 16.5 right.
+  Mesh half = wall_at(2);
+  half.positions[0].x = half.positions[3].x = 0;
+  const VisibilityBuffer buffer = make_ray_visibility(half)->trace(straight_camera());
+  for (std::size_t y = 0; y < 21; ++y) {
+    CHECK(buffer.face[33 * y + 15] == kNoFace);
+    CHECK(buffer.face[33 * y + 16] != kNoFace);
+  }
+}
+
+TEST_CASE("the nearest triangle of many is found, as by trying them all") {
+  const Mesh mesh = random_triangles(200, 5);
+  Camera camera = straight_camera();
+  const VisibilityBuffer buffer = make_ray_visibility(mesh)->trace(camera);
+  std::size_t compared = 0;
+  for (std::size_t pixel = 0; pixel < buffer.face.size(); ++pixel) {
+    const glm::dvec3 ray = camera.ray({static_cast<double>(pixel % 33) + 0.5, static_cast<double>(pixel / 33) + 0.5});
+    double nearest = std::numeric_limits<double>::infinity();
+    double least_margin = 1;  // of any triangle's border, where rounding decides
+    for (const glm::uvec3& face : mesh.faces) {
+      double margin = 0;
+      nearest = std::min(nearest, hit_depth(mesh, face, ray, margin));
+      least_margin = std::min(least_margin, std::abs(margin));
+    }
+    if (least_margin < 1e-4) continue;
+    ++compared;
+    if (std::isinf(nearest)) {
+      CHECK(buffer.face[pixel] == kNoFace);
+    } else {
+      CHECK(static_cast<double>(buffer.depth[pixel]) == Approx(nearest).epsilon(1e-4));
+    }
+  }
+  CHECK(compared > buffer.face.size() / 2);
+}
+
+TEST_CASE("no ray leaks through the edges that faces share") {
+  // A fine closed box seen from a point inside, turned so that edges cross pixels at every angle.
+  Mesh box;
+  for (int corner = 0; corner < 8; ++corner) {
+    box.positions.emplace_back(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+  }
+  box.faces = {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+               {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+  const Mesh fine = split_large_faces(box, 0.05);
+  const auto visibility = make_ray_visibility(fine);
+  for (int turn = 0; turn < 12; ++turn) {
+    Camera camera = straight_camera().scaled_to(200, 150);
+    camera.cam_from_world_rotation = glm::mat3_cast(glm::angleAxis(0.5 * turn, glm::normalize(glm::dvec3(1, 2, turn))));
+    camera.cam_from_world_translation = camera.cam_from_world_rotation * glm::dvec3(0.1, -0.2, 0.3);
+    const VisibilityBuffer buffer = visibility->trace(camera);
+    CHECK(std::count(buffer.face.begin(), buffer.face.end(), kNoFace) == 0);
+  }
+}
+
+TEST_CASE("the buffer is the same for one thread and for many, and its memory is reused for another size") {
+  const auto visibility = make_ray_visibility(random_triangles(300, 9));
+  const Camera camera = straight_camera().scaled_to(301, 199);
+  VisibilityBuffer one;
+  {
+    const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+    visibility->trace(camera, one);
+  }
+  const VisibilityBuffer many = visibility->trace(camera);
+  CHECK(one.face == many.face);
+  CHECK(one.depth == many.depth);
+  visibility->trace(straight_camera(), one);
+  CHECK(one.width == 33);
+  CHECK(one.face.size() == 33 * 21);
+}
+
+TEST_CASE("cells' pixels add up to the pixels that see the mesh, in ascending order of cells") {
+  const Mesh mesh = split_large_faces(wall_at(4), 2);
+  CellOptions options;
+  options.size = 2;
+  const Cells cells = make_cells(mesh, options);
+  const VisibilityBuffer buffer = make_ray_visibility(mesh)->trace(straight_camera());
+  const std::vector<CellPixels> counts = count_cell_pixels(buffer, cells);
+  REQUIRE(counts.size() > 2);
+  std::size_t sum = 0;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    sum += counts[i].pixels;
+    CHECK(counts[i].pixels >= 1);
+    if (i > 0) CHECK(counts[i].cell > counts[i - 1].cell);
+  }
+  CHECK(sum == buffer.face.size());  // the wall fills the image
+}
+
+TEST_CASE("a mesh without faces, and a bad camera, are refused") {
+  CHECK_THROWS_AS(make_ray_visibility(Mesh{}), std::invalid_argument);
+  Camera camera = straight_camera();
+  camera.fx = 0;
+  CHECK_THROWS_AS(make_ray_visibility(wall_at(3))->trace(camera), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lumatlas
