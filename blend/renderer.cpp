@@ -28,8 +28,9 @@ struct ViewBlock {
 };
 static_assert(sizeof(ViewBlock) == 6 * sizeof(glm::vec4));
 
-// The nearest surface drawn, as a share of the scene's extent; depth is reversed, so that precision does not suffer.
-constexpr double kNearShare = 1e-5;
+// The nearest surface drawn, as a share of the mesh's box, which stray faces may make far larger than the scene. Depth is
+// reversed and a float, so its relative precision is the same however small this is.
+constexpr double kNearShare = 1e-8;
 
 // OpenGL counts a picture's bytes, four a pixel, in 31 bits.
 constexpr std::uint64_t kMostPixels = std::numeric_limits<GLsizei>::max() / 4;
