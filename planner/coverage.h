@@ -47,7 +47,7 @@ void check(const CoverageOptions& options);
 // One view's part in one cell, all that coverage needs to know of it.
 struct Contribution {
   glm::dvec3 direction{0.0};  // unit, from the cell's centroid to the camera
-  double positional = 0;      // cov_p, in [0, 1]
+  double positional = 0;      // cov_p, in [0, 1]; printed, it can exceed 1
 };
 
 // cos theta(R_max): a bound on the cosine between neighbours among R_max evenly spread directions, in [-1, 1).
@@ -60,7 +60,7 @@ struct Contribution {
 // cov_d from gamma, in [0, 1]; `alone`: there is no view to compare with.
 [[nodiscard]] double directional_coverage(double gamma, bool alone, const CoverageOptions& options);
 
-// cov(f, b) against `others`, which do not hold f.
+// cov(f, b) in [0, 1] (printed: no upper bound) against `others`, which do not hold f.
 [[nodiscard]] double coverage(const Contribution& view, std::span<const Contribution> others,
                               const CoverageOptions& options);
 
