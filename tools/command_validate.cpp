@@ -63,14 +63,21 @@ HoldOut protocol(const ValidateFlags& flags, const json& built) {
 void print_table(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
   std::cout << report.views.size() << " held-out views (--hold " << report.hold << " --block " << report.block << ")\n"
-            << "                raw            fitted       textured\n"
+            << "                raw            fitted           aligned      textured\n"
             << std::fixed;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const MethodScores& m = means[i];
     std::cout << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2)
               << std::setw(7) << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim
               << std::setprecision(2) << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6)
-              << m.fitted.ssim << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %\n";
+              << m.fitted.ssim;
+    if (m.aligned) {
+      std::cout << std::setprecision(2) << std::setw(8) << m.aligned->psnr << " dB " << std::setprecision(3)
+                << std::setw(6) << m.aligned->ssim;
+    } else {
+      std::cout << std::setw(18) << "";
+    }
+    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %\n";
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "blend/renderer.h"
 #include "mesh/errors.h"
+#include "tools/align_to_model.h"
 #include "tools/error_picture.h"
 #include "tools/photograph_stream.h"
 #include "tools/progress.h"
@@ -55,11 +56,20 @@ class MethodRun {
       const Photograph photograph = photographs.next();
       const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
       views[i].renderings.push_back(score(method, i, renderer.render(camera, options_.blend), photograph, mask));
+      if (options_.aligned) {
+        views[i].renderings.back().scores.aligned = aligned_scores(renderer, camera, photograph);
+      }
       progress.tick();
     }
   }
 
  private:
+  Scores aligned_scores(Renderer& renderer, const Camera& given, const Photograph& photograph) const {
+    const Camera camera = align_to_model(renderer, visibility_, given, photograph, options_.blend);
+    const Rendering rendering = renderer.render(camera, options_.blend);
+    return score_view(rendering.picture, photograph, seen_mask(visibility_.trace(camera)), {}).fitted;
+  }
+
   ReportRendering score(const std::string& method, std::size_t index, const Rendering& rendering,
                         const Photograph& photograph, const std::vector<std::uint8_t>& mask) const {
     std::vector<std::uint8_t> textured(rendering.state.size());

@@ -18,6 +18,7 @@ struct ValidationOptions {
   ValidityOptions validity;  // of the unbounded baseline's masks
   bool unbounded = true;     // the baseline of all input views, which needs memory for all of them
   bool vertex = true;        // the baseline of averaged vertex colours
+  bool aligned = true;       // also score with the held-out pose refined against each method
   bool pictures = true;      // write photograph, rendering and error of every scored view
   bool quiet = false;
 };

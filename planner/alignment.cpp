@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Sources: Erat et al. 2019, section 3.3; Ceres's TinySolver for the small dense problem that each level is.
+#include "planner/alignment.h"
+
+#include <ceres/tiny_solver.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "atlas/srgb.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr int kPoseParameters = 6;
+constexpr double kTukeyCutoff = 4.685;     // in standard deviations: 95 % efficient on Gaussian noise
+constexpr double kDeviationOfMedian = 1.4826;  // of normal noise: standard deviation over median absolute deviation
+constexpr double kSmallestNoise = 0.01;    // sRGB; photographs are 8 bit and compressed
+constexpr std::uint32_t kCorrelationPx = 320;
+constexpr std::size_t kPointsPerTask = 256;
+
+// d sRGB / d linear, bounded where the curve is steep and noise rules.
+double srgb_slope(double linear) {
+  const double at = std::max(linear, 0.01);
+  return 1.055 / 2.4 * std::pow(at, 1 / 2.4 - 1);
+}
+
+// Tukey's biweight as the square of a smooth function, which is what least squares wants: f^2 / 2 = rho, f ~ r near 0.
+struct Robust {
+  double value, derivative;
+};
+Robust tukey(double r) {
+  const double u = r * r / (kTukeyCutoff * kTukeyCutoff);
+  if (u >= 1) return {std::copysign(kTukeyCutoff / std::sqrt(3.0), r), 0};
+  const double root = std::sqrt(1 - u + u * u / 3);
+  return {r * root, (1 - u) * (1 - u) / root};
+}
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Where the parameters start: the given camera, and units in which a unit of each pose parameter moves the image about
+// as far as any other.
+struct Frame {
+  Camera camera;
+  double depth = 1;  // median of the points
+};
+
+// The camera frame is turned by `pose[0..2]` (a rotation vector), then moved by `pose[3..5]` times the frame's depth.
+Camera moved_camera(const Frame& frame, const double* pose) {
+  const glm::dvec3 turn(pose[0], pose[1], pose[2]);
+  const double angle = glm::length(turn);
+  const glm::dmat3 rotation = angle > 0 ? glm::mat3_cast(glm::angleAxis(angle, turn / angle)) : glm::dmat3(1.0);
+  Camera camera = frame.camera;
+  camera.cam_from_world_rotation = rotation * camera.cam_from_world_rotation;
+  camera.cam_from_world_translation =
+      rotation * camera.cam_from_world_translation + frame.depth * glm::dvec3(pose[3], pose[4], pose[5]);
+  return camera;
+}
+
+// The parameters that moved_camera() makes `camera` from.
+Eigen::Matrix<double, kPoseParameters, 1> pose_of(const Frame& frame, const Camera& camera) {
+  const glm::dmat3 rotation = camera.cam_from_world_rotation * glm::transpose(frame.camera.cam_from_world_rotation);
+  const glm::dquat turn = glm::quat_cast(rotation);
+  const glm::dvec3 axis(turn.x, turn.y, turn.z);
+  const double sine = glm::length(axis);
+  const double angle = 2 * std::atan2(sine, turn.w);
+  const glm::dvec3 vector = sine > 0 ? axis * (angle / sine) : glm::dvec3(0);
+  const glm::dvec3 shift =
+      (camera.cam_from_world_translation - rotation * frame.camera.cam_from_world_translation) / frame.depth;
+  return {vector.x, vector.y, vector.z, shift.x, shift.y, shift.z};
+}
+
+bool inside(const Camera& camera, const glm::dvec2& image) {
+  return image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height;
+}
+
+// What is minimised at one level: TinySolver's cost function.
+class Disagreement {
+ public:
+  using Scalar = double;
+  enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+
+  Disagreement(const Frame& frame, const glm::dvec3& gain, const Pyramid& photograph, const AlignmentTargets& targets,
+               std::uint32_t level, const AlignmentOptions& options)
+      : frame_(frame), gain_(gain), photograph_(photograph), targets_(targets), level_(level), options_(options) {
+    const double reach = options.max_move * std::max(frame.camera.width, frame.camera.height);
+    pull_ = std::sqrt(3 * options.prior * static_cast<double>(targets.positions.size())) * frame.camera.fx / reach;
+  }
+
+  [[nodiscard]] int NumResiduals() const {
+    return static_cast<int>(3 * targets_.positions.size()) + (options_.pose ? kPoseParameters : 0);
+  }
+  [[nodiscard]] int NumParameters() const { return pose_parameters() + gain_parameters(); }
+  [[nodiscard]] int pose_parameters() const { return options_.pose ? kPoseParameters : 0; }
+  [[nodiscard]] int gain_parameters() const { return !options_.exposure ? 0 : options_.white_balance ? 3 : 1; }
+
+  // The standard deviation of the differences at `parameters`, by their median, sRGB: the unit of the residuals.
+  void estimate_noise(const Eigen::VectorXd& parameters) {
+    noise_ = 1;
+    std::vector<double> residuals(static_cast<std::size_t>(NumResiduals()));
+    evaluate(parameters.data(), residuals.data(), nullptr, false);
+    residuals.resize(3 * targets_.positions.size());
+    for (double& r : residuals) r = std::abs(r);
+    noise_ = std::max(kSmallestNoise, kDeviationOfMedian * median_of(residuals));
+  }
+  void set_noise(double noise) { noise_ = noise; }
+  [[nodiscard]] double noise() const { return noise_; }
+
+  // Root of the mean robust squared difference, sRGB.
+  [[nodiscard]] double residual(const Eigen::VectorXd& parameters) const {
+    Eigen::VectorXd residuals(NumResiduals());
+    evaluate(parameters.data(), residuals.data(), nullptr, true);
+    const auto data = residuals.head(static_cast<Eigen::Index>(3 * targets_.positions.size()));
+    return noise_ * std::sqrt(data.squaredNorm() / static_cast<double>(data.size()));
+  }
+
+  bool operator()(const double* parameters, double* residuals, double* jacobian) const {
+    evaluate(parameters, residuals, jacobian, true);
+    return true;
+  }
+
+  [[nodiscard]] glm::dvec3 gain_at(const double* parameters) const {
+    glm::dvec3 gain = gain_;
+    if (!options_.exposure) return gain;
+    const double* log_gain = parameters + pose_parameters();
+    for (int channel = 0; channel < 3; ++channel) gain[channel] *= std::exp(log_gain[options_.white_balance ? channel : 0]);
+    return gain;
+  }
+  [[nodiscard]] Camera camera_at(const double* parameters) const {
+    return options_.pose ? moved_camera(frame_, parameters) : frame_.camera;
+  }
+
+ private:
+  void evaluate(const double* parameters, double* residuals, double* jacobian, bool robust) const {
+    const auto rows = static_cast<std::size_t>(NumResiduals());
+    if (jacobian) std::fill(jacobian, jacobian + rows * static_cast<std::size_t>(NumParameters()), 0.0);
+    const Camera camera = camera_at(parameters);
+    const glm::dvec3 gain = gain_at(parameters);
+    const double still[kPoseParameters] = {};
+    const double* pose = options_.pose ? parameters : still;
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, targets_.positions.size(), kPointsPerTask),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t point = range.begin(); point != range.end(); ++point) {
+                          point_rows(camera, gain, pose, point, robust, residuals, jacobian);
+                        }
+                      });
+    if (!options_.pose) return;
+    const std::size_t first = 3 * targets_.positions.size();
+    for (std::size_t i = 0; i < kPoseParameters; ++i) {
+      residuals[first + i] = pull_ * parameters[i];
+      if (jacobian) jacobian[i * rows + first + i] = pull_;
+    }
+  }
+
+  void point_rows(const Camera& camera, const glm::dvec3& gain, const double* pose, std::size_t point, bool robust,
+                  double* residuals, double* jacobian) const {
+    const glm::dvec3 cam = camera.cam_from_world(targets_.positions[point]);
+    const glm::dvec2 image = cam.z > 0 ? camera.image_from_cam(cam) : glm::dvec2(-1);
+    if (!inside(camera, image)) {  // as bad as any outlier, so that nothing is won by turning away
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        residuals[3 * point + channel] = tukey(kTukeyCutoff).value;
+      }
+      return;
+    }
+    const ColorSample sample = photograph_.sample(level_, image);
+    const glm::dvec3 target(targets_.colors[level_][point]);
+    for (int channel = 0; channel < 3; ++channel) {
+      const double unit = srgb_slope(target[channel]) / noise_;
+      const double difference = unit * (gain[channel] * sample.color[channel] - target[channel]);
+      const Robust r = robust ? tukey(difference) : Robust{difference, 1};
+      const std::size_t row = 3 * point + static_cast<std::size_t>(channel);
+      residuals[row] = r.value;
+      if (!jacobian) continue;
+      const double slope = r.derivative * unit * gain[channel];
+      if (options_.pose) {
+        pose_columns(cam, pose, slope * glm::dvec2(sample.d_x[channel], sample.d_y[channel]), row, jacobian);
+      }
+      gain_column(slope * sample.color[channel], channel, row, jacobian);
+    }
+  }
+
+  // By the chain rule from the image gradient: d image / d cam, then d cam / d pose.
+  void pose_columns(const glm::dvec3& cam, const double* pose, const glm::dvec2& gradient, std::size_t row,
+                    double* jacobian) const {
+    const auto rows = static_cast<std::size_t>(NumResiduals());
+    const double gx = gradient.x * frame_.camera.fx / cam.z;
+    const double gy = gradient.y * frame_.camera.fy / cam.z;
+    const glm::dvec3 by_cam(gx, gy, -(gx * cam.x + gy * cam.y) / cam.z);
+    const glm::dvec3 rotated = cam - frame_.depth * glm::dvec3(pose[3], pose[4], pose[5]);
+    const glm::dvec3 by_turn = glm::cross(rotated, by_cam);
+    // A change w of the rotation vector v turns by w + cross(v, w) / 2, to second order.
+    const glm::dvec3 by_vector = by_turn - 0.5 * glm::cross(glm::dvec3(pose[0], pose[1], pose[2]), by_turn);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto axis = static_cast<int>(i);
+      jacobian[i * rows + row] = by_vector[axis];
+      jacobian[(3 + i) * rows + row] = frame_.depth * by_cam[axis];
+    }
+  }
+
+  void gain_column(double by_log_gain, int channel, std::size_t row, double* jacobian) const {
+    if (!options_.exposure) return;
+    const auto rows = static_cast<std::size_t>(NumResiduals());
+    const int column = pose_parameters() + (options_.white_balance ? channel : 0);
+    jacobian[static_cast<std::size_t>(column) * rows + row] = by_log_gain;
+  }
+
+  const Frame& frame_;
+  glm::dvec3 gain_;
+  const Pyramid& photograph_;
+  const AlignmentTargets& targets_;
+  std::uint32_t level_;
+  AlignmentOptions options_;
+  double pull_ = 0;
+  double noise_ = 1;
+};
+
+double median_depth(const Camera& camera, const std::vector<glm::dvec3>& positions) {
+  std::vector<double> depths;
+  depths.reserve(positions.size());
+  for (const glm::dvec3& position : positions) depths.push_back(camera.cam_from_world(position).z);
+  return std::max(median_of(depths), 1e-12);
+}
+
+// The median ratio of target and photograph, which needs no start and stands misalignment.
+glm::dvec3 median_ratio(const Camera& camera, const Pyramid& photograph, const AlignmentTargets& targets,
+                        std::uint32_t level, bool per_channel) {
+  std::vector<double> ratios[3];
+  for (std::size_t point = 0; point < targets.positions.size(); ++point) {
+    const glm::dvec3 cam = camera.cam_from_world(targets.positions[point]);
+    if (!(cam.z > 0)) continue;
+    const glm::dvec2 image = camera.image_from_cam(cam);
+    if (!inside(camera, image)) continue;
+    const glm::dvec3 color = photograph.color(level, image);
+    const glm::dvec3 target(targets.colors[level][point]);
+    for (int channel = 0; channel < 3; ++channel) {
+      if (color[channel] > 0) ratios[per_channel ? channel : 0].push_back(target[channel] / color[channel]);
+    }
+  }
+  glm::dvec3 gain(1.0);
+  for (int channel = 0; channel < 3; ++channel) {
+    std::vector<double>& values = ratios[per_channel ? channel : 0];
+    if (!values.empty()) gain[channel] = std::clamp(median_of(values), 1e-3, 1e3);
+  }
+  return gain;
+}
+
+double displacement_px(const Camera& from, const Camera& to, const std::vector<glm::dvec3>& positions) {
+  std::vector<double> moves;
+  moves.reserve(positions.size());
+  for (const glm::dvec3& position : positions) {
+    const glm::dvec3 a = from.cam_from_world(position);
+    const glm::dvec3 b = to.cam_from_world(position);
+    moves.push_back(a.z > 0 && b.z > 0 ? glm::length(to.image_from_cam(b) - from.image_from_cam(a)) : 1e9);
+  }
+  return median_of(moves);
+}
+
+double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
+                   const AlignmentTargets& targets) {
+  std::uint32_t level = 0;
+  while (level + 1 < photograph.levels() &&
+         std::max(photograph.level(level).width, photograph.level(level).height) > kCorrelationPx) {
+    ++level;
+  }
+  double n = 0, sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  for (std::size_t point = 0; point < targets.positions.size(); ++point) {
+    const glm::dvec3 cam = camera.cam_from_world(targets.positions[point]);
+    if (!(cam.z > 0) || !inside(camera, camera.image_from_cam(cam))) continue;
+    const glm::dvec3 color = gain * photograph.color(level, camera.image_from_cam(cam));
+    for (int channel = 0; channel < 3; ++channel) {
+      const double a = srgb_from_linear(std::clamp(color[channel], 0.0, 1.0));
+      const double b = srgb_from_linear(std::clamp(static_cast<double>(targets.colors[level][point][channel]), 0.0, 1.0));
+      n += 1, sa += a, sb += b, saa += a * a, sbb += b * b, sab += a * b;
+    }
+  }
+  const double variances = (n * saa - sa * sa) * (n * sbb - sb * sb);
+  return variances > 0 ? (n * sab - sa * sb) / std::sqrt(variances) : 0;
+}
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (!holds) {
+    throw std::invalid_argument("alignment: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
+                                rule);
+  }
+}
+
+void solve(Disagreement& cost, Eigen::VectorXd& parameters, std::uint32_t max_iterations) {
+  cost.estimate_noise(parameters);
+  if (cost.NumParameters() == 0) return;
+  ceres::TinySolver<Disagreement> solver;
+  solver.options.max_num_iterations = static_cast<int>(max_iterations);
+  solver.options.function_tolerance = 1e-4 * cost.NumResiduals();
+  solver.Solve(cost, &parameters);
+}
+
+}  // namespace
+
+void check(const AlignmentOptions& options) {
+  require(std::isfinite(options.max_move) && options.max_move > 0, "max_move", options.max_move, "finite and positive");
+  require(std::isfinite(options.prior) && options.prior >= 0, "prior", options.prior, "finite and not negative");
+  require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
+}
+
+Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain, const Pyramid& photograph,
+                const AlignmentTargets& targets, const AlignmentOptions& options) {
+  check(options);
+  Alignment result;
+  result.camera = start;
+  result.gain = gain;
+  if (targets.positions.size() < kFewestAlignmentPoints) return result;
+  const Frame frame{given, median_depth(given, targets.positions)};
+  const Frame standing{start, frame.depth};
+  AlignmentOptions exposure_only = options;
+  exposure_only.pose = false;
+  AlignmentOptions nothing = exposure_only;
+  nothing.exposure = false;
+  const glm::dvec3 ratio = options.exposure ? median_ratio(start, photograph, targets, photograph.levels() - 1,
+                                                           options.white_balance)
+                                            : gain;
+
+  Disagreement finest(frame, ratio, photograph, targets, 0, options);
+  Eigen::VectorXd refined = Eigen::VectorXd::Zero(finest.NumParameters());
+  if (options.pose) {
+    refined.head<kPoseParameters>() = pose_of(frame, start);
+    for (std::uint32_t level = photograph.levels(); level-- > 0;) {
+      Disagreement cost(frame, ratio, photograph, targets, level, options);
+      solve(cost, refined, options.max_iterations);
+    }
+  }
+  Disagreement exposed(standing, ratio, photograph, targets, 0, exposure_only);
+  Eigen::VectorXd log_gain = Eigen::VectorXd::Zero(exposed.NumParameters());
+  solve(exposed, log_gain, options.max_iterations);
+
+  // All are judged by the noise that the best one leaves.
+  if (options.pose) {
+    finest.estimate_noise(refined);
+    exposed.set_noise(finest.noise());
+  }
+  Disagreement unchanged(standing, gain, photograph, targets, 0, nothing);
+  unchanged.set_noise(exposed.noise());
+  result.residual_given = unchanged.residual(Eigen::VectorXd(0));
+  result.residual_exposed = exposed.residual(log_gain);
+  result.residual = result.residual_exposed;
+  result.gain = exposed.gain_at(log_gain.data());
+  if (options.pose) {
+    const Camera moved = finest.camera_at(refined.data());
+    const double move = displacement_px(given, moved, targets.positions);
+    const double residual = finest.residual(refined);
+    if (residual < result.residual_exposed && move <= options.max_move * std::max(given.width, given.height)) {
+      result.camera = moved;
+      result.gain = finest.gain_at(refined.data());
+      result.moved = true;
+      result.residual = residual;
+    }
+    result.moved_px = displacement_px(given, result.camera, targets.positions);
+  }
+  result.correlation = correlation(result.camera, result.gain, photograph, targets);
+  return result;
+}
+
+}  // namespace lumatlas

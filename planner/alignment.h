@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Direct photometric alignment: moves a camera, and scales its exposure, until its photograph agrees with given colours
+// of surface points. Erat et al. 2019, section 3.3:
+//
+//   J(f) = sum_j m(E_f e_f(pr(X_j, f)) - c_j)         m: Tukey's biweight, c_j: linear colour of X_j
+//
+// Departures from the print: Levenberg-Marquardt over pose and exposure together, coarse to fine, instead of optical
+// flow alternating with exposure (the alternation converges to the same minimum, slower); a difference in linear light
+// counts as much as it changes the sRGB value, as in the score and in the eye; and a weak pull towards the given pose,
+// so that what the photographs leave open (sliding along a plain wall) stays where it was.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "mesh/camera.h"
+#include "planner/pyramid.h"
+
+namespace lumatlas {
+
+// Points of the surface and their colours, linear light, as seen at each resolution: colors[level][point].
+struct AlignmentTargets {
+  std::vector<glm::dvec3> positions;
+  std::vector<std::vector<glm::vec3>> colors;  // level 0 first, as many levels as the photograph's pyramid has
+};
+
+struct AlignmentOptions {
+  bool pose = true;
+  bool exposure = true;
+  bool white_balance = false;  // a gain for each channel instead of one for all; needs exposure
+  double max_move = 0.06;      // a pose is not accepted if the points' median displacement in the image is above this
+                               // share of its longer side, > 0
+  double prior = 0.02;         // strength of the pull towards the given pose, >= 0
+  std::uint32_t max_iterations = 10;  // per level, >= 1
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const AlignmentOptions& options);
+
+// Fewer points than this say nothing about a pose.
+inline constexpr std::size_t kFewestAlignmentPoints = 60;
+
+struct Alignment {
+  Camera camera;        // refined, or the start where moved is false
+  glm::dvec3 gain{1.0};
+  bool moved = false;   // a better pose than the start was found within the bounds
+  double moved_px = 0;  // median displacement of the points in the image, of `camera` against the given pose
+  // Root of the mean robust squared difference at the points, in sRGB values of [0, 1]: start, with the gain that it was
+  // given; start, with the best gain; final.
+  double residual_given = 0;
+  double residual_exposed = 0;
+  double residual = 0;
+  double correlation = 0;  // of photograph and colours over the points, final, in [-1, 1]
+};
+
+// The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. Both cameras
+// have the photograph's size and the same intrinsics. With fewer than kFewestAlignmentPoints points, nothing is changed.
+[[nodiscard]] Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain,
+                              const Pyramid& photograph, const AlignmentTargets& targets,
+                              const AlignmentOptions& options);
+
+}  // namespace lumatlas

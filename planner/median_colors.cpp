@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/median_colors.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+
+namespace lumatlas {
+
+namespace {
+
+constexpr double kOcclusionTolerance = 0.02;   // of the depth, as in blending
+constexpr std::uint8_t kLeastValidity = 128;   // of the mask: off depth edges, not contradicted
+constexpr double kDarkest = 0.0024;            // linear light of kDarkestSample
+constexpr double kBrightest = 0.93;            // and of kBrightestSample
+constexpr std::uint32_t kFewestRatioPoints = 20;
+
+struct Observation {
+  std::uint32_t slot;
+  glm::dvec3 image;  // position, and z
+};
+
+// Where the view shows the point, and at what depth.
+std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position) {
+  const Camera& camera = view.camera;
+  const glm::dvec3 cam = camera.cam_from_world(position);
+  if (!(cam.z > 0)) return std::nullopt;
+  const glm::dvec2 image = camera.image_from_cam(cam);
+  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
+  const std::size_t pixel = static_cast<std::size_t>(image.y) * camera.width + static_cast<std::size_t>(image.x);
+  if (view.validity[pixel] < kLeastValidity) return std::nullopt;
+  if (cam.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance)) return std::nullopt;
+  return glm::dvec3(image, cam.z);
+}
+
+// The level of a view's pyramid whose pixels are about as large on the surface as `pixel_size`.
+std::uint32_t matching_level(const ComparedView& other, double z, double pixel_size) {
+  const double level = std::round(std::log2(pixel_size * other.view->camera.fx / z));
+  return static_cast<std::uint32_t>(std::clamp(level, 0.0, other.pyramid.levels() - 1.0));
+}
+
+bool is_informative(const glm::dvec3& color) {
+  const double most = std::max({color.r, color.g, color.b});
+  return most >= kDarkest && most <= kBrightest;
+}
+
+double median_in_place(std::vector<double>& values) {
+  const std::size_t half = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half), values.end());
+  if (values.size() % 2 == 1) return values[half];
+  return 0.5 * (values[half] + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half)));
+}
+
+glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
+  glm::vec3 median(0);
+  std::vector<double> values(colors.size());
+  for (int channel = 0; channel < 3; ++channel) {
+    for (std::size_t i = 0; i < colors.size(); ++i) values[i] = colors[i][channel];
+    median[channel] = static_cast<float>(median_in_place(values));
+  }
+  return median;
+}
+
+// What the views show at one sample.
+struct PointColors {
+  std::vector<glm::vec3> medians;  // by level; empty: no view shows it
+  struct Ratio {
+    std::uint32_t slot;
+    glm::dvec3 log_ratio;
+    double log_luminance;
+  };
+  std::vector<Ratio> ratios;
+};
+
+class Comparison {
+ public:
+  Comparison(const Camera& camera, const Pyramid& photograph, const Atlas& atlas,
+             std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> except)
+      : camera_(camera), photograph_(photograph), atlas_(atlas), views_(views), except_(except) {}
+
+  [[nodiscard]] PointColors at(const SurfaceSample& sample) const {
+    PointColors result;
+    const std::vector<Observation> seen = observations(sample);
+    if (seen.empty()) return result;
+    const double z = camera_.cam_from_world(sample.position).z;
+    std::vector<glm::dvec3> colors(seen.size());
+    for (std::uint32_t level = 0; level < photograph_.levels(); ++level) {
+      const double pixel_size = z / camera_.fx * static_cast<double>(1u << level);
+      for (std::size_t i = 0; i < seen.size(); ++i) {
+        const ComparedView& other = *views_[seen[i].slot];
+        const glm::dvec3 raw =
+            other.pyramid.color(matching_level(other, seen[i].image.z, pixel_size), glm::dvec2(seen[i].image));
+        colors[i] = other.gain * raw;
+        if (level == ratio_level()) add_ratio(result, seen[i].slot, raw, photograph_.color(level, sample.image));
+      }
+      result.medians.push_back(channel_medians(colors));
+    }
+    return result;
+  }
+
+ private:
+  // Blurred enough that a pixel of misalignment does not matter.
+  [[nodiscard]] std::uint32_t ratio_level() const { return std::min(2u, photograph_.levels() - 1); }
+
+  [[nodiscard]] std::vector<Observation> observations(const SurfaceSample& sample) const {
+    std::vector<Observation> seen;
+    const std::uint32_t cell = atlas_.surface().cells.cell_of_face[sample.face];
+    for (const std::uint32_t slot : atlas_.references(cell)) {
+      if (slot == except_ || !views_[slot]) continue;
+      const std::optional<glm::dvec3> image = seen_at(*views_[slot]->view, sample.position);
+      if (image && is_informative(views_[slot]->pyramid.color(0, glm::dvec2(*image)))) seen.push_back({slot, *image});
+    }
+    return seen;
+  }
+
+  static void add_ratio(PointColors& result, std::uint32_t slot, const glm::dvec3& other, const glm::dvec3& own) {
+    const glm::dvec3 a = glm::max(other, glm::dvec3(1e-4));
+    const glm::dvec3 b = glm::max(own, glm::dvec3(1e-4));
+    result.ratios.push_back({slot, glm::log(a / b), std::log((a.r + a.g + a.b) / (b.r + b.g + b.b))});
+  }
+
+  const Camera& camera_;
+  const Pyramid& photograph_;
+  const Atlas& atlas_;
+  std::span<const std::optional<ComparedView>> views_;
+  std::optional<std::uint32_t> except_;
+};
+
+std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points, std::size_t slots) {
+  std::vector<std::array<std::vector<double>, 4>> logs(slots);
+  for (const PointColors& point : points) {
+    for (const PointColors::Ratio& ratio : point.ratios) {
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        logs[ratio.slot][channel].push_back(ratio.log_ratio[static_cast<int>(channel)]);
+      }
+      logs[ratio.slot][3].push_back(ratio.log_luminance);
+    }
+  }
+  std::vector<ExposureRatio> ratios;
+  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+    auto& values = logs[slot];
+    if (values[0].size() < kFewestRatioPoints) continue;
+    const auto count = static_cast<std::uint32_t>(values[0].size());
+    ratios.push_back({slot,
+                      {median_in_place(values[0]), median_in_place(values[1]), median_in_place(values[2])},
+                      glm::dvec3(median_in_place(values[3])),
+                      count});
+  }
+  return ratios;
+}
+
+}  // namespace
+
+std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position, double pixel_size) {
+  const std::optional<glm::dvec3> image = seen_at(*other.view, position);
+  if (!image) return std::nullopt;
+  return other.gain * other.pyramid.color(matching_level(other, image->z, pixel_size), glm::dvec2(*image));
+}
+
+MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
+                           const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
+                           std::optional<std::uint32_t> except) {
+  const Comparison comparison(camera, photograph, atlas, views, except);
+  std::vector<PointColors> points(samples.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 64),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) points[i] = comparison.at(samples[i]);
+                    });
+  MedianColors result;
+  result.targets.colors.resize(photograph.levels());
+  std::size_t observations = 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (points[i].medians.empty()) continue;
+    result.targets.positions.push_back(samples[i].position);
+    for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
+      result.targets.colors[level].push_back(points[i].medians[level]);
+    }
+    observations += points[i].ratios.size();
+  }
+  const std::size_t kept = result.targets.positions.size();
+  result.views_per_point = kept > 0 ? static_cast<double>(observations) / static_cast<double>(kept) : 0;
+  result.ratios = median_ratios(points, views.size());
+  return result;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the stored views show at surface points: the medians that a photograph is aligned to (Erat et al. 2019, section
+// 3.3), robust against highlights and whatever else only few of them see.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "planner/alignment.h"
+#include "planner/pyramid.h"
+#include "planner/surface_samples.h"
+
+namespace lumatlas {
+
+// One view that others are compared with.
+struct ComparedView {
+  std::shared_ptr<const StoredView> view;
+  Pyramid pyramid;  // of its photograph
+  glm::dvec3 gain{1.0};
+};
+
+// What one view shows at a point, at a resolution; nothing where it does not see the point well (occluded, masked, too
+// dark or clipped). `pixel_size`: of what it is compared with, scene units per pixel at the point.
+[[nodiscard]] std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position,
+                                                      double pixel_size);
+
+// How much more light view `slot` recorded than the photograph at the same points: medians over them.
+struct ExposureRatio {
+  std::uint32_t slot;
+  glm::dvec3 log_ratio;      // ln of the view's linear light over the photograph's, per channel
+  glm::dvec3 log_luminance;  // the same of their sums over channels, three times
+  std::uint32_t points;
+};
+
+struct MedianColors {
+  AlignmentTargets targets;  // of the samples that at least one view shows
+  std::vector<ExposureRatio> ratios;
+  double views_per_point = 0;  // mean
+};
+
+// Compares each sample with the views that its cell refers to; `views` by slot. `except`: a slot that does not count.
+[[nodiscard]] MedianColors median_colors(const Camera& camera, const Pyramid& photograph,
+                                         std::span<const SurfaceSample> samples, const Atlas& atlas,
+                                         std::span<const std::optional<ComparedView>> views,
+                                         std::optional<std::uint32_t> except);
+
+}  // namespace lumatlas

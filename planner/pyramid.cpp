@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/pyramid.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+
+#include "atlas/srgb.h"
+
+namespace lumatlas {
+
+namespace {
+
+// sRGB of linear light in fine steps: the power function is too slow for every pixel.
+class SrgbTable {
+ public:
+  SrgbTable() {
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      values_[i] = srgb8_from_linear(static_cast<double>(i) / static_cast<double>(values_.size() - 1));
+    }
+  }
+  [[nodiscard]] std::uint8_t operator()(float linear) const {
+    return values_[static_cast<std::size_t>(linear * static_cast<float>(values_.size() - 1) + 0.5f)];
+  }
+
+ private:
+  std::array<std::uint8_t, 16385> values_{};
+};
+
+void halve_row(const Photograph& full, Photograph& half, std::size_t y) {
+  static const SrgbTable srgb;
+  const auto& linear = linear_from_srgb8();
+  const std::size_t stride = 3 * std::size_t{full.width};
+  const std::uint8_t* above = &full.rgb[2 * y * stride];
+  const std::uint8_t* below = above + stride;
+  std::uint8_t* out = &half.rgb[3 * y * half.width];
+  for (std::size_t x = 0; x < half.width; ++x) {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const std::size_t at = 6 * x + channel;
+      *out++ = srgb(0.25f * (linear[above[at]] + linear[above[at + 3]] + linear[below[at]] + linear[below[at + 3]]));
+    }
+  }
+}
+
+// An odd last row or column is left out, so that a level's pixels are exactly twice as large as the last one's.
+Photograph halved(const Photograph& full) {
+  Photograph half;
+  half.width = full.width / 2;
+  half.height = full.height / 2;
+  half.rgb.resize(3 * std::size_t{half.width} * half.height);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, half.height, 32),
+                    [&](const tbb::blocked_range<std::size_t>& rows) {
+                      for (std::size_t y = rows.begin(); y != rows.end(); ++y) halve_row(full, half, y);
+                    });
+  return half;
+}
+
+// The four pixels around an image position, and where it lies between them.
+struct Footprint {
+  const std::uint8_t *top_left, *top_right, *bottom_left, *bottom_right;
+  double fx, fy;
+};
+
+Footprint footprint(const Photograph& photograph, const glm::dvec2& image) {
+  const double x = std::clamp(image.x - 0.5, 0.0, photograph.width - 1.0);
+  const double y = std::clamp(image.y - 0.5, 0.0, photograph.height - 1.0);
+  const auto left = static_cast<std::size_t>(x);
+  const auto top = static_cast<std::size_t>(y);
+  const std::size_t right = std::min<std::size_t>(left + 1, photograph.width - 1);
+  const std::size_t bottom = std::min<std::size_t>(top + 1, photograph.height - 1);
+  const auto at = [&](std::size_t column, std::size_t row) {
+    return &photograph.rgb[3 * (row * photograph.width + column)];
+  };
+  return {at(left, top),           at(right, top),          at(left, bottom),
+          at(right, bottom),       x - static_cast<double>(left), y - static_cast<double>(top)};
+}
+
+glm::dvec3 linear_at(const std::uint8_t* rgb) {
+  const auto& linear = linear_from_srgb8();
+  return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]};
+}
+
+double scale_of(std::uint32_t level) { return 1.0 / static_cast<double>(1u << level); }
+
+}  // namespace
+
+Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : photograph_(&photograph) {
+  while (std::max(level(levels() - 1).width, level(levels() - 1).height) / 2 >= coarsest_px &&
+         std::min(level(levels() - 1).width, level(levels() - 1).height) >= 4) {
+    reduced_.push_back(halved(level(levels() - 1)));
+  }
+}
+
+glm::dvec3 Pyramid::color(std::uint32_t level_index, const glm::dvec2& image) const {
+  const Footprint f = footprint(level(level_index), image * scale_of(level_index));
+  return glm::mix(glm::mix(linear_at(f.top_left), linear_at(f.top_right), f.fx),
+                  glm::mix(linear_at(f.bottom_left), linear_at(f.bottom_right), f.fx), f.fy);
+}
+
+ColorSample Pyramid::sample(std::uint32_t level_index, const glm::dvec2& image) const {
+  const double scale = scale_of(level_index);
+  const Footprint f = footprint(level(level_index), image * scale);
+  const glm::dvec3 a = linear_at(f.top_left);
+  const glm::dvec3 b = linear_at(f.top_right);
+  const glm::dvec3 c = linear_at(f.bottom_left);
+  const glm::dvec3 d = linear_at(f.bottom_right);
+  const glm::dvec3 top = glm::mix(a, b, f.fx);
+  const glm::dvec3 bottom = glm::mix(c, d, f.fx);
+  return {glm::mix(top, bottom, f.fy), scale * glm::mix(b - a, d - c, f.fy), scale * (bottom - top)};
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A photograph at half, quarter, ... resolution, for coarse-to-fine alignment.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "atlas/photograph.h"
+
+namespace lumatlas {
+
+// Linear colour and its derivatives by image position, per pixel of the full resolution.
+struct ColorSample {
+  glm::dvec3 color{0.0};
+  glm::dvec3 d_x{0.0}, d_y{0.0};
+};
+
+// Level 0 is the photograph itself, which must outlive the pyramid; each further level averages 2x2 pixels of the one
+// before, in linear light.
+class Pyramid {
+ public:
+  // As many levels as keep the longer side at `coarsest_px` or more, >= 1.
+  explicit Pyramid(const Photograph& photograph, std::uint32_t coarsest_px = 80);
+
+  [[nodiscard]] std::uint32_t levels() const { return static_cast<std::uint32_t>(reduced_.size()) + 1; }
+  [[nodiscard]] const Photograph& level(std::uint32_t index) const {
+    return index == 0 ? *photograph_ : reduced_[index - 1];
+  }
+  // Bilinear between pixel centres, held at the border. `image` is in pixels of the full resolution.
+  [[nodiscard]] glm::dvec3 color(std::uint32_t level, const glm::dvec2& image) const;
+  [[nodiscard]] ColorSample sample(std::uint32_t level, const glm::dvec2& image) const;
+
+ private:
+  const Photograph* photograph_;
+  std::vector<Photograph> reduced_;
+};
+
+}  // namespace lumatlas

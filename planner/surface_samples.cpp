@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/surface_samples.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+namespace lumatlas {
+
+namespace {
+
+constexpr float kDepthEdge = 0.05f;  // of the nearer depth, as in the validity masks
+
+// The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
+struct Grid {
+  const Photograph& photograph;  // full resolution
+  const Photograph& reduced;
+  const VisibilityBuffer& visible;
+
+  [[nodiscard]] glm::dvec2 image_of(std::uint32_t x, std::uint32_t y) const {
+    return {(x + 0.5) * photograph.width / visible.width, (y + 0.5) * photograph.height / visible.height};
+  }
+  [[nodiscard]] glm::uvec2 reduced_pixel(std::uint32_t x, std::uint32_t y) const {
+    return {std::min(reduced.width - 1, static_cast<std::uint32_t>((x + 0.5) * reduced.width / visible.width)),
+            std::min(reduced.height - 1, static_cast<std::uint32_t>((y + 0.5) * reduced.height / visible.height))};
+  }
+};
+
+std::uint32_t level_of_size(const Pyramid& photograph, std::uint32_t longer_side) {
+  std::uint32_t level = 0;
+  while (level + 1 < photograph.levels() &&
+         std::max(photograph.level(level).width, photograph.level(level).height) > longer_side + longer_side / 2) {
+    ++level;
+  }
+  return level;
+}
+
+bool is_smooth(const VisibilityBuffer& visible, std::uint32_t x, std::uint32_t y) {
+  const float z = visible.depth[std::size_t{y} * visible.width + x];
+  if (!std::isfinite(z)) return false;
+  const std::uint32_t right = std::min(x + 1, visible.width - 1);
+  const std::uint32_t bottom = std::min(y + 1, visible.height - 1);
+  for (std::uint32_t ny = y - (y > 0); ny <= bottom; ++ny) {
+    for (std::uint32_t nx = x - (x > 0); nx <= right; ++nx) {
+      const float neighbour = visible.depth[std::size_t{ny} * visible.width + nx];
+      if (!(std::abs(z - neighbour) <= kDepthEdge * std::min(z, neighbour))) return false;
+    }
+  }
+  return true;
+}
+
+bool is_in_lens(const Photograph& photograph, const glm::dvec2& image) {
+  if (photograph.valid.empty()) return true;
+  return photograph.valid[static_cast<std::size_t>(image.y) * photograph.width + static_cast<std::size_t>(image.x)] != 0;
+}
+
+// Sum over channels of the squared central differences, 8-bit sRGB.
+int gradient(const Photograph& image, const glm::uvec2& at) {
+  const auto pixel = [&](std::uint32_t x, std::uint32_t y) { return &image.rgb[3 * (std::size_t{y} * image.width + x)]; };
+  const std::uint8_t* left = pixel(at.x - (at.x > 0), at.y);
+  const std::uint8_t* right = pixel(std::min(at.x + 1, image.width - 1), at.y);
+  const std::uint8_t* above = pixel(at.x, at.y - (at.y > 0));
+  const std::uint8_t* below = pixel(at.x, std::min(at.y + 1, image.height - 1));
+  int sum = 0;
+  for (int channel = 0; channel < 3; ++channel) {
+    const int dx = right[channel] - left[channel];
+    const int dy = below[channel] - above[channel];
+    sum += dx * dx + dy * dy;
+  }
+  return sum;
+}
+
+struct Block {
+  std::uint32_t left, top, right, bottom;
+};
+
+// The pixels chosen of one block, at most two.
+std::vector<glm::uvec2> chosen(const Grid& grid, const Block& block) {
+  const glm::ivec2 middle((block.left + block.right) / 2, (block.top + block.bottom) / 2);
+  int steepest = -1;
+  int nearest = std::numeric_limits<int>::max();
+  glm::uvec2 sharp(0), central(0);
+  for (std::uint32_t y = block.top; y < block.bottom; ++y) {
+    for (std::uint32_t x = block.left; x < block.right; ++x) {
+      const glm::uvec2 at = grid.reduced_pixel(x, y);
+      const std::uint8_t* rgb = &grid.reduced.rgb[3 * (std::size_t{at.y} * grid.reduced.width + at.x)];
+      if (!is_exposed(rgb) || !is_smooth(grid.visible, x, y) || !is_in_lens(grid.photograph, grid.image_of(x, y))) continue;
+      const int steepness = gradient(grid.reduced, at);
+      if (steepness > steepest) steepest = steepness, sharp = {x, y};
+      const glm::ivec2 off = glm::ivec2(x, y) - middle;
+      const int distance = off.x * off.x + off.y * off.y;
+      if (distance < nearest) nearest = distance, central = {x, y};
+    }
+  }
+  if (steepest < 0) return {};
+  if (sharp == central) return {sharp};
+  return {sharp, central};
+}
+
+SurfaceSample sample_at(const Grid& grid, const Camera& camera, const glm::uvec2& pixel) {
+  const std::size_t index = std::size_t{pixel.y} * grid.visible.width + pixel.x;
+  const glm::dvec2 image = grid.image_of(pixel.x, pixel.y);
+  return {camera.center() + static_cast<double>(grid.visible.depth[index]) * camera.ray(image), image,
+          grid.visible.face[index]};
+}
+
+}  // namespace
+
+bool is_exposed(const std::uint8_t* rgb) {
+  const auto [least, most] = std::minmax({rgb[0], rgb[1], rgb[2]});
+  return most >= kDarkestSample && most <= kBrightestSample && least < kBrightestSample;
+}
+
+std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Pyramid& photograph,
+                                                  const VisibilityBuffer& visible, std::size_t count) {
+  const std::uint32_t level = level_of_size(photograph, std::max(visible.width, visible.height));
+  const Grid grid{photograph.level(0), photograph.level(level), visible};
+  const double pixels = static_cast<double>(visible.width) * visible.height;
+  const auto side = static_cast<std::uint32_t>(
+      std::max(1.0, std::floor(std::sqrt(2 * pixels / static_cast<double>(std::max<std::size_t>(count, 1))))));
+  const std::uint32_t columns = (visible.width + side - 1) / side;
+  const std::uint32_t rows = (visible.height + side - 1) / side;
+  std::vector<std::vector<glm::uvec2>> by_row(rows);
+  tbb::parallel_for(0u, rows, [&](std::uint32_t row) {
+    for (std::uint32_t column = 0; column < columns; ++column) {
+      const Block block{column * side, row * side, std::min(visible.width, (column + 1) * side),
+                        std::min(visible.height, (row + 1) * side)};
+      const std::vector<glm::uvec2> pixels_of_block = chosen(grid, block);
+      by_row[row].insert(by_row[row].end(), pixels_of_block.begin(), pixels_of_block.end());
+    }
+  });
+  std::vector<SurfaceSample> samples;
+  for (const std::vector<glm::uvec2>& row : by_row) {
+    for (const glm::uvec2& pixel : row) samples.push_back(sample_at(grid, camera, pixel));
+  }
+  return samples;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The surface points at which a photograph is compared with others (Erat et al. 2019, section 3.3: the X_j).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "mesh/visibility.h"
+#include "planner/pyramid.h"
+
+namespace lumatlas {
+
+struct SurfaceSample {
+  glm::dvec3 position;  // in the world
+  glm::dvec2 image;     // in the photograph, pixels
+  std::uint32_t face;
+};
+
+// Colours that carry no information: sRGB values of 8 bit below or above these are too dark, or clipped.
+inline constexpr std::uint8_t kDarkestSample = 8;
+inline constexpr std::uint8_t kBrightestSample = 247;
+[[nodiscard]] bool is_exposed(const std::uint8_t* rgb);
+
+// About `count` points, spread evenly over the picture: of each block, the one of largest image gradient, for the pose,
+// and the one nearest to its middle, for the exposure. None at depth edges, outside the lens's image, too dark or
+// clipped. `visible` is what the camera sees at any resolution; points are at its pixels' centres.
+[[nodiscard]] std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Pyramid& photograph,
+                                                                const VisibilityBuffer& visible, std::size_t count);
+
+}  // namespace lumatlas

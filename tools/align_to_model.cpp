@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/align_to_model.h"
+
+#include <cmath>
+
+#include "planner/surface_samples.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::uint32_t kRounds = 6;
+constexpr double kRestingPx = 0.02;
+constexpr std::size_t kPoints = 4000;
+
+AlignmentTargets targets_from(const Camera& camera, const Photograph& picture, const VisibilityBuffer& visible) {
+  const Pyramid pyramid(picture);
+  AlignmentTargets targets;
+  targets.colors.resize(pyramid.levels());
+  for (const SurfaceSample& sample : choose_surface_samples(camera, pyramid, visible, kPoints)) {
+    targets.positions.push_back(sample.position);
+    for (std::uint32_t level = 0; level < pyramid.levels(); ++level) {
+      targets.colors[level].push_back(glm::vec3(pyramid.color(level, sample.image)));
+    }
+  }
+  return targets;
+}
+
+}  // namespace
+
+Camera align_to_model(Renderer& renderer, const Visibility& visibility, const Camera& camera,
+                      const Photograph& photograph, const BlendOptions& blend) {
+  const Pyramid pyramid(photograph);
+  AlignmentOptions options;
+  options.max_iterations = 20;
+  Camera current = camera;
+  double moved_px = 0;
+  for (std::uint32_t round = 0; round < kRounds; ++round) {
+    const Photograph picture = renderer.render(current, blend).picture;
+    const AlignmentTargets targets = targets_from(current, picture, visibility.trace(current));
+    const Alignment aligned = align(camera, current, glm::dvec3(1.0), pyramid, targets, options);
+    const double step = std::abs(aligned.moved_px - moved_px);
+    current = aligned.camera;
+    moved_px = aligned.moved_px;
+    if (!aligned.moved || step < kRestingPx) break;
+  }
+  return current;
+}
+
+}  // namespace lumatlas
