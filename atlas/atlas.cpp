@@ -8,6 +8,18 @@
 
 namespace lumatlas {
 
+namespace {
+
+void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
+  for (int channel = 0; channel < 3; ++channel) {
+    if (gain[channel] >= kLeastExposureGain && gain[channel] <= kMostExposureGain) continue;
+    throw std::invalid_argument("atlas: gain[" + std::to_string(channel) + "] of slot " + std::to_string(slot) +
+                                " is " + std::to_string(gain[channel]) + ", must be in [1e-6, 1e6]");
+  }
+}
+
+}  // namespace
+
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
                             const ValidityOptions& options) {
   const auto require_size = [&](const char* what, std::uint32_t width, std::uint32_t height) {
@@ -30,6 +42,7 @@ StoredView make_stored_view(std::string name, const Camera& camera, Photograph p
 Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views)
     : surface_(std::move(surface)),
       views_(max_views),
+      gains_(max_views, glm::dvec3(1)),
       references_to_slot_(max_views, 0),
       references_(surface_->cells.cells.size()),
       cell_seen_(surface_->cells.cells.size(), 0) {
@@ -58,11 +71,25 @@ void Atlas::erase(std::uint32_t slot) {
                            std::to_string(references_to_slot_[slot]) + " cells refer to");
   }
   views_[slot].reset();
+  gains_[slot] = glm::dvec3(1);
 }
 
 std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
   const std::scoped_lock lock(mutex_);
   return views_.at(slot);
+}
+
+void Atlas::set_gain(std::uint32_t slot, const glm::dvec3& gain) {
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  require_gain(slot, gain);
+  gains_[slot] = gain;
+}
+
+glm::dvec3 Atlas::gain(std::uint32_t slot) const {
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  return gains_[slot];
 }
 
 void Atlas::set_references(std::uint32_t cell, std::vector<std::uint32_t> slots) {
@@ -89,6 +116,7 @@ Snapshot Atlas::snapshot() const {
   {
     const std::scoped_lock lock(mutex_);
     snapshot.views = views_;
+    snapshot.gains = gains_;
     snapshot.cell_seen = cell_seen_;
     for (const std::vector<std::uint32_t>& slots : references_) {
       snapshot.references.views.insert(snapshot.references.views.end(), slots.begin(), slots.end());
@@ -96,8 +124,8 @@ Snapshot Atlas::snapshot() const {
     }
   }
   VertexColorMean colors(surface_->mesh);
-  for (const auto& view : snapshot.views) {
-    if (view) colors.add(*view);
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) colors.add(*snapshot.views[slot], snapshot.gains[slot]);
   }
   snapshot.vertex_colors = colors.colors();
   return snapshot;

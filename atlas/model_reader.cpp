@@ -31,7 +31,7 @@ constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_
 struct ViewEntry {
   std::string name;
   Camera camera;
-  double gain = 1;
+  glm::dvec3 gain{1.0};
   fs::path image, lens_mask;  // lens_mask may be empty
 };
 
@@ -206,7 +206,8 @@ ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::strin
   ViewEntry entry;
   entry.name = file_.text(view, where, "name");
   entry.camera = camera(view, where);
-  entry.gain = file_.number(view, where, "gain", 1e-6, 1e6);
+  const std::vector<double> gain = file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
+  entry.gain = {gain[0], gain[1], gain[2]};
   entry.image = image(view, where, "image");
   if (view.Has("lensMask")) entry.lens_mask = image(view, where, "lensMask");
   return entry;
@@ -251,10 +252,7 @@ StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibilit
     photograph.valid.resize(mask.rgb.size() / 3);
     for (std::size_t pixel = 0; pixel < photograph.valid.size(); ++pixel) photograph.valid[pixel] = mask.rgb[3 * pixel];
   }
-  StoredView view =
-      make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera), options);
-  view.gain = entry.gain;
-  return view;
+  return make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera), options);
 }
 
 // Of several views that cannot be read, the first is reported, whichever thread was faster.
@@ -292,6 +290,7 @@ Model ModelReader::model() const {
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
+  for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   snapshot.views = load_all(entries, surface->mesh, model.validity);
   return model;
 }

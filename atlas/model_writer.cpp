@@ -127,7 +127,7 @@ std::string unicode_name(std::string name) {
   return nlohmann::json::parse(quoted).get<std::string>();
 }
 
-Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index) {
+Json view_json(tinygltf::Model& model, const StoredView& view, const glm::dvec3& gain, std::size_t index) {
   const Camera& camera = view.camera;
   Json::Array rotation;
   for (int row = 0; row < 3; ++row) {
@@ -143,7 +143,7 @@ Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index
   object["principalPoint"] = Json(Json::Array{Json(camera.cx), Json(camera.cy)});
   object["rotation"] = Json(std::move(rotation));
   object["translation"] = array_of(camera.cam_from_world_translation);
-  object["gain"] = Json(view.gain);
+  object["gain"] = array_of(gain);
   return Json(std::move(object));
 }
 
@@ -175,8 +175,9 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});
   Json::Array views;
-  for (const auto& view : snapshot.views) {
-    if (view) views.push_back(view_json(model, *view, views.size()));
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    views.push_back(view_json(model, *snapshot.views[slot], snapshot.gains[slot], views.size()));
   }
   if (!views.empty()) extension["views"] = Json(std::move(views));
   model.extensions[kLumigraphExtension] = Json(std::move(extension));

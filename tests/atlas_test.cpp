@@ -37,7 +37,6 @@ TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   const Camera camera = forward_camera(32, 32);
   const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
   CHECK(view.name == "a");
-  CHECK(view.gain == 1);
   CHECK(view.photograph.rgb == position_photograph(32, 32).rgb);
   REQUIRE(view.depth.size() == 32 * 32);
   CHECK(view.depth[32 * 16 + 16] == 2);  // the panel
@@ -74,6 +73,7 @@ TEST_CASE("a new store is empty") {
   const Snapshot snapshot = atlas.snapshot();
   CHECK(snapshot.surface == surface);
   CHECK(snapshot.views.size() == 3);
+  CHECK(snapshot.gains == std::vector<glm::dvec3>(3, glm::dvec3(1)));
   CHECK(snapshot.references.offsets == Slots(kCells + 1, 0));
   CHECK(snapshot.references.views.empty());
   CHECK(snapshot.cell_seen == std::vector<std::uint8_t>(kCells, 0));
@@ -134,6 +134,45 @@ TEST_CASE("slots without a view can be neither erased nor referred to") {
   atlas.erase(0);  // the refused calls left no reference behind
 }
 
+TEST_CASE("a view's gain can be changed, and ends with the view") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  CHECK(atlas.gain(0) == glm::dvec3(1));
+  atlas.set_gain(0, {0.5, 1e-6, 1e6});
+  CHECK(atlas.gain(0) == glm::dvec3(0.5, 1e-6, 1e6));
+  const Snapshot before = atlas.snapshot();
+  CHECK(before.gains == std::vector<glm::dvec3>{{0.5, 1e-6, 1e6}, {1, 1, 1}});
+  atlas.erase(0);
+  CHECK(atlas.snapshot().gains == std::vector<glm::dvec3>(2, glm::dvec3(1)));
+  atlas.insert(tiny_view("b"));
+  CHECK(atlas.gain(0) == glm::dvec3(1));
+  CHECK(before.gains[0] == glm::dvec3(0.5, 1e-6, 1e6));
+}
+
+TEST_CASE("slots without a view have no gain") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
+  CHECK_THROWS_MATCHES(atlas.set_gain(slot, {1, 1, 1}), std::logic_error, sentence);
+  CHECK_THROWS_MATCHES(atlas.gain(slot), std::logic_error, sentence);
+}
+
+TEST_CASE("a gain that is no exposure is refused by slot and channel, and the old one stays") {
+  Atlas atlas(wall_and_panel(), 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_gain(0, {2, 3, 4});
+  const auto refused = [&](const glm::dvec3& gain, const std::string& sentence) {
+    CHECK_THROWS_MATCHES(atlas.set_gain(0, gain), std::invalid_argument, Catch::Message(sentence));
+    CHECK(atlas.gain(0) == glm::dvec3(2, 3, 4));
+  };
+  refused({0, 1, 1}, "atlas: gain[0] of slot 0 is 0.000000, must be in [1e-6, 1e6]");
+  refused({1, -1, 1}, "atlas: gain[1] of slot 0 is -1.000000, must be in [1e-6, 1e6]");
+  refused({1, 1, 1.5e6}, "atlas: gain[2] of slot 0 is 1500000.000000, must be in [1e-6, 1e6]");
+  refused({1, std::nan(""), 1}, "atlas: gain[1] of slot 0 is nan, must be in [1e-6, 1e6]");
+  refused({1, 1, INFINITY}, "atlas: gain[2] of slot 0 is inf, must be in [1e-6, 1e6]");
+}
+
 TEST_CASE("cells once seen stay seen") {
   Atlas atlas(wall_and_panel(kCells), 1);
   const std::vector<CellPixels> first{{1, 10}}, second{{1, 1}, {3, 7}};
@@ -171,6 +210,9 @@ TEST_CASE("a snapshot's vertex colours are those of the stored views") {
   atlas.insert(traced_view(*surface, "a", camera, red, {0.05, 0, 0}));
   const std::vector<glm::u8vec3> all_red(surface->mesh.positions.size(), glm::u8vec3(200, 10, 20));
   CHECK(atlas.snapshot().vertex_colors == all_red);
+  atlas.set_gain(0, {1, 1e-6, 1});
+  CHECK(atlas.snapshot().vertex_colors ==
+        std::vector<glm::u8vec3>(surface->mesh.positions.size(), glm::u8vec3(200, 0, 20)));
   atlas.erase(0);
   CHECK(atlas.snapshot().vertex_colors != all_red);
 }
@@ -239,9 +281,12 @@ TEST_CASE("the books balance after any sequence of calls") {
 // Every part of view `number` says which one it is.
 StoredView numbered_view(std::uint32_t number) {
   StoredView view = tiny_view(std::to_string(number));
-  view.gain = number;
   view.depth = {static_cast<float>(number)};
   return view;
+}
+
+std::uint32_t number_of(const StoredView& view) {
+  return static_cast<std::uint32_t>(view.depth.at(0));
 }
 
 // Replaces views one after the other, as the planner does: references away, view out, view in, references back.
@@ -255,6 +300,7 @@ void keep_replacing(Atlas& atlas, std::uint32_t changes) {
     }
     if (atlas.view(slot)) atlas.erase(slot);
     const std::uint32_t taken = atlas.insert(numbered_view(number));
+    atlas.set_gain(taken, glm::dvec3(number));
     for (std::uint32_t cell = number % 2; cell < kCells; cell += 2) {
       Slots slots = atlas.references(cell);
       slots.push_back(taken);
@@ -267,8 +313,9 @@ void keep_replacing(Atlas& atlas, std::uint32_t changes) {
 bool is_consistent(const Snapshot& snapshot) {
   for (const std::uint32_t slot : snapshot.references.views) {
     const auto& view = snapshot.views.at(slot);
-    if (!view || view->name != std::to_string(static_cast<std::uint32_t>(view->gain))) return false;
-    if (view->depth != std::vector<float>{static_cast<float>(view->gain)}) return false;
+    if (!view || view->name != std::to_string(number_of(*view))) return false;
+    const double gain = snapshot.gains.at(slot).x;
+    if (gain != 1 && gain != number_of(*view)) return false;  // 1: not set yet
   }
   return snapshot.references.offsets.size() == kCells + 1 &&
          snapshot.references.offsets.back() == snapshot.references.views.size() &&
@@ -291,7 +338,7 @@ TEST_CASE("snapshots are consistent while another thread writes") {
     inconsistent += is_consistent(snapshot) ? 0 : 1;
     std::uint32_t latest = 0;
     for (const auto& view : snapshot.views) {
-      if (view) latest = std::max(latest, static_cast<std::uint32_t>(view->gain));
+      if (view) latest = std::max(latest, number_of(*view));
     }
     goes_back = goes_back || latest + 1 < newest;  // a view is out for a moment before the next is in
     newest = std::max(newest, latest);

@@ -96,20 +96,19 @@ inline Camera oblique_camera(std::uint32_t width, std::uint32_t height, double a
 inline Snapshot small_snapshot(const ValidityOptions& validity = {}) {
   const auto surface = wall_and_panel(5);
   Atlas atlas(surface, 5);
-  const auto insert = [&](const char* name, const Camera& camera, double gain, bool lens) {
+  const auto insert = [&](const char* name, const Camera& camera, const glm::dvec3& gain, bool lens) {
     Photograph photograph = position_photograph(camera.width, camera.height, atlas.size());
     if (lens) {
       photograph.valid.assign(photograph.rgb.size() / 3, 255);
       for (std::size_t pixel = 0; pixel < photograph.valid.size(); pixel += 7) photograph.valid[pixel] = 0;
     }
-    StoredView view = traced_view(*surface, name, camera, std::move(photograph), validity);
-    view.gain = gain;
-    return atlas.insert(std::move(view));
+    const std::uint32_t slot = atlas.insert(traced_view(*surface, name, camera, std::move(photograph), validity));
+    atlas.set_gain(slot, gain);
   };
-  insert("a.jpg", oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3}), 1, false);
-  insert("dropped.jpg", forward_camera(8, 8), 1, false);
-  insert("left/b.jpg", oblique_camera(20, 18, -0.07, {-0.5, 0, 0.1}), 1.0 / 3, true);
-  insert("c \u00e9.jpg", forward_camera(30, 30, {0.2, -0.1, -1}), 1.7, false);
+  insert("a.jpg", oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3}), {1, 1, 1}, false);
+  insert("dropped.jpg", forward_camera(8, 8), {3, 3, 3}, false);
+  insert("left/b.jpg", oblique_camera(20, 18, -0.07, {-0.5, 0, 0.1}), {1.0 / 3, 0.1, 2}, true);
+  insert("c \u00e9.jpg", forward_camera(30, 30, {0.2, -0.1, -1}), {1.7, 0.9, 1.2}, false);
   atlas.erase(1);
   atlas.set_references(0, {0, 2});
   atlas.set_references(1, {3});
