@@ -63,6 +63,13 @@ std::uint32_t Atlas::insert(StoredView view) {
   return static_cast<std::uint32_t>(free_slot - views_.begin());
 }
 
+void Atlas::replace(std::uint32_t slot, StoredView view) {
+  auto stored = std::make_shared<const StoredView>(std::move(view));
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  views_[slot].swap(stored);  // so that the old view is freed after the lock
+}
+
 void Atlas::erase(std::uint32_t slot) {
   const std::scoped_lock lock(mutex_);
   require_stored(slot);

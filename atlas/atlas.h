@@ -84,6 +84,9 @@ class Atlas {
   // Puts a view in the lowest free slot, with a gain of 1, and returns the slot. Throws std::logic_error if there is
   // none.
   std::uint32_t insert(StoredView view);
+  // Puts a view in the place of the one in a slot, which must hold one (std::logic_error): the same photograph with
+  // another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view.
+  void replace(std::uint32_t slot, StoredView view);
   // Frees a slot. References to it must have been replaced before (std::logic_error).
   void erase(std::uint32_t slot);
   [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;  // null: free

@@ -134,6 +134,56 @@ TEST_CASE("slots without a view can be neither erased nor referred to") {
   atlas.erase(0);  // the refused calls left no reference behind
 }
 
+TEST_CASE("a replaced view leaves its references and its gain to the next") {
+  Atlas atlas(wall_and_panel(kCells), 3);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(0, {1, 0});
+  atlas.set_references(3, {1});
+  atlas.set_gain(1, {2, 3, 4});
+  const Snapshot before = atlas.snapshot();
+  StoredView moved = tiny_view("b, moved");
+  moved.camera = forward_camera(1, 1, {0, 0, -1});
+  atlas.replace(1, moved);
+  CHECK(atlas.size() == 2);
+  CHECK(atlas.view(0)->name == "a");
+  CHECK(atlas.view(1)->name == "b, moved");
+  CHECK(atlas.view(1)->camera.center() == glm::dvec3(0, 0, -1));
+  CHECK(atlas.gain(1) == glm::dvec3(2, 3, 4));
+  CHECK(atlas.references(0) == Slots{1, 0});
+  CHECK(atlas.references(3) == Slots{1});
+  CHECK_THROWS_MATCHES(atlas.erase(1), std::logic_error,
+                       Catch::Message("atlas: erase of slot 1, which 2 cells refer to"));
+  CHECK(before.views[1]->name == "b");
+  CHECK(before.views[1]->camera.center() == glm::dvec3(0));
+  CHECK(atlas.snapshot().views[1]->name == "b, moved");
+}
+
+TEST_CASE("a snapshot's vertex colours follow a replaced view") {
+  const auto surface = wall_and_panel();
+  Atlas atlas(surface, 1);
+  const Camera camera = forward_camera(32, 32, {0, 0, -1});
+  atlas.insert(traced_view(*surface, "a", camera, position_photograph(32, 32)));
+  StoredView view = *atlas.view(0);
+  view.camera = forward_camera(32, 32, {0.3, -0.2, -1});
+  const Snapshot before = atlas.snapshot();
+  atlas.replace(0, view);
+  CHECK(atlas.snapshot().vertex_colors != before.vertex_colors);
+  Atlas fresh(surface, 1);
+  fresh.insert(view);
+  CHECK(atlas.snapshot().vertex_colors == fresh.snapshot().vertex_colors);
+}
+
+TEST_CASE("a slot without a view has none to replace") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  CHECK_THROWS_MATCHES(atlas.replace(slot, tiny_view("b")), std::logic_error,
+                       Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view"));
+  CHECK(atlas.size() == 1);
+  CHECK(atlas.view(1) == nullptr);
+}
+
 TEST_CASE("a view's gain can be changed, and ends with the view") {
   Atlas atlas(wall_and_panel(), 2);
   atlas.insert(tiny_view("a"));
