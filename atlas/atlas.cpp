@@ -21,7 +21,7 @@ void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
 }  // namespace
 
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
-                            const ValidityOptions& options) {
+                            const ValidityOptions& options, std::vector<std::uint8_t> trust) {
   const auto require_size = [&](const char* what, std::uint32_t width, std::uint32_t height) {
     if (width == camera.width && height == camera.height) return;
     throw std::invalid_argument("view " + name + ": the " + what + " is " + std::to_string(width) + "x" +
@@ -35,7 +35,8 @@ StoredView make_stored_view(std::string name, const Camera& camera, Photograph p
   view.camera = camera;
   view.photograph = std::move(photograph);
   view.depth = std::move(visible.depth);
-  view.validity = validity_mask(view.photograph, view.depth, options);
+  view.trust = std::move(trust);
+  view.validity = validity_mask(view.photograph, view.depth, view.trust, options);
   return view;
 }
 

@@ -38,13 +38,16 @@ struct StoredView {
   Camera camera;
   Photograph photograph;
   std::vector<float> depth;            // z at the photograph's resolution, infinity where no surface is
+  std::vector<std::uint8_t> trust;     // 255 trusted, 0 contradicted by the other views; empty: all trusted
   std::vector<std::uint8_t> validity;  // see validity_mask()
 };
 
-// Completes a view with its depth and its mask. Throws std::invalid_argument if photograph and camera differ in size.
-// `visible` is what the camera sees at its own resolution.
+// Completes a view with its depth and its mask. Throws std::invalid_argument if photograph and camera differ in size,
+// or if `trust`, as in StoredView, is neither empty nor of one value per pixel. `visible` is what the camera sees at
+// its own resolution.
 [[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph,
-                                          VisibilityBuffer visible, const ValidityOptions& options);
+                                          VisibilityBuffer visible, const ValidityOptions& options,
+                                          std::vector<std::uint8_t> trust = {});
 
 // Every channel of a view's gain is in this range.
 inline constexpr double kLeastExposureGain = 1e-6;

@@ -41,7 +41,8 @@ TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   REQUIRE(view.depth.size() == 32 * 32);
   CHECK(view.depth[32 * 16 + 16] == 2);  // the panel
   CHECK(view.depth[32 * 4 + 4] == 4);    // the wall
-  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}));
+  CHECK(view.trust.empty());
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}, {}));
 }
 
 TEST_CASE("a stored view's parts must be as large as its camera's image") {
@@ -55,6 +56,28 @@ TEST_CASE("a stored view's parts must be as large as its camera's image") {
       make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera.scaled_to(4, 3)), {}),
       std::invalid_argument,
       Catch::Message("view a: the visibility buffer is 4x3, must be as large as its camera, 8x6"));
+}
+
+TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(8, 6);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  const auto view_with = [&](const std::vector<std::uint8_t>& trust) {
+    return make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera), {0.05, 0, 1}, trust);
+  };
+  std::vector<std::uint8_t> trust(8 * 6, 255);
+  trust[8 * 3 + 1] = 0;
+  const StoredView view = view_with(trust);
+  CHECK(view.trust == trust);
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, trust, {0.05, 0, 1}));
+  std::vector<std::uint8_t> contradicted_there = view_with({}).validity;
+  REQUIRE(contradicted_there[8 * 3 + 1] == 255);
+  contradicted_there[8 * 3 + 1] = 1;
+  CHECK(view.validity == contradicted_there);
+  trust.pop_back();
+  CHECK_THROWS_MATCHES(
+      view_with(trust), std::invalid_argument,
+      Catch::Message("validity: trust has 47 values, must have one per pixel of the photograph, or none"));
 }
 
 TEST_CASE("a store for no views is refused") {

@@ -206,6 +206,40 @@ TEST_CASE("with fewer views than K all of them are blended by their weights, in 
   CHECK(green > 0.2);
 }
 
+// Says of one view that the other views contradict all of it.
+void distrust(Snapshot& snapshot, std::size_t slot) {
+  StoredView view = *snapshot.views[slot];
+  const std::vector<std::uint8_t> contradicted(view.validity.size(), 0);
+  view.validity = validity_mask(view.photograph, view.depth, contradicted, ValidityOptions::printed());
+  snapshot.views[slot] = std::make_shared<const StoredView>(view);
+}
+
+TEST_CASE("a contradicted view hardly shows beside another one, and is shown rather than a hole") {
+  const Camera camera = room_camera(0);
+  const std::size_t middle = 36 * 96 + 48;
+  Snapshot snapshot = red_and_green();
+  const Rendering both_trusted = reference(snapshot, camera, {});
+  distrust(snapshot, 0);
+  Snapshot alone = snapshot;
+  std::fill(alone.references.views.begin(), alone.references.views.end(), 0u);
+  const auto check_pictures = [&](const Rendering& beside, const Rendering& only) {
+    // The red view is the better one by its place: up to twice the green one's weight, times 1/255.
+    CHECK(linear_from_srgb(beside.picture.rgb[3 * middle] / 255.0) < 2.5 / 255);
+    CHECK(beside.state == both_trusted.state);
+    REQUIRE(only.state[middle] == PixelState::textured);
+    CHECK(only.picture.rgb[3 * middle] == 255);
+    CHECK(only.picture.rgb[3 * middle + 1] == 0);
+  };
+  check_pictures(reference(snapshot, camera, {}), reference(alone, camera, {}));
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  const Rendering beside = renderer.render(camera, {});
+  renderer.load(alone);
+  check_pictures(beside, renderer.render(camera, {}));
+}
+
 TEST_CASE("with K = 1 and the fade of the last view, the best view alone is shown") {
   BlendOptions best_only;
   best_only.views = 1;
