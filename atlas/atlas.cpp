@@ -8,8 +8,20 @@
 
 namespace lumatlas {
 
+namespace {
+
+void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
+  for (int channel = 0; channel < 3; ++channel) {
+    if (gain[channel] >= kLeastExposureGain && gain[channel] <= kMostExposureGain) continue;
+    throw std::invalid_argument("atlas: gain[" + std::to_string(channel) + "] of slot " + std::to_string(slot) +
+                                " is " + std::to_string(gain[channel]) + ", must be in [1e-6, 1e6]");
+  }
+}
+
+}  // namespace
+
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
-                            const ValidityOptions& options) {
+                            const ValidityOptions& options, std::vector<std::uint8_t> trust) {
   const auto require_size = [&](const char* what, std::uint32_t width, std::uint32_t height) {
     if (width == camera.width && height == camera.height) return;
     throw std::invalid_argument("view " + name + ": the " + what + " is " + std::to_string(width) + "x" +
@@ -23,13 +35,15 @@ StoredView make_stored_view(std::string name, const Camera& camera, Photograph p
   view.camera = camera;
   view.photograph = std::move(photograph);
   view.depth = std::move(visible.depth);
-  view.validity = validity_mask(view.photograph, view.depth, options);
+  view.trust = std::move(trust);
+  view.validity = validity_mask(view.photograph, view.depth, view.trust, options);
   return view;
 }
 
 Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views)
     : surface_(std::move(surface)),
       views_(max_views),
+      gains_(max_views, glm::dvec3(1)),
       references_to_slot_(max_views, 0),
       references_(surface_->cells.cells.size()),
       cell_seen_(surface_->cells.cells.size(), 0) {
@@ -50,6 +64,13 @@ std::uint32_t Atlas::insert(StoredView view) {
   return static_cast<std::uint32_t>(free_slot - views_.begin());
 }
 
+void Atlas::replace(std::uint32_t slot, StoredView view) {
+  auto stored = std::make_shared<const StoredView>(std::move(view));
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  views_[slot].swap(stored);  // so that the old view is freed after the lock
+}
+
 void Atlas::erase(std::uint32_t slot) {
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
@@ -58,11 +79,25 @@ void Atlas::erase(std::uint32_t slot) {
                            std::to_string(references_to_slot_[slot]) + " cells refer to");
   }
   views_[slot].reset();
+  gains_[slot] = glm::dvec3(1);
 }
 
 std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
   const std::scoped_lock lock(mutex_);
   return views_.at(slot);
+}
+
+void Atlas::set_gain(std::uint32_t slot, const glm::dvec3& gain) {
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  require_gain(slot, gain);
+  gains_[slot] = gain;
+}
+
+glm::dvec3 Atlas::gain(std::uint32_t slot) const {
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  return gains_[slot];
 }
 
 void Atlas::set_references(std::uint32_t cell, std::vector<std::uint32_t> slots) {
@@ -89,6 +124,7 @@ Snapshot Atlas::snapshot() const {
   {
     const std::scoped_lock lock(mutex_);
     snapshot.views = views_;
+    snapshot.gains = gains_;
     snapshot.cell_seen = cell_seen_;
     for (const std::vector<std::uint32_t>& slots : references_) {
       snapshot.references.views.insert(snapshot.references.views.end(), slots.begin(), slots.end());
@@ -96,8 +132,8 @@ Snapshot Atlas::snapshot() const {
     }
   }
   VertexColorMean colors(surface_->mesh);
-  for (const auto& view : snapshot.views) {
-    if (view) colors.add(*view);
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) colors.add(*snapshot.views[slot], snapshot.gains[slot]);
   }
   snapshot.vertex_colors = colors.colors();
   return snapshot;

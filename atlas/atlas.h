@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -30,20 +31,27 @@ struct Surface {
   glm::dvec3 offset{0.0};  // what was subtracted from the input's coordinates
 };
 
-// f = (c, e, z) of section 3.1.
+// f = (c, e, z) of section 3.1. Its exposure gain is the store's, for gains are found for all views together and change
+// while the views stay.
 struct StoredView {
   std::string name;
   Camera camera;
-  double gain = 1;  // exposure: linear light of the photograph times this is the model's
   Photograph photograph;
   std::vector<float> depth;            // z at the photograph's resolution, infinity where no surface is
+  std::vector<std::uint8_t> trust;     // 255 trusted, 0 contradicted by the other views; empty: all trusted
   std::vector<std::uint8_t> validity;  // see validity_mask()
 };
 
-// Completes a view with its depth and its mask. Throws std::invalid_argument if photograph and camera differ in size.
-// `visible` is what the camera sees at its own resolution.
+// Completes a view with its depth and its mask. Throws std::invalid_argument if photograph and camera differ in size,
+// or if `trust`, as in StoredView, is neither empty nor of one value per pixel. `visible` is what the camera sees at
+// its own resolution.
 [[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph,
-                                          VisibilityBuffer visible, const ValidityOptions& options);
+                                          VisibilityBuffer visible, const ValidityOptions& options,
+                                          std::vector<std::uint8_t> trust = {});
+
+// Every channel of a view's gain is in this range.
+inline constexpr double kLeastExposureGain = 1e-6;
+inline constexpr double kMostExposureGain = 1e6;
 
 // Which slots of the store each cell refers to: of cell k, views[offsets[k]] up to views[offsets[k + 1]].
 struct ReferenceTable {
@@ -59,6 +67,8 @@ struct ReferenceTable {
 struct Snapshot {
   std::shared_ptr<const Surface> surface;
   std::vector<std::shared_ptr<const StoredView>> views;  // by slot; null: the slot is free
+  // Exposure by slot, per channel R G B: linear light of the photograph times this is the model's. 1: the slot is free.
+  std::vector<glm::dvec3> gains;
   ReferenceTable references;
   std::vector<std::uint8_t> cell_seen;     // 1: some offered view saw the cell, kept or not
   std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
@@ -74,11 +84,20 @@ class Atlas {
   [[nodiscard]] std::uint32_t capacity() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t size() const;  // views stored
 
-  // Puts a view in the lowest free slot and returns the slot. Throws std::logic_error if there is none.
+  // Puts a view in the lowest free slot, with a gain of 1, and returns the slot. Throws std::logic_error if there is
+  // none.
   std::uint32_t insert(StoredView view);
+  // Puts a view in the place of the one in a slot, which must hold one (std::logic_error): the same photograph with
+  // another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view.
+  void replace(std::uint32_t slot, StoredView view);
   // Frees a slot. References to it must have been replaced before (std::logic_error).
   void erase(std::uint32_t slot);
   [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;  // null: free
+
+  // The exposure of the view in a slot, which must hold one (std::logic_error), see Snapshot::gains. Throws
+  // std::invalid_argument unless each channel is within [kLeastExposureGain, kMostExposureGain].
+  void set_gain(std::uint32_t slot, const glm::dvec3& gain);
+  [[nodiscard]] glm::dvec3 gain(std::uint32_t slot) const;
 
   // Replaces the references of one cell; every slot must hold a view (std::logic_error).
   void set_references(std::uint32_t cell, std::vector<std::uint32_t> slots);
@@ -94,6 +113,7 @@ class Atlas {
   std::shared_ptr<const Surface> surface_;
   mutable std::mutex mutex_;
   std::vector<std::shared_ptr<const StoredView>> views_;
+  std::vector<glm::dvec3> gains_;
   std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each slot
   std::vector<std::vector<std::uint32_t>> references_;
   std::vector<std::uint8_t> cell_seen_;

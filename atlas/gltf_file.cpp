@@ -198,15 +198,17 @@ const GltfFile::Object& GltfFile::field(const Object& object, const std::string&
   return object.Get(name);
 }
 
+void GltfFile::require_within(double x, const std::string& what, double least, double most) const {
+  if (x >= least && x <= most) return;
+  refuse(what + " is " + shown(x) + ", must be in [" + shown(least) + ", " + shown(most) + "]");
+}
+
 double GltfFile::number(const Object& object, const std::string& where, const char* name, double least,
                         double most) const {
   const Object& value = field(object, where, name);
   if (!value.IsNumber()) refuse(where + ": \"" + name + "\" is not a number");
-  const double x = value.GetNumberAsDouble();
-  if (!(x >= least && x <= most)) {
-    refuse(where + ": \"" + name + "\" is " + shown(x) + ", must be in [" + shown(least) + ", " + shown(most) + "]");
-  }
-  return x;
+  require_within(value.GetNumberAsDouble(), where + ": \"" + name + "\"", least, most);
+  return value.GetNumberAsDouble();
 }
 
 std::uint32_t GltfFile::whole_number(const Object& object, const std::string& where, const char* name,
@@ -231,6 +233,15 @@ std::vector<double> GltfFile::numbers(const Object& object, const std::string& w
     numbers.push_back(value.GetNumberAsDouble());
   }
   return numbers;
+}
+
+std::vector<double> GltfFile::numbers(const Object& object, const std::string& where, const char* name,
+                                      std::size_t count, double least, double most) const {
+  std::vector<double> all = numbers(object, where, name, count);
+  for (std::size_t i = 0; i < count; ++i) {
+    require_within(all[i], where + ": \"" + name + "\"[" + std::to_string(i) + "]", least, most);
+  }
+  return all;
 }
 
 std::string GltfFile::text(const Object& object, const std::string& where, const char* name) const {

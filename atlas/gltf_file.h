@@ -42,7 +42,9 @@ class GltfFile {
   [[nodiscard]] std::uint32_t whole_number(const Object& object, const std::string& where, const char* name,
                                            std::uint32_t least, std::uint32_t most) const;
   [[nodiscard]] std::vector<double> numbers(const Object& object, const std::string& where, const char* name,
-                                            std::size_t count) const;                                      // all finite
+                                            std::size_t count) const;  // all finite
+  [[nodiscard]] std::vector<double> numbers(const Object& object, const std::string& where, const char* name,
+                                            std::size_t count, double least, double most) const;
   [[nodiscard]] std::string text(const Object& object, const std::string& where, const char* name) const;  // one line
   [[nodiscard]] int accessor(const Object& object, const std::string& where, const char* name) const;
 
@@ -65,6 +67,7 @@ class GltfFile {
   [[nodiscard]] Bytes bytes_of(int accessor, const std::string& what, const AccessorType& type,
                                std::size_t value_size) const;
   [[nodiscard]] std::span<const unsigned char> view_bytes(int view, const std::string& what) const;
+  void require_within(double x, const std::string& what, double least, double most) const;
   void parse(const std::string& json);
   void check_version() const;
 

@@ -31,8 +31,9 @@ constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_
 struct ViewEntry {
   std::string name;
   Camera camera;
-  double gain = 1;
-  fs::path image, lens_mask;  // lens_mask may be empty
+  glm::dvec3 gain{1.0};
+  fs::path image;
+  fs::path lens_mask, trust_mask;  // empty: there is none
 };
 
 // The lumigraph in a glTF file, part by part, each checked against the parts before it.
@@ -62,6 +63,7 @@ class ModelReader {
   void require_own_images(const std::vector<ViewEntry>& entries) const;
   [[nodiscard]] fs::path image(const GltfFile::Object& view, const std::string& where, const char* name) const;
   [[nodiscard]] Photograph sized_image(const fs::path& image, const Camera& camera) const;
+  [[nodiscard]] std::vector<std::uint8_t> mask(const fs::path& image, const Camera& camera) const;
   [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
                                 const ValidityOptions& options) const;
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
@@ -206,9 +208,11 @@ ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::strin
   ViewEntry entry;
   entry.name = file_.text(view, where, "name");
   entry.camera = camera(view, where);
-  entry.gain = file_.number(view, where, "gain", 1e-6, 1e6);
+  const std::vector<double> gain = file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
+  entry.gain = {gain[0], gain[1], gain[2]};
   entry.image = image(view, where, "image");
   if (view.Has("lensMask")) entry.lens_mask = image(view, where, "lensMask");
+  if (view.Has("trustMask")) entry.trust_mask = image(view, where, "trustMask");
   return entry;
 }
 
@@ -243,18 +247,21 @@ Photograph ModelReader::sized_image(const fs::path& image, const Camera& camera)
   return read_photograph(image);
 }
 
+// The red of an image, one value per pixel; none without an image.
+std::vector<std::uint8_t> ModelReader::mask(const fs::path& image, const Camera& camera) const {
+  if (image.empty()) return {};
+  const Photograph picture = sized_image(image, camera);
+  std::vector<std::uint8_t> values(picture.rgb.size() / 3);
+  for (std::size_t pixel = 0; pixel < values.size(); ++pixel) values[pixel] = picture.rgb[3 * pixel];
+  return values;
+}
+
 StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibility,
                              const ValidityOptions& options) const {
   Photograph photograph = sized_image(entry.image, entry.camera);
-  if (!entry.lens_mask.empty()) {
-    const Photograph mask = sized_image(entry.lens_mask, entry.camera);
-    photograph.valid.resize(mask.rgb.size() / 3);
-    for (std::size_t pixel = 0; pixel < photograph.valid.size(); ++pixel) photograph.valid[pixel] = mask.rgb[3 * pixel];
-  }
-  StoredView view =
-      make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera), options);
-  view.gain = entry.gain;
-  return view;
+  photograph.valid = mask(entry.lens_mask, entry.camera);
+  return make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera), options,
+                          mask(entry.trust_mask, entry.camera));
 }
 
 // Of several views that cannot be read, the first is reported, whichever thread was faster.
@@ -292,6 +299,7 @@ Model ModelReader::model() const {
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
+  for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   snapshot.views = load_all(entries, surface->mesh, model.validity);
   return model;
 }

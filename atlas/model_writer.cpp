@@ -6,6 +6,7 @@
 #include <fstream>
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
 #include "atlas/model_extension.h"
@@ -119,6 +120,20 @@ int add_image(tinygltf::Model& model, const std::string& uri) {
   return static_cast<int>(model.images.size()) - 1;
 }
 
+struct Mask {
+  const char* property;  // of the view in the extension
+  const char* ending;    // of the image's name
+  std::span<const std::uint8_t> values;
+};
+
+// Those that a view has.
+std::vector<Mask> masks_of(const StoredView& view) {
+  std::vector<Mask> masks;
+  if (!view.photograph.valid.empty()) masks.push_back({"lensMask", "-lens.png", view.photograph.valid});
+  if (!view.trust.empty()) masks.push_back({"trustMask", "-trust.png", view.trust});
+  return masks;
+}
+
 // A file system's names are bytes, JSON's are Unicode: bytes that are not UTF-8 become U+FFFD, control characters '?'.
 std::string unicode_name(std::string name) {
   std::replace_if(
@@ -127,7 +142,7 @@ std::string unicode_name(std::string name) {
   return nlohmann::json::parse(quoted).get<std::string>();
 }
 
-Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index) {
+Json view_json(tinygltf::Model& model, const StoredView& view, const glm::dvec3& gain, std::size_t index) {
   const Camera& camera = view.camera;
   Json::Array rotation;
   for (int row = 0; row < 3; ++row) {
@@ -136,14 +151,15 @@ Json view_json(tinygltf::Model& model, const StoredView& view, std::size_t index
   Json::Object object;
   object["name"] = Json(unicode_name(view.name));
   object["image"] = Json(add_image(model, image_name(index) + ".png"));
-  if (!view.photograph.valid.empty()) object["lensMask"] = Json(add_image(model, image_name(index) + "-lens.png"));
+  for (const Mask& mask : masks_of(view))
+    object[mask.property] = Json(add_image(model, image_name(index) + mask.ending));
   object["width"] = Json(static_cast<int>(camera.width));
   object["height"] = Json(static_cast<int>(camera.height));
   object["focalLength"] = Json(Json::Array{Json(camera.fx), Json(camera.fy)});
   object["principalPoint"] = Json(Json::Array{Json(camera.cx), Json(camera.cy)});
   object["rotation"] = Json(std::move(rotation));
   object["translation"] = array_of(camera.cam_from_world_translation);
-  object["gain"] = Json(view.gain);
+  object["gain"] = array_of(gain);
   return Json(std::move(object));
 }
 
@@ -175,21 +191,22 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});
   Json::Array views;
-  for (const auto& view : snapshot.views) {
-    if (view) views.push_back(view_json(model, *view, views.size()));
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    views.push_back(view_json(model, *snapshot.views[slot], snapshot.gains[slot], views.size()));
   }
   if (!views.empty()) extension["views"] = Json(std::move(views));
   model.extensions[kLumigraphExtension] = Json(std::move(extension));
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }
 
-Photograph mask_image(const Photograph& photograph) {
-  Photograph mask;
-  mask.width = photograph.width;
-  mask.height = photograph.height;
-  mask.rgb.reserve(photograph.rgb.size());
-  for (const std::uint8_t value : photograph.valid) mask.rgb.insert(mask.rgb.end(), 3, value);
-  return mask;
+Photograph grey_image(const Camera& camera, std::span<const std::uint8_t> values) {
+  Photograph image;
+  image.width = camera.width;
+  image.height = camera.height;
+  image.rgb.reserve(3 * values.size());
+  for (const std::uint8_t value : values) image.rgb.insert(image.rgb.end(), 3, value);
+  return image;
 }
 
 void write_images(const std::filesystem::path& folder, const Snapshot& snapshot) {
@@ -201,9 +218,11 @@ void write_images(const std::filesystem::path& folder, const Snapshot& snapshot)
     if (view) views.push_back(view.get());
   }
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t index) {
-    const Photograph& photograph = views[index]->photograph;
-    write_image(folder / (image_name(index) + ".png"), photograph);
-    if (!photograph.valid.empty()) write_image(folder / (image_name(index) + "-lens.png"), mask_image(photograph));
+    const StoredView& view = *views[index];
+    write_image(folder / (image_name(index) + ".png"), view.photograph);
+    for (const Mask& mask : masks_of(view)) {
+      write_image(folder / (image_name(index) + mask.ending), grey_image(view.camera, mask.values));
+    }
   });
 }
 

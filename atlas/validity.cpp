@@ -81,6 +81,43 @@ std::vector<std::uint16_t> column_distances(const std::vector<std::uint8_t>& usa
   return distance;
 }
 
+void require_one_per_pixel(const char* field, std::size_t values, const Photograph& photograph, const char* or_else) {
+  if (values == std::size_t{photograph.width} * photograph.height) return;
+  throw std::invalid_argument(std::string("validity: ") + field + " has " + std::to_string(values) +
+                              " values, must have one per pixel of the photograph" + or_else);
+}
+
+// The usable pixels' mask, rising over the fade.
+std::vector<std::uint8_t> faded(const std::vector<std::uint8_t>& usable, const Photograph& photograph,
+                                std::uint32_t fade_px) {
+  const int width = static_cast<int>(photograph.width);
+  const int height = static_cast<int>(photograph.height);
+  // A pixel next to an unusable one is at distance 1 and gets the first step of the fade.
+  const int limit = static_cast<int>(fade_px) + 1;
+  const std::vector<std::uint16_t> column = column_distances(usable, width, height, limit);
+  std::vector<std::uint8_t> mask(usable.size());
+  for_each_row(photograph.height, [&](int y) {
+    const std::size_t row = static_cast<std::size_t>(y) * photograph.width;
+    for (int x = 0; x < width; ++x) {
+      int squared = limit * limit;
+      for (int dx = -limit; dx <= limit; ++dx) {
+        const int nx = x + dx;
+        const int along = nx < 0 || nx >= width ? 0 : column[row + static_cast<std::size_t>(nx)];
+        squared = std::min(squared, dx * dx + along * along);
+      }
+      mask[row + static_cast<std::size_t>(x)] =
+          static_cast<std::uint8_t>(std::lround(255.0 * std::min(1.0, std::sqrt(squared) / limit)));
+    }
+  });
+  return mask;
+}
+
+std::uint8_t trusted_by(std::uint8_t validity, std::uint8_t trust) {
+  if (validity == 0) return 0;
+  const int product = validity * std::max<int>(trust, 1);
+  return static_cast<std::uint8_t>(std::max(1, (product + 127) / 255));  // 255 is odd: no ties to round
+}
+
 }  // namespace
 
 ValidityOptions ValidityOptions::printed() {
@@ -104,31 +141,12 @@ void check(const ValidityOptions& options) {
 }
 
 std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<const float> depth,
-                                        const ValidityOptions& options) {
+                                        std::span<const std::uint8_t> trust, const ValidityOptions& options) {
   check(options);
-  if (depth.size() != std::size_t{photograph.width} * photograph.height) {
-    throw std::invalid_argument("validity: depth has " + std::to_string(depth.size()) +
-                                " values, must have one per pixel of the photograph");
-  }
-  std::vector<std::uint8_t> mask = usable_pixels(photograph, depth, options);
-  const int width = static_cast<int>(photograph.width);
-  const int height = static_cast<int>(photograph.height);
-  // A pixel next to an unusable one is at distance 1 and gets the first step of the fade.
-  const int limit = static_cast<int>(options.fade_px) + 1;
-  const std::vector<std::uint16_t> column = column_distances(mask, width, height, limit);
-  for_each_row(photograph.height, [&](int y) {
-    const std::size_t row = static_cast<std::size_t>(y) * photograph.width;
-    for (int x = 0; x < width; ++x) {
-      int squared = limit * limit;
-      for (int dx = -limit; dx <= limit; ++dx) {
-        const int nx = x + dx;
-        const int along = nx < 0 || nx >= width ? 0 : column[row + static_cast<std::size_t>(nx)];
-        squared = std::min(squared, dx * dx + along * along);
-      }
-      mask[row + static_cast<std::size_t>(x)] =
-          static_cast<std::uint8_t>(std::lround(255.0 * std::min(1.0, std::sqrt(squared) / limit)));
-    }
-  });
+  require_one_per_pixel("depth", depth.size(), photograph, "");
+  if (!trust.empty()) require_one_per_pixel("trust", trust.size(), photograph, ", or none");
+  std::vector<std::uint8_t> mask = faded(usable_pixels(photograph, depth, options), photograph, options.fade_px);
+  if (!trust.empty()) std::transform(mask.begin(), mask.end(), trust.begin(), mask.begin(), trusted_by);
   return mask;
 }
 

@@ -5,7 +5,8 @@
 //
 // Departures from the print: the image rectangle less the undistortion border instead of the cone alpha; the depth
 // difference relative to the depth; and a fade towards invalid pixels instead of a step, so that no seam shows where a
-// photograph ends. ValidityOptions::printed() keeps the step.
+// photograph ends. ValidityOptions::printed() keeps the step. And pixels that the other views contradict (a passer-by,
+// a leaf before the lens), which the paper leaves in, weigh next to nothing.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +29,11 @@ struct ValidityOptions {
 void check(const ValidityOptions& options);
 
 // One value per pixel, row by row: 0 invalid, 255 wholly valid. `depth` is z in the camera frame at the photograph's
-// resolution, infinity where no surface is; such pixels are invalid.
+// resolution, infinity where no surface is; such pixels are invalid. `trust` is empty or has one value per pixel: 255
+// trusted, 0 contradicted by the other views. The mask without trust is multiplied by max(trust, 1) / 255, but what is
+// above 0 stays at least 1: a contradicted pixel is used where no other view is valid, rather than leaving a hole.
 [[nodiscard]] std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<const float> depth,
+                                                      std::span<const std::uint8_t> trust,
                                                       const ValidityOptions& options);
 
 }  // namespace lumatlas

@@ -19,7 +19,8 @@ namespace {
 constexpr double kOcclusionTolerance = 0.02;  // of the depth; above the mesh's own noise in MVS and RGB-D scans
 constexpr std::uint8_t kMidGrey = 128;
 
-// Linear colour and validity in [0, 1] of a world position in a view; zero weight where the view does not show it.
+// Linear colour before its gain, and validity in [0, 1] of a world position in a view; zero weight where the view does
+// not show it.
 glm::vec4 sample(const StoredView& view, const glm::dvec3& world) {
   const glm::dvec3 cam = view.camera.cam_from_world(world);
   if (cam.z <= 0) return glm::vec4(0);
@@ -30,9 +31,7 @@ glm::vec4 sample(const StoredView& view, const glm::dvec3& world) {
   if (cam.z > view.depth[pixel] * (1 + kOcclusionTolerance)) return glm::vec4(0);
   const auto& linear = linear_from_srgb8();
   const std::uint8_t* rgb = &view.photograph.rgb[3 * pixel];
-  const float gain = static_cast<float>(view.gain);
-  return {gain * linear[rgb[0]], gain * linear[rgb[1]], gain * linear[rgb[2]],
-          static_cast<float>(view.validity[pixel]) / 255.0f};
+  return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]], static_cast<float>(view.validity[pixel]) / 255.0f};
 }
 
 // Colours a mesh outwards from its coloured vertices, those of non-zero weight.
@@ -96,12 +95,13 @@ void spread_colors(const Mesh& mesh, std::vector<glm::vec4>& colors) {
 
 VertexColorMean::VertexColorMean(const Mesh& mesh) : mesh_(mesh), sums_(mesh.positions.size(), glm::vec4(0)) {}
 
-void VertexColorMean::add(const StoredView& view) {
+void VertexColorMean::add(const StoredView& view, const glm::dvec3& gain) {
+  const glm::vec3 scale(gain);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), 4096),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
                         const glm::vec4 color = sample(view, glm::dvec3(mesh_.positions[vertex]));
-                        sums_[vertex] += glm::vec4(glm::vec3(color) * color.w, color.w);
+                        sums_[vertex] += glm::vec4(scale * glm::vec3(color) * color.w, color.w);
                       }
                     });
 }

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <vector>
 
@@ -20,7 +21,8 @@ class VertexColorMean {
  public:
   explicit VertexColorMean(const Mesh& mesh);  // keeps a reference to it
 
-  void add(const StoredView& view);
+  // `gain` as in Snapshot::gains.
+  void add(const StoredView& view, const glm::dvec3& gain);
 
   // sRGB, one per vertex. A vertex that no view showed has the mesh's own colour; where the mesh has none, the mean of
   // its neighbours' colours, spread from the nearest coloured vertices; mid-grey in a component without any.

@@ -28,7 +28,7 @@ struct Candidate {
   glm::dvec3 color{0.0};
 };
 
-// Bilinear between pixel centres, held at the image's border.
+// Before its gain: bilinear between pixel centres, held at the image's border.
 Sample bilinear(const StoredView& view, const glm::dvec2& image) {
   const auto& linear = linear_from_srgb8();
   const glm::dvec2 last(view.camera.width - 1.0, view.camera.height - 1.0);
@@ -45,7 +45,6 @@ Sample bilinear(const StoredView& view, const glm::dvec2& image) {
     sample.color += weight * glm::dvec3(linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]);
     sample.validity += weight * view.validity[pixel] / 255.0;
   }
-  sample.color *= view.gain;
   return sample;
 }
 
@@ -60,8 +59,9 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
   return options.lambda * w_dir + (1 - options.lambda) * w_pos;
 }
 
-Candidate candidate(const StoredView& view, const glm::dvec3& world, const glm::dvec3& novel_center,
-                    const BlendOptions& options) {
+Candidate candidate(const Snapshot& snapshot, std::uint32_t slot, const glm::dvec3& world,
+                    const glm::dvec3& novel_center, const BlendOptions& options) {
+  const StoredView& view = *snapshot.views[slot];
   const double weight = geometric_weight(world, novel_center, view.camera.center(), options);
   const glm::dvec3 cam = view.camera.cam_from_world(world);
   if (cam.z <= 0) return {};
@@ -71,7 +71,7 @@ Candidate candidate(const StoredView& view, const glm::dvec3& world, const glm::
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
   const Sample sample = bilinear(view, image);
-  return {weight * sample.validity, sample.color};
+  return {weight * sample.validity, snapshot.gains[slot] * sample.color};
 }
 
 // The K best candidates' mean colour, by their weights above the next best one's. False where no view is valid.
@@ -80,7 +80,7 @@ bool blend(const Snapshot& snapshot, std::span<const std::uint32_t> slots, const
   std::array<Candidate, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
   for (const std::uint32_t slot : slots) {
-    Candidate next = candidate(*snapshot.views[slot], world, novel_center, options);
+    Candidate next = candidate(snapshot, slot, world, novel_center, options);
     for (std::size_t rank = 0; rank < kept; ++rank) {
       if (next.weight > best[rank].weight) std::swap(next, best[rank]);
     }

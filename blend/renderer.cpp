@@ -23,13 +23,14 @@ namespace {
 struct ViewBlock {
   glm::vec4 cam_from_world[3];
   glm::vec4 intrinsics;
-  glm::vec4 center_gain;
+  glm::vec4 center;
+  glm::vec4 gain;
   glm::vec4 size;
 };
-static_assert(sizeof(ViewBlock) == 6 * sizeof(glm::vec4));
+static_assert(sizeof(ViewBlock) == 7 * sizeof(glm::vec4));
 
-// The nearest surface drawn, as a share of the mesh's box, which stray faces may make far larger than the scene. Depth is
-// reversed and a float, so its relative precision is the same however small this is.
+// The nearest surface drawn, as a share of the mesh's box, which stray faces may make far larger than the scene. Depth
+// is reversed and a float, so its relative precision is the same however small this is.
 constexpr double kNearShare = 1e-8;
 
 // OpenGL counts a picture's bytes, four a pixel, in 31 bits.
@@ -88,7 +89,8 @@ std::vector<ViewBlock> view_blocks(const Snapshot& snapshot) {
     const std::array<glm::vec4, 3> rows = rows_of_pose(view.camera);
     std::copy(rows.begin(), rows.end(), blocks[slot].cam_from_world);
     blocks[slot].intrinsics = intrinsics_of(view.camera);
-    blocks[slot].center_gain = glm::vec4(glm::dvec4(view.camera.center(), view.gain));
+    blocks[slot].center = glm::vec4(glm::dvec4(view.camera.center(), 0));
+    blocks[slot].gain = glm::vec4(glm::dvec4(snapshot.gains[slot], 0));
     blocks[slot].size = glm::vec4(view.camera.width, view.camera.height, 0, 0);
   }
   return blocks;

@@ -37,12 +37,12 @@ TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   const Camera camera = forward_camera(32, 32);
   const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
   CHECK(view.name == "a");
-  CHECK(view.gain == 1);
   CHECK(view.photograph.rgb == position_photograph(32, 32).rgb);
   REQUIRE(view.depth.size() == 32 * 32);
   CHECK(view.depth[32 * 16 + 16] == 2);  // the panel
   CHECK(view.depth[32 * 4 + 4] == 4);    // the wall
-  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}));
+  CHECK(view.trust.empty());
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}, {}));
 }
 
 TEST_CASE("a stored view's parts must be as large as its camera's image") {
@@ -56,6 +56,28 @@ TEST_CASE("a stored view's parts must be as large as its camera's image") {
       make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera.scaled_to(4, 3)), {}),
       std::invalid_argument,
       Catch::Message("view a: the visibility buffer is 4x3, must be as large as its camera, 8x6"));
+}
+
+TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(8, 6);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  const auto view_with = [&](const std::vector<std::uint8_t>& trust) {
+    return make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera), {0.05, 0, 1}, trust);
+  };
+  std::vector<std::uint8_t> trust(8 * 6, 255);
+  trust[8 * 3 + 1] = 0;
+  const StoredView view = view_with(trust);
+  CHECK(view.trust == trust);
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, trust, {0.05, 0, 1}));
+  std::vector<std::uint8_t> contradicted_there = view_with({}).validity;
+  REQUIRE(contradicted_there[8 * 3 + 1] == 255);
+  contradicted_there[8 * 3 + 1] = 1;
+  CHECK(view.validity == contradicted_there);
+  trust.pop_back();
+  CHECK_THROWS_MATCHES(
+      view_with(trust), std::invalid_argument,
+      Catch::Message("validity: trust has 47 values, must have one per pixel of the photograph, or none"));
 }
 
 TEST_CASE("a store for no views is refused") {
@@ -74,6 +96,7 @@ TEST_CASE("a new store is empty") {
   const Snapshot snapshot = atlas.snapshot();
   CHECK(snapshot.surface == surface);
   CHECK(snapshot.views.size() == 3);
+  CHECK(snapshot.gains == std::vector<glm::dvec3>(3, glm::dvec3(1)));
   CHECK(snapshot.references.offsets == Slots(kCells + 1, 0));
   CHECK(snapshot.references.views.empty());
   CHECK(snapshot.cell_seen == std::vector<std::uint8_t>(kCells, 0));
@@ -134,6 +157,95 @@ TEST_CASE("slots without a view can be neither erased nor referred to") {
   atlas.erase(0);  // the refused calls left no reference behind
 }
 
+TEST_CASE("a replaced view leaves its references and its gain to the next") {
+  Atlas atlas(wall_and_panel(kCells), 3);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(0, {1, 0});
+  atlas.set_references(3, {1});
+  atlas.set_gain(1, {2, 3, 4});
+  const Snapshot before = atlas.snapshot();
+  StoredView moved = tiny_view("b, moved");
+  moved.camera = forward_camera(1, 1, {0, 0, -1});
+  atlas.replace(1, moved);
+  CHECK(atlas.size() == 2);
+  CHECK(atlas.view(0)->name == "a");
+  CHECK(atlas.view(1)->name == "b, moved");
+  CHECK(atlas.view(1)->camera.center() == glm::dvec3(0, 0, -1));
+  CHECK(atlas.gain(1) == glm::dvec3(2, 3, 4));
+  CHECK(atlas.references(0) == Slots{1, 0});
+  CHECK(atlas.references(3) == Slots{1});
+  CHECK_THROWS_MATCHES(atlas.erase(1), std::logic_error,
+                       Catch::Message("atlas: erase of slot 1, which 2 cells refer to"));
+  CHECK(before.views[1]->name == "b");
+  CHECK(before.views[1]->camera.center() == glm::dvec3(0));
+  CHECK(atlas.snapshot().views[1]->name == "b, moved");
+}
+
+TEST_CASE("a snapshot's vertex colours follow a replaced view") {
+  const auto surface = wall_and_panel();
+  Atlas atlas(surface, 1);
+  const Camera camera = forward_camera(32, 32, {0, 0, -1});
+  atlas.insert(traced_view(*surface, "a", camera, position_photograph(32, 32)));
+  StoredView view = *atlas.view(0);
+  view.camera = forward_camera(32, 32, {0.3, -0.2, -1});
+  const Snapshot before = atlas.snapshot();
+  atlas.replace(0, view);
+  CHECK(atlas.snapshot().vertex_colors != before.vertex_colors);
+  Atlas fresh(surface, 1);
+  fresh.insert(view);
+  CHECK(atlas.snapshot().vertex_colors == fresh.snapshot().vertex_colors);
+}
+
+TEST_CASE("a slot without a view has none to replace") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  CHECK_THROWS_MATCHES(atlas.replace(slot, tiny_view("b")), std::logic_error,
+                       Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view"));
+  CHECK(atlas.size() == 1);
+  CHECK(atlas.view(1) == nullptr);
+}
+
+TEST_CASE("a view's gain can be changed, and ends with the view") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  CHECK(atlas.gain(0) == glm::dvec3(1));
+  atlas.set_gain(0, {0.5, 1e-6, 1e6});
+  CHECK(atlas.gain(0) == glm::dvec3(0.5, 1e-6, 1e6));
+  const Snapshot before = atlas.snapshot();
+  CHECK(before.gains == std::vector<glm::dvec3>{{0.5, 1e-6, 1e6}, {1, 1, 1}});
+  atlas.erase(0);
+  CHECK(atlas.snapshot().gains == std::vector<glm::dvec3>(2, glm::dvec3(1)));
+  atlas.insert(tiny_view("b"));
+  CHECK(atlas.gain(0) == glm::dvec3(1));
+  CHECK(before.gains[0] == glm::dvec3(0.5, 1e-6, 1e6));
+}
+
+TEST_CASE("slots without a view have no gain") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
+  CHECK_THROWS_MATCHES(atlas.set_gain(slot, {1, 1, 1}), std::logic_error, sentence);
+  CHECK_THROWS_MATCHES(atlas.gain(slot), std::logic_error, sentence);
+}
+
+TEST_CASE("a gain that is no exposure is refused by slot and channel, and the old one stays") {
+  Atlas atlas(wall_and_panel(), 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_gain(0, {2, 3, 4});
+  const auto refused = [&](const glm::dvec3& gain, const std::string& sentence) {
+    CHECK_THROWS_MATCHES(atlas.set_gain(0, gain), std::invalid_argument, Catch::Message(sentence));
+    CHECK(atlas.gain(0) == glm::dvec3(2, 3, 4));
+  };
+  refused({0, 1, 1}, "atlas: gain[0] of slot 0 is 0.000000, must be in [1e-6, 1e6]");
+  refused({1, -1, 1}, "atlas: gain[1] of slot 0 is -1.000000, must be in [1e-6, 1e6]");
+  refused({1, 1, 1.5e6}, "atlas: gain[2] of slot 0 is 1500000.000000, must be in [1e-6, 1e6]");
+  refused({1, std::nan(""), 1}, "atlas: gain[1] of slot 0 is nan, must be in [1e-6, 1e6]");
+  refused({1, 1, INFINITY}, "atlas: gain[2] of slot 0 is inf, must be in [1e-6, 1e6]");
+}
+
 TEST_CASE("cells once seen stay seen") {
   Atlas atlas(wall_and_panel(kCells), 1);
   const std::vector<CellPixels> first{{1, 10}}, second{{1, 1}, {3, 7}};
@@ -171,6 +283,9 @@ TEST_CASE("a snapshot's vertex colours are those of the stored views") {
   atlas.insert(traced_view(*surface, "a", camera, red, {0.05, 0, 0}));
   const std::vector<glm::u8vec3> all_red(surface->mesh.positions.size(), glm::u8vec3(200, 10, 20));
   CHECK(atlas.snapshot().vertex_colors == all_red);
+  atlas.set_gain(0, {1, 1e-6, 1});
+  CHECK(atlas.snapshot().vertex_colors ==
+        std::vector<glm::u8vec3>(surface->mesh.positions.size(), glm::u8vec3(200, 0, 20)));
   atlas.erase(0);
   CHECK(atlas.snapshot().vertex_colors != all_red);
 }
@@ -239,9 +354,12 @@ TEST_CASE("the books balance after any sequence of calls") {
 // Every part of view `number` says which one it is.
 StoredView numbered_view(std::uint32_t number) {
   StoredView view = tiny_view(std::to_string(number));
-  view.gain = number;
   view.depth = {static_cast<float>(number)};
   return view;
+}
+
+std::uint32_t number_of(const StoredView& view) {
+  return static_cast<std::uint32_t>(view.depth.at(0));
 }
 
 // Replaces views one after the other, as the planner does: references away, view out, view in, references back.
@@ -255,6 +373,7 @@ void keep_replacing(Atlas& atlas, std::uint32_t changes) {
     }
     if (atlas.view(slot)) atlas.erase(slot);
     const std::uint32_t taken = atlas.insert(numbered_view(number));
+    atlas.set_gain(taken, glm::dvec3(number));
     for (std::uint32_t cell = number % 2; cell < kCells; cell += 2) {
       Slots slots = atlas.references(cell);
       slots.push_back(taken);
@@ -267,8 +386,9 @@ void keep_replacing(Atlas& atlas, std::uint32_t changes) {
 bool is_consistent(const Snapshot& snapshot) {
   for (const std::uint32_t slot : snapshot.references.views) {
     const auto& view = snapshot.views.at(slot);
-    if (!view || view->name != std::to_string(static_cast<std::uint32_t>(view->gain))) return false;
-    if (view->depth != std::vector<float>{static_cast<float>(view->gain)}) return false;
+    if (!view || view->name != std::to_string(number_of(*view))) return false;
+    const double gain = snapshot.gains.at(slot).x;
+    if (gain != 1 && gain != number_of(*view)) return false;  // 1: not set yet
   }
   return snapshot.references.offsets.size() == kCells + 1 &&
          snapshot.references.offsets.back() == snapshot.references.views.size() &&
@@ -291,7 +411,7 @@ TEST_CASE("snapshots are consistent while another thread writes") {
     inconsistent += is_consistent(snapshot) ? 0 : 1;
     std::uint32_t latest = 0;
     for (const auto& view : snapshot.views) {
-      if (view) latest = std::max(latest, static_cast<std::uint32_t>(view->gain));
+      if (view) latest = std::max(latest, number_of(*view));
     }
     goes_back = goes_back || latest + 1 < newest;  // a view is out for a moment before the next is in
     newest = std::max(newest, latest);

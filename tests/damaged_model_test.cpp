@@ -475,11 +475,17 @@ TEST_CASE("views with a field missing or out of range are refused") {
       {"a huge rotation", set("rotation", {kHuge, 0, 0, 0, 1, 0, 0, 0, 1}),
        "view 1: camera: rotation is inf, must be orthonormal"},
       {"a flat translation", set("translation", {1.0, 2.0}), "view 1: \"translation\" is not an array of 3 numbers"},
-      {"black", set("gain", 0.0), "view 1: \"gain\" is 0, must be in [1e-06, 1000000]"},
-      {"negative light", set("gain", -1.0), "view 1: \"gain\" is -1, must be in [1e-06, 1000000]"},
-      {"an image too many", set("image", 4), "image 4 does not exist"},
+      {"black", set("gain", {0.0, 1.0, 1.0}), "view 1: \"gain\"[0] is 0, must be in [1e-06, 1000000]"},
+      {"negative light", set("gain", {1.0, -1.0, 1.0}), "view 1: \"gain\"[1] is -1, must be in [1e-06, 1000000]"},
+      {"a flash", set("gain", {1.0, 1.0, 1.1e6}), "view 1: \"gain\"[2] is 1100000, must be in [1e-06, 1000000]"},
+      {"a gain in words", set("gain", {1.0, "1", 1.0}), "view 1: \"gain\"[1] is not a finite number"},
+      {"one gain for all channels", set("gain", 1.0), "view 1: \"gain\" is not an array of 3 numbers"},
+      {"a gain for alpha", set("gain", {1.0, 1.0, 1.0, 1.0}), "view 1: \"gain\" is not an array of 3 numbers"},
+      {"an image too many", set("image", 6), "image 6 does not exist"},
       {"a negative image", set("image", -1), "view 1: \"image\" is -1, must be in [0, 1000000000]"},
-      {"a mask too many", set("lensMask", 99), "image 99 does not exist"},
+      {"a lens mask too many", set("lensMask", 99), "image 99 does not exist"},
+      {"a trust mask too many", set("trustMask", 99), "image 99 does not exist"},
+      {"a trust mask by name", set("trustMask", "b-trust.png"), "view 1: \"trustMask\" is not a number"},
   };
   for (const char* name :
        {"name", "image", "width", "height", "focalLength", "principalPoint", "rotation", "translation", "gain"}) {
@@ -527,6 +533,24 @@ TEST_CASE("images that do not fit are refused") {
   SECTION("another size of the lens mask") {
     write_image(model.folder() / "images/00001-lens.png", position_photograph(1, 1));
     CHECK(model.sentence() == "images/00001-lens.png: is 1x1, its view in " + model.file().string() + " says 20x18");
+  }
+  SECTION("another size of the trust mask") {
+    write_image(model.folder() / "images/00002-trust.png", position_photograph(30, 29));
+    CHECK(model.sentence() == "images/00002-trust.png: is 30x29, its view in " + model.file().string() + " says 30x30");
+  }
+  SECTION("a missing lens mask") {
+    fs::remove(model.folder() / "images/00001-lens.png");
+    CHECK(model.sentence() == "images/00001-lens.png: no such file");
+  }
+  SECTION("a missing trust mask") {
+    fs::remove(model.folder() / "images/00002-trust.png");
+    CHECK(model.sentence() == "images/00002-trust.png: no such file");
+  }
+  SECTION("a trust mask cut off") {
+    const std::string bytes = bytes_of(model.folder() / "images/00001-trust.png");
+    model.replace("images/00001-trust.png", bytes.substr(0, bytes.size() / 2));
+    CHECK(model.sentence() == "images/00001-trust.png: the file is cut off after " + std::to_string(bytes.size() / 2) +
+                                  " bytes; copy it again");
   }
   SECTION("another size in the file") {
     model.view(2)["width"] = 65536;

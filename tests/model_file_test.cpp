@@ -39,11 +39,11 @@ void check_same(const StoredView& a, const StoredView& b) {
   CAPTURE(a.name);
   CHECK(a.name == b.name);
   check_same(a.camera, b.camera);
-  CHECK(same_bits(a.gain, b.gain));
   CHECK(a.photograph.width == b.photograph.width);
   CHECK(a.photograph.height == b.photograph.height);
   CHECK(a.photograph.rgb == b.photograph.rgb);
   CHECK(a.photograph.valid == b.photograph.valid);
+  CHECK(a.trust == b.trust);
   CHECK(a.depth == b.depth);
   CHECK(a.validity == b.validity);
 }
@@ -66,11 +66,13 @@ void check_same(const Cells& a, const Cells& b) {
 Snapshot compacted(const Snapshot& snapshot) {
   Snapshot compact = snapshot;
   compact.views.clear();
+  compact.gains.clear();
   std::map<std::uint32_t, std::uint32_t> number;
   for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     number[slot] = static_cast<std::uint32_t>(compact.views.size());
     compact.views.push_back(snapshot.views[slot]);
+    compact.gains.push_back(snapshot.gains[slot]);
   }
   for (std::uint32_t& view : compact.references.views) view = number.at(view);
   return compact;
@@ -83,6 +85,8 @@ void check_same(const Snapshot& a, const Snapshot& b) {
   check_same(a.surface->cells, b.surface->cells);
   REQUIRE(a.views.size() == b.views.size());
   for (std::size_t slot = 0; slot < a.views.size(); ++slot) check_same(*a.views[slot], *b.views[slot]);
+  REQUIRE(a.gains.size() == b.gains.size());
+  for (std::size_t slot = 0; slot < a.gains.size(); ++slot) CHECK(same_bits(a.gains[slot], b.gains[slot]));
   CHECK(a.references.offsets == b.references.offsets);
   CHECK(a.references.views == b.references.views);
   CHECK(a.cell_seen == b.cell_seen);
@@ -124,7 +128,7 @@ TEST_CASE("a model that was read is written as the same bytes") {
     CHECK(bytes_of(entry.path()) == bytes_of(second / name));
     ++files;
   }
-  CHECK(files == 2 + 3 + 1);  // the glTF file and its buffer, three photographs, one lens mask
+  CHECK(files == 2 + 3 + 1 + 2);  // the glTF file and its buffer, photographs, lens masks, trust masks
 }
 
 TEST_CASE("a model is written and read the same by any number of threads") {
@@ -221,6 +225,30 @@ TEST_CASE("a rotation is stored row by row") {
   const glm::dmat3& rotation = snapshot.views[0]->camera.cam_from_world_rotation;
   // Its second number multiplies y of the world for x of the camera.
   CHECK(view.at("rotation").at(1).get<double>() == (rotation * glm::dvec3(0, 1, 0)).x);
+}
+
+TEST_CASE("a view has the masks that it needs in the file, and no others") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto& views = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views");
+  const auto uri = [&](std::size_t view, const char* mask) {
+    return gltf.at("images").at(views.at(view).at(mask).get<std::size_t>()).at("uri").get<std::string>();
+  };
+  CHECK_FALSE(views.at(0).contains("lensMask"));
+  CHECK_FALSE(views.at(0).contains("trustMask"));
+  CHECK(uri(1, "lensMask") == "images/00001-lens.png");
+  CHECK(uri(1, "trustMask") == "images/00001-trust.png");
+  CHECK_FALSE(views.at(2).contains("lensMask"));
+  CHECK(uri(2, "trustMask") == "images/00002-trust.png");
+}
+
+TEST_CASE("a gain is stored as red, green, blue") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(2);
+  CHECK(view.at("gain") == nlohmann::json{1.7, 0.9, 1.2});
 }
 
 TEST_CASE("a model that cannot be written is refused by name") {

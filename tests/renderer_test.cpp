@@ -83,22 +83,21 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   }
 }
 
-TEST_CASE("the shader agrees with the CPU reference on exposure gains, lens masks and mixed photograph sizes") {
+TEST_CASE(
+    "the shader agrees with the CPU reference on gains that differ by channel, lens masks and mixed photograph sizes") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   Snapshot snapshot = room_snapshot(8, {});
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     StoredView view = *snapshot.views[slot];
-    view.gain = 0.5 + 0.2 * static_cast<double>(slot);
+    snapshot.gains[slot] = glm::dvec3(0.5, 1.9, 0.8) + static_cast<double>(slot) * glm::dvec3(0.2, -0.2, 0.1);
     if (slot % 2 == 0) {
       const Camera camera = view.camera.scaled_to(61, 90);
       Photograph photograph = pattern_photograph(camera, slot);
       photograph.valid.assign(61 * 90, 255);
       std::fill_n(photograph.valid.begin(), 61 * 20, std::uint8_t{0});
       const auto visibility = make_ray_visibility(snapshot.surface->mesh);
-      const double gain = view.gain;
       view = make_stored_view(view.name, camera, photograph, visibility->trace(camera), {});
-      view.gain = gain;
     }
     snapshot.views[slot] = std::make_shared<const StoredView>(view);
   }
@@ -205,6 +204,40 @@ TEST_CASE("with fewer views than K all of them are blended by their weights, in 
   CHECK(red + green == Approx(1).margin(0.02));  // 8 bits of sRGB each
   CHECK(red > green);                            // the red camera is nearer to the novel one
   CHECK(green > 0.2);
+}
+
+// Says of one view that the other views contradict all of it.
+void distrust(Snapshot& snapshot, std::size_t slot) {
+  StoredView view = *snapshot.views[slot];
+  const std::vector<std::uint8_t> contradicted(view.validity.size(), 0);
+  view.validity = validity_mask(view.photograph, view.depth, contradicted, ValidityOptions::printed());
+  snapshot.views[slot] = std::make_shared<const StoredView>(view);
+}
+
+TEST_CASE("a contradicted view hardly shows beside another one, and is shown rather than a hole") {
+  const Camera camera = room_camera(0);
+  const std::size_t middle = 36 * 96 + 48;
+  Snapshot snapshot = red_and_green();
+  const Rendering both_trusted = reference(snapshot, camera, {});
+  distrust(snapshot, 0);
+  Snapshot alone = snapshot;
+  std::fill(alone.references.views.begin(), alone.references.views.end(), 0u);
+  const auto check_pictures = [&](const Rendering& beside, const Rendering& only) {
+    // The red view is the better one by its place: up to twice the green one's weight, times 1/255.
+    CHECK(linear_from_srgb(beside.picture.rgb[3 * middle] / 255.0) < 2.5 / 255);
+    CHECK(beside.state == both_trusted.state);
+    REQUIRE(only.state[middle] == PixelState::textured);
+    CHECK(only.picture.rgb[3 * middle] == 255);
+    CHECK(only.picture.rgb[3 * middle + 1] == 0);
+  };
+  check_pictures(reference(snapshot, camera, {}), reference(alone, camera, {}));
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  const Rendering beside = renderer.render(camera, {});
+  renderer.load(alone);
+  check_pictures(beside, renderer.render(camera, {}));
 }
 
 TEST_CASE("with K = 1 and the fade of the last view, the best view alone is shown") {

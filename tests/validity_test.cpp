@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/validity.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -39,11 +41,13 @@ std::vector<std::uint8_t> row_of(const std::vector<std::uint8_t>& mask, const Ph
   return {begin, begin + static_cast<std::ptrdiff_t>(photograph.width)};
 }
 
+constexpr std::span<const std::uint8_t> kAllTrusted;
+
 TEST_CASE("a depth step makes the pixels within its radius invalid on both sides") {
   const Photograph photograph = grey(12, 5);
   const std::uint32_t radius = GENERATE(0u, 1u, 2u, 3u);
   CAPTURE(radius);
-  const auto mask = validity_mask(photograph, step_depth(photograph, 6, 1, 2), without_fade(0.05, radius));
+  const auto mask = validity_mask(photograph, step_depth(photograph, 6, 1, 2), kAllTrusted, without_fade(0.05, radius));
   for (std::uint32_t y = 0; y < photograph.height; ++y) {
     for (std::uint32_t x = 0; x < photograph.width; ++x) {
       const bool near_step = x >= 6 - radius && x < 6 + radius;
@@ -56,7 +60,7 @@ TEST_CASE("the search window is a disc") {
   const Photograph photograph = grey(9, 9);
   std::vector<float> depth = flat_depth(photograph, 1);
   depth[4 * 9 + 4] = 2;  // one pixel stands out
-  const auto mask = validity_mask(photograph, depth, without_fade(0.05, 2));
+  const auto mask = validity_mask(photograph, depth, kAllTrusted, without_fade(0.05, 2));
   for (int y = 0; y < 9; ++y) {
     for (int x = 0; x < 9; ++x) {
       const bool near = (x - 4) * (x - 4) + (y - 4) * (y - 4) <= 4;
@@ -69,7 +73,8 @@ TEST_CASE("the depth threshold is relative to the nearer of two depths") {
   const Photograph photograph = grey(6, 3);
   const float scale = GENERATE(1e-3f, 1.0f, 1e5f);  // arbitrary units
   const auto is_edge = [&](float left, float right) {
-    const auto mask = validity_mask(photograph, step_depth(photograph, 3, scale * left, scale * right), without_fade());
+    const auto mask =
+        validity_mask(photograph, step_depth(photograph, 3, scale * left, scale * right), kAllTrusted, without_fade());
     return mask[2] == 0;
   };
   CHECK_FALSE(is_edge(100, 104.9f));
@@ -80,9 +85,9 @@ TEST_CASE("the depth threshold is relative to the nearer of two depths") {
 
 TEST_CASE("pixels without a surface are invalid, and so are those near them") {
   const Photograph photograph = grey(8, 3);
-  const auto mask = validity_mask(photograph, step_depth(photograph, 4, 1, kNoSurface), without_fade());
+  const auto mask = validity_mask(photograph, step_depth(photograph, 4, 1, kNoSurface), kAllTrusted, without_fade());
   CHECK(row_of(mask, photograph, 1) == std::vector<std::uint8_t>{255, 255, 0, 0, 0, 0, 0, 0});
-  const auto nothing = validity_mask(photograph, flat_depth(photograph, kNoSurface), {});
+  const auto nothing = validity_mask(photograph, flat_depth(photograph, kNoSurface), kAllTrusted, {});
   CHECK(nothing == std::vector<std::uint8_t>(24, 0));
 }
 
@@ -90,20 +95,21 @@ TEST_CASE("pixels outside of the lens's image are invalid") {
   Photograph photograph = grey(7, 3);
   photograph.valid.assign(21, 255);
   for (std::uint32_t y = 0; y < 3; ++y) photograph.valid[7 * y] = photograph.valid[7 * y + 6] = 0;
-  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), without_fade());
+  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, without_fade());
   CHECK(row_of(mask, photograph, 1) == std::vector<std::uint8_t>{0, 255, 255, 255, 255, 255, 0});
-  const auto faded = validity_mask(photograph, flat_depth(photograph, 3), {0.05, 2, 1});
+  const auto faded = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, {0.05, 2, 1});
   CHECK(row_of(faded, photograph, 1) == std::vector<std::uint8_t>{0, 128, 255, 255, 255, 128, 0});
 }
 
 TEST_CASE("without a fade the image's border is wholly valid") {
   const Photograph photograph = grey(5, 4);
-  CHECK(validity_mask(photograph, flat_depth(photograph, 3), without_fade()) == std::vector<std::uint8_t>(20, 255));
+  CHECK(validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, without_fade()) ==
+        std::vector<std::uint8_t>(20, 255));
 }
 
 TEST_CASE("the fade rises in equal steps from the image's border") {
   const Photograph photograph = grey(11, 11);
-  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), {0.05, 2, 4});
+  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, {0.05, 2, 4});
   CHECK(row_of(mask, photograph, 5) == std::vector<std::uint8_t>{51, 102, 153, 204, 255, 255, 255, 204, 153, 102, 51});
   CHECK(row_of(mask, photograph, 0) == std::vector<std::uint8_t>(11, 51));
 }
@@ -112,7 +118,7 @@ TEST_CASE("the fade goes by Euclidean distance") {
   Photograph photograph = grey(31, 31);
   photograph.valid.assign(31 * 31, 255);
   photograph.valid[31 * 15 + 15] = 0;
-  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), {0.05, 2, 9});
+  const auto mask = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, {0.05, 2, 9});
   const auto at = [&](std::size_t dx, std::size_t dy) { return mask[31 * (15 + dy) + 15 + dx]; };
   CHECK(at(3, 4) == at(5, 0));
   CHECK(at(4, 3) == 128);  // 5 of 10
@@ -129,7 +135,7 @@ TEST_CASE("the printed options are a step, and otherwise the defaults") {
   CHECK(ValidityOptions::printed().depth_edge == 0.05);
   const Photograph photograph = grey(12, 5);
   for (const std::uint8_t value :
-       validity_mask(photograph, step_depth(photograph, 6, 1, 2), ValidityOptions::printed())) {
+       validity_mask(photograph, step_depth(photograph, 6, 1, 2), kAllTrusted, ValidityOptions::printed())) {
     CHECK((value == 0 || value == 255));
   }
 }
@@ -185,14 +191,50 @@ TEST_CASE("masks of random depth images are those of the definition") {
   }
   const ValidityOptions options{0.02 + 0.02 * below(4), below(4), below(7)};
   CAPTURE(seed, photograph.width, photograph.height, options.depth_edge, options.edge_radius_px, options.fade_px);
-  CHECK(validity_mask(photograph, depth, options) == mask_by_definition(photograph, depth, options));
+  CHECK(validity_mask(photograph, depth, kAllTrusted, options) == mask_by_definition(photograph, depth, options));
+}
+
+TEST_CASE("a contradicted pixel keeps the least validity, rather than none") {
+  const Photograph photograph = grey(6, 1);
+  const std::vector<std::uint8_t> trust{0, 1, 2, 128, 254, 255};
+  CHECK(validity_mask(photograph, flat_depth(photograph, 3), trust, without_fade()) ==
+        std::vector<std::uint8_t>{1, 1, 2, 128, 254, 255});
+  CHECK(validity_mask(photograph, flat_depth(photograph, kNoSurface), trust, without_fade()) ==
+        std::vector<std::uint8_t>(6, 0));
+}
+
+TEST_CASE("trust in every pixel is the same as no trust mask") {
+  const Photograph photograph = grey(11, 11);
+  const std::vector<float> depth = step_depth(photograph, 6, 1, 2);
+  const std::vector<std::uint8_t> trust(11 * 11, 255);
+  CHECK(validity_mask(photograph, depth, trust, {}) == validity_mask(photograph, depth, kAllTrusted, {}));
+}
+
+TEST_CASE("trust multiplies the faded mask, rounded, and makes no pixel invalid") {
+  const Photograph photograph = grey(520, 520);  // large enough for every value of the mask
+  std::vector<float> depth = flat_depth(photograph, 2);
+  depth[0] = kNoSurface;
+  const ValidityOptions options{0.05, 0, 255};
+  std::mt19937 random(3);
+  std::vector<std::uint8_t> trust(depth.size());
+  for (std::uint8_t& value : trust) value = static_cast<std::uint8_t>(random() % 256);
+  const auto without = validity_mask(photograph, depth, kAllTrusted, options);
+  const auto with = validity_mask(photograph, depth, trust, options);
+  REQUIRE(without[0] == 0);
+  REQUIRE(*std::max_element(without.begin(), without.end()) == 255);
+  std::size_t wrong = 0;
+  for (std::size_t pixel = 0; pixel < with.size(); ++pixel) {
+    const long product = std::lround(without[pixel] * std::max<int>(trust[pixel], 1) / 255.0);
+    wrong += with[pixel] != (without[pixel] == 0 ? 0 : std::max(product, 1L));
+  }
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("bad validity options are refused by field, value and rule") {
   const Photograph photograph = grey(2, 2);
   const auto sentence = [&](const ValidityOptions& options) -> std::string {
     try {
-      (void)validity_mask(photograph, flat_depth(photograph, 1), options);
+      (void)validity_mask(photograph, flat_depth(photograph, 1), kAllTrusted, options);
     } catch (const std::invalid_argument& error) {
       return error.what();
     }
@@ -205,8 +247,12 @@ TEST_CASE("bad validity options are refused by field, value and rule") {
   CHECK(sentence({0.05, 17, 8}) == "validity: edge_radius_px is 17, must be at most 16");
   CHECK(sentence({0.05, 2, 256}) == "validity: fade_px is 256, must be at most 255");
   CHECK(sentence({0.05, 16, 255}) == "accepted");
-  CHECK_THROWS_MATCHES(validity_mask(photograph, std::vector<float>(3, 1.0f), {}), std::invalid_argument,
+  CHECK_THROWS_MATCHES(validity_mask(photograph, std::vector<float>(3, 1.0f), kAllTrusted, {}), std::invalid_argument,
                        Catch::Message("validity: depth has 3 values, must have one per pixel of the photograph"));
+  CHECK_THROWS_MATCHES(
+      validity_mask(photograph, flat_depth(photograph, 1), std::vector<std::uint8_t>(5, 255), {}),
+      std::invalid_argument,
+      Catch::Message("validity: trust has 5 values, must have one per pixel of the photograph, or none"));
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ StoredView flat_view(const glm::u8vec3& color, float depth = 4) {
 
 std::vector<glm::u8vec3> mean_of(const Mesh& mesh, const std::vector<StoredView>& views) {
   VertexColorMean mean(mesh);
-  for (const StoredView& view : views) mean.add(view);
+  for (const StoredView& view : views) mean.add(view, glm::dvec3(1));
   return mean.colors();
 }
 
@@ -87,11 +87,20 @@ TEST_CASE("the mean is taken in linear light") {
   CHECK(mean_of(mesh, {flat_view({0, 255, 40}), flat_view({255, 255, 40})}) == all(mesh, {188, 255, 40}));
 }
 
-TEST_CASE("a view's gain scales its light") {
+TEST_CASE("a view's gain scales its light, channel by channel") {
   const Mesh mesh = wall();
-  StoredView view = flat_view({255, 128, 0});
-  view.gain = 0.5;
-  CHECK(mean_of(mesh, {view}) == all(mesh, {188, 92, 0}));  // 128 is 0.2159 in linear light, its half is 92.4
+  VertexColorMean mean(mesh);
+  mean.add(flat_view({255, 128, 128}), {0.5, 0.5, 1});
+  CHECK(mean.colors() == all(mesh, {188, 92, 128}));  // 128 is 0.2159 in linear light, its half is 92.4
+}
+
+TEST_CASE("each view has its own gain") {
+  const Mesh mesh = wall();
+  VertexColorMean mean(mesh);
+  mean.add(flat_view({255, 255, 0}), {0.25, 1, 1});
+  mean.add(flat_view({255, 0, 255}), {0.75, 1, 0.5});
+  const std::uint8_t quarter = srgb8_from_linear(0.25);
+  CHECK(mean.colors() == all(mesh, {188, 188, quarter}));
 }
 
 TEST_CASE("a view counts by its validity") {

@@ -75,9 +75,9 @@ inline std::shared_ptr<const Surface> wall_and_panel(std::uint32_t cells = 5) {
 
 // As the planner makes it: with depth and validity from the mesh.
 inline StoredView traced_view(const Surface& surface, std::string name, const Camera& camera, Photograph photograph,
-                              const ValidityOptions& validity = {}) {
+                              const ValidityOptions& validity = {}, std::vector<std::uint8_t> trust = {}) {
   return make_stored_view(std::move(name), camera, std::move(photograph),
-                          make_ray_visibility(surface.mesh)->trace(camera), validity);
+                          make_ray_visibility(surface.mesh)->trace(camera), validity, std::move(trust));
 }
 
 // Turned by `angle` (radians) around an oblique axis: numbers with all their digits.
@@ -91,25 +91,32 @@ inline Camera oblique_camera(std::uint32_t width, std::uint32_t height, double a
   return camera;
 }
 
-// A store with free slots between and after three views of different sizes, one of them with a lens mask, made with
-// `validity`; a cell without references and one that nobody saw.
+// A trust mask of many values, all 256 of them from 256 pixels on.
+inline std::vector<std::uint8_t> mottled_trust(const Camera& camera) {
+  std::vector<std::uint8_t> trust(std::size_t{camera.width} * camera.height);
+  for (std::size_t pixel = 0; pixel < trust.size(); ++pixel) trust[pixel] = static_cast<std::uint8_t>(37 * pixel);
+  return trust;
+}
+
+// A store with free slots between and after three views of different sizes, made with `validity`: one has no masks, one
+// a lens mask and a trust mask, one a trust mask; a cell without references and one that nobody saw.
 inline Snapshot small_snapshot(const ValidityOptions& validity = {}) {
   const auto surface = wall_and_panel(5);
   Atlas atlas(surface, 5);
-  const auto insert = [&](const char* name, const Camera& camera, double gain, bool lens) {
+  const auto insert = [&](const char* name, const Camera& camera, const glm::dvec3& gain, bool lens, bool trust) {
     Photograph photograph = position_photograph(camera.width, camera.height, atlas.size());
     if (lens) {
       photograph.valid.assign(photograph.rgb.size() / 3, 255);
       for (std::size_t pixel = 0; pixel < photograph.valid.size(); pixel += 7) photograph.valid[pixel] = 0;
     }
-    StoredView view = traced_view(*surface, name, camera, std::move(photograph), validity);
-    view.gain = gain;
-    return atlas.insert(std::move(view));
+    const std::uint32_t slot = atlas.insert(traced_view(*surface, name, camera, std::move(photograph), validity,
+                                                        trust ? mottled_trust(camera) : std::vector<std::uint8_t>{}));
+    atlas.set_gain(slot, gain);
   };
-  insert("a.jpg", oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3}), 1, false);
-  insert("dropped.jpg", forward_camera(8, 8), 1, false);
-  insert("left/b.jpg", oblique_camera(20, 18, -0.07, {-0.5, 0, 0.1}), 1.0 / 3, true);
-  insert("c \u00e9.jpg", forward_camera(30, 30, {0.2, -0.1, -1}), 1.7, false);
+  insert("a.jpg", oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3}), {1, 1, 1}, false, false);
+  insert("dropped.jpg", forward_camera(8, 8), {3, 3, 3}, false, false);
+  insert("left/b.jpg", oblique_camera(20, 18, -0.07, {-0.5, 0, 0.1}), {1.0 / 3, 0.1, 2}, true, true);
+  insert("c \u00e9.jpg", forward_camera(30, 30, {0.2, -0.1, -1}), {1.7, 0.9, 1.2}, false, true);
   atlas.erase(1);
   atlas.set_references(0, {0, 2});
   atlas.set_references(1, {3});

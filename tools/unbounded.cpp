@@ -34,6 +34,7 @@ Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
   const Cells& cells = surface->cells;
   std::vector<std::vector<CellPixels>> cells_of_view;
+  constexpr glm::dvec3 kPhotographsAsTheyAre(1);
   VertexColorMean colors(surface->mesh);
   Snapshot snapshot;
   snapshot.cell_seen.assign(cells.cells.size(), 0);
@@ -46,9 +47,10 @@ Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::
     for (const CellPixels& seen : seen_cells) snapshot.cell_seen[seen.cell] = 1;
     const auto view = std::make_shared<const StoredView>(
         make_stored_view(views[rank].name, views[rank].camera, std::move(photograph), std::move(buffer), options));
-    colors.add(*view);
+    colors.add(*view, kPhotographsAsTheyAre);
     if (keep_views) {
       snapshot.views.push_back(view);
+      snapshot.gains.push_back(kPhotographsAsTheyAre);
       cells_of_view.push_back(std::move(seen_cells));
     }
     progress.tick();
@@ -62,6 +64,7 @@ Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::
 Snapshot without_views(const Snapshot& snapshot) {
   Snapshot bare = snapshot;
   bare.views.clear();
+  bare.gains.clear();
   bare.references.views.clear();
   bare.references.offsets.assign(snapshot.references.offsets.size(), 0);
   return bare;

@@ -6,7 +6,8 @@
 struct View {
   vec4 cam_from_world[3];  // rows: rotation, translation
   vec4 intrinsics;         // fx, fy, cx, cy
-  vec4 center_gain;        // camera centre in the world, exposure gain
+  vec4 center;             // of the camera in the world
+  vec4 gain;               // exposure, R G B
   vec4 size;               // width, height in pixels
 };
 
@@ -70,7 +71,7 @@ bool project(uint slot, vec3 world, out vec2 image) {
 vec4 sample_photograph(uint slot, vec2 image) {
   vec2 inside = clamp(image, vec2(0.5), views[slot].size.xy - 0.5);
   vec4 texel = textureLod(photographs, vec3(inside / vec2(textureSize(photographs, 0).xy), float(slot)), 0.0);
-  return vec4(texel.rgb * views[slot].center_gain.w, texel.a);
+  return vec4(texel.rgb * views[slot].gain.rgb, texel.a);
 }
 
 bool blend(uint cell, vec3 world, out vec3 color) {
@@ -80,7 +81,7 @@ bool blend(uint cell, vec3 world, out vec3 color) {
   float o = length(to_novel);
   for (uint reference = offsets[cell]; reference < offsets[cell + 1u]; ++reference) {
     uint slot = slots[reference];
-    float weight = geometric_weight(to_novel, o, views[slot].center_gain.xyz - world);
+    float weight = geometric_weight(to_novel, o, views[slot].center.xyz - world);
     if (weight <= best[blended_views].w) continue;  // validity can only lower it
     vec2 image;
     if (!project(slot, world, image)) continue;
