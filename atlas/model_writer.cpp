@@ -151,8 +151,9 @@ Json view_json(tinygltf::Model& model, const StoredView& view, const glm::dvec3&
   Json::Object object;
   object["name"] = Json(unicode_name(view.name));
   object["image"] = Json(add_image(model, image_name(index) + ".png"));
-  for (const Mask& mask : masks_of(view))
+  for (const Mask& mask : masks_of(view)) {
     object[mask.property] = Json(add_image(model, image_name(index) + mask.ending));
+  }
   object["width"] = Json(static_cast<int>(camera.width));
   object["height"] = Json(static_cast<int>(camera.height));
   object["focalLength"] = Json(Json::Array{Json(camera.fx), Json(camera.fy)});
