@@ -46,6 +46,7 @@ void require(bool holds, const char* field, double value, const char* rule) {
 void check(const PlannerOptions& options) {
   check(options.coverage);
   check(options.validity);
+  check(options.refinement);
   require(std::isfinite(options.min_view_gain) && options.min_view_gain >= 0, "min_view_gain", options.min_view_gain,
           "finite and not negative");
   require(std::isfinite(options.min_reference_gain) && options.min_reference_gain >= 0, "min_reference_gain",
@@ -76,6 +77,7 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
     : atlas_(atlas),
       visibility_(visibility),
       options_(options),
+      refiner_(atlas, visibility, options.refinement),
       members_(atlas.surface().cells.cells.size()),
       cells_of_(atlas.capacity()),
       cell_coverage_(atlas.surface().cells.cells.size(), 0),
@@ -181,8 +183,19 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
   }
   if (!(verdict.gain > options_.min_view_gain * static_cast<double>(parts.size()))) return verdict;
 
+  Camera refined = camera;
+  if (options_.refinement.any()) {
+    const Stopwatch stopwatch(verdict.refine_ms);
+    verdict.refinement = refiner_.refine(camera, photograph);
+    refined = verdict.refinement->alignment.camera;
+    if (verdict.refinement->outlier) {
+      verdict.decision = Decision::outlier;
+      return verdict;
+    }
+  }
   const Stopwatch stopwatch(verdict.store_ms);
-  StoredView view = make_stored_view(name, camera, std::move(photograph), visibility_.trace(camera), options_.validity);
+  StoredView view =
+      make_stored_view(name, refined, std::move(photograph), visibility_.trace(refined), options_.validity);
   verdict.decision = victim ? Decision::replaced : Decision::kept;
   if (victim) {
     verdict.replaced = atlas_.view(*victim)->name;
@@ -190,6 +203,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
   }
   verdict.slot = atlas_.insert(std::move(view));
   store(*verdict.slot, parts);
+  if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement);
   return verdict;
 }
 
@@ -217,6 +231,7 @@ void Planner::evict(std::uint32_t slot) {
     if (was_referenced) refill(cell);
     publish(cell);
   }
+  refiner_.erased(slot);
   atlas_.erase(slot);
   update_ranks(cells);
 }

@@ -16,12 +16,14 @@
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
 #include "planner/coverage.h"
+#include "planner/refiner.h"
 
 namespace lumatlas {
 
 struct PlannerOptions {
   CoverageOptions coverage;
   ValidityOptions validity;
+  RefinementOptions refinement;
   // Delta_scov: a view is kept if it raises scov by more than this share of the number of cells that it sees; >= 0.
   // 0 keeps whatever helps at all; larger keeps fewer views and redoes less.
   double min_view_gain = 0.1;
@@ -34,7 +36,12 @@ struct PlannerOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const PlannerOptions& options);
 
-enum class Decision { kept, replaced, rejected };
+enum class Decision {
+  kept,
+  replaced,  // kept in the place of another
+  rejected,  // would not have added enough
+  outlier,   // would have been kept, but its photograph does not agree with the others, whatever its pose
+};
 
 // What became of an offered view.
 struct Verdict {
@@ -45,7 +52,9 @@ struct Verdict {
   std::uint32_t cells_seen = 0;
   double visibility_ms = 0;  // wall time of the visibility pass,
   double plan_ms = 0;        // of the decision,
+  double refine_ms = 0;      // of the refinement,
   double store_ms = 0;       // and of storing (depth at full resolution)
+  std::optional<Refinement> refinement;  // of a view that was to be stored
 };
 
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.
@@ -60,6 +69,9 @@ class Planner {
   // The photograph must be as large as its camera says (std::invalid_argument). On return the atlas holds the view or
   // nothing of it.
   Verdict offer(const std::string& name, const Camera& camera, Photograph photograph);
+
+  // One step of joint polishing of all stored views: the better the more often, until it rests.
+  PolishStep polish() { return refiner_.polish(options_.validity); }
 
   [[nodiscard]] double summed_coverage() const { return summed_coverage_; }  // scov, in cells
 
@@ -96,6 +108,7 @@ class Planner {
   Atlas& atlas_;
   const Visibility& visibility_;
   PlannerOptions options_;
+  Refiner refiner_;
   VisibilityBuffer buffer_;
   std::vector<std::vector<Member>> members_;          // by cell: every stored view that sees it
   std::vector<std::vector<std::uint32_t>> cells_of_;  // by slot: the cells that its view sees

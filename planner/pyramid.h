@@ -28,6 +28,8 @@ class Pyramid {
   [[nodiscard]] const Photograph& level(std::uint32_t index) const {
     return index == 0 ? *photograph_ : reduced_[index - 1];
   }
+  // Takes another copy of the same photograph for level 0.
+  void refer_to(const Photograph& copy) { photograph_ = &copy; }
   // Bilinear between pixel centres, held at the border. `image` is in pixels of the full resolution.
   [[nodiscard]] glm::dvec3 color(std::uint32_t level, const glm::dvec2& image) const;
   [[nodiscard]] ColorSample sample(std::uint32_t level, const glm::dvec2& image) const;

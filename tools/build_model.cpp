@@ -82,6 +82,8 @@ const char* name_of(Decision decision) {
       return "kept";
     case Decision::replaced:
       return "replaced";
+    case Decision::outlier:
+      return "outlier";
     case Decision::rejected:
       break;
   }
@@ -141,6 +143,10 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
       progress.tick();
     }
   }
+  for (std::uint32_t step = 0; step < options.polish_steps; ++step) {
+    const PolishStep done = planner.polish();
+    std::fprintf(stderr, "polish %u: %.4f -> %.4f, moved %.3f px\n", step, done.residual_before, done.residual_after, done.moved_px);
+  }
   result.summed_coverage = planner.summed_coverage();
   result.snapshot = atlas.snapshot();
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -172,7 +178,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
              {{"visibility", spread_of(result.planned, &Verdict::visibility_ms)},
               {"plan", spread_of(result.planned, &Verdict::plan_ms)},
               {"store", spread_of(result.planned, &Verdict::store_ms)},
-              {"refine", spread({})}}}}}};
+              {"refine", spread_of(result.planned, &Verdict::refine_ms)}}}}}};
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {
@@ -212,6 +218,11 @@ json plan_json(const BuildResult& result) {
                   {"visibility_ms", view.verdict.visibility_ms},
                   {"plan_ms", view.verdict.plan_ms},
                   {"store_ms", view.verdict.store_ms}};
+    if (view.verdict.refinement) {
+      const Refinement& r = *view.verdict.refinement;
+      const Alignment& a = r.alignment;
+      entry["refinement"] = {{"points", r.points}, {"views_per_point", r.views_per_point}, {"moved_px", a.moved_px}, {"moved", a.moved}, {"gain", {a.gain.r, a.gain.g, a.gain.b}}, {"residual", {a.residual_given, a.residual_exposed, a.residual}}, {"correlation", a.correlation}, {"refine_ms", view.verdict.refine_ms}};
+    }
     if (view.verdict.replaced) entry["in_place_of"] = *view.verdict.replaced;
     views.push_back(std::move(entry));
   }

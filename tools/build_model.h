@@ -21,6 +21,7 @@ struct BuildOptions {
   CellOptions cells;
   PlannerOptions planner;           // coverage.ideal_distance 0: the median camera-surface distance of the scene
   std::uint32_t max_views = 100;    // N, >= 1
+  std::uint32_t polish_steps = 0;   // of joint polishing after the stream
   std::optional<HoldOut> hold_out;  // none: every view is offered
   bool quiet = false;
 };

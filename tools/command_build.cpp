@@ -22,6 +22,7 @@ struct BuildFlags {
   BuildOptions options;
   HoldFlags hold;
   CellFlags cells;
+  std::string refine = "all";
   std::string metric = "departures";
   bool json_output = false;
 };
@@ -41,6 +42,9 @@ void run(const BuildFlags& flags) {
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   if (flags.metric == "printed") options.planner.coverage.metric = CoverageOptions::Metric::printed;
+  AlignmentOptions& alignment = options.planner.refinement.alignment;
+  alignment.pose = flags.refine != "none" && flags.refine != "exposure";
+  alignment.exposure = flags.refine != "none" && flags.refine != "pose";
   check_usage(options);
   OutputFolder output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
@@ -91,6 +95,12 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 255u));
+  command.add_option("--refine", flags.refine, "none, exposure, pose, all or joint")
+      ->check(CLI::IsMember({"none", "exposure", "pose", "all", "joint"}));
+  command.add_flag("--white-balance", planner.refinement.alignment.white_balance, "");
+  command.add_option("--prior", planner.refinement.alignment.prior, "");
+  command.add_option("--samples", planner.refinement.samples, "");
+  command.add_option("--polish-steps", flags.options.polish_steps, "");
   command.add_option("--metric", flags.metric, "Coverage metric: departures (from the paper's print) or printed")
       ->check(CLI::IsMember({"departures", "printed"}));
 }

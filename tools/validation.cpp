@@ -57,17 +57,25 @@ class MethodRun {
       const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
       views[i].renderings.push_back(score(method, i, renderer.render(camera, options_.blend), photograph, mask));
       if (options_.aligned) {
-        views[i].renderings.back().scores.aligned = aligned_scores(renderer, camera, photograph);
+        views[i].renderings.back().scores.aligned = aligned_scores(method, i, renderer, camera, photograph);
       }
       progress.tick();
     }
   }
 
  private:
-  Scores aligned_scores(Renderer& renderer, const Camera& given, const Photograph& photograph) const {
+  Scores aligned_scores(const std::string& method, std::size_t index, Renderer& renderer, const Camera& given,
+                        const Photograph& photograph) const {
     const Camera camera = align_to_model(renderer, visibility_, given, photograph, options_.blend);
     const Rendering rendering = renderer.render(camera, options_.blend);
-    return score_view(rendering.picture, photograph, seen_mask(visibility_.trace(camera)), {}).fitted;
+    const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
+    const ViewScores scores = score_view(rendering.picture, photograph, mask, {});
+    if (options_.pictures) {
+      const Photograph fitted = apply_gain(rendering.picture, scores.gain);
+      write_image(folder_ / (folder_name(index) + "/" + method + "-aligned.png"), fitted);
+      write_image(folder_ / (folder_name(index) + "/" + method + "-aligned-error.png"), error_picture(fitted, photograph, mask));
+    }
+    return scores.fitted;
   }
 
   ReportRendering score(const std::string& method, std::size_t index, const Rendering& rendering,

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Exposure gains of all stored views at once, from the ratios measured between pairs of them.
+//
+// Matching each new view to the ones before it (Erat et al. 2019, section 3.3) adds up the error of every step, so that a
+// long stream drifts and a loop does not close. Keeping the pairwise ratios and solving
+//
+//   min  sum_ij n_ij h(ln g_i - ln g_j - r_ij) + e sum_i (ln g_i)^2        h: Cauchy's loss, r_ij, n_ij: ExposureRatio
+//
+// again whenever a view comes or goes spreads such errors over all of them, as panorama stitchers do (Brown and Lowe
+// 2007, section 6). The small e keeps the mean of the logarithms near 0, so a stream as a whole grows neither brighter
+// nor darker.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <vector>
+
+#include "planner/median_colors.h"
+
+namespace lumatlas {
+
+class ExposureGraph {
+ public:
+  explicit ExposureGraph(std::uint32_t slots);
+
+  // The ratios of a view to others, in place of those that it was given before.
+  void set(std::uint32_t slot, std::span<const ExposureRatio> ratios);
+  // Forgets every ratio that the slot is part of.
+  void erase(std::uint32_t slot);
+
+  // Gains by slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all alike.
+  [[nodiscard]] std::vector<glm::dvec3> solve(bool white_balance) const;
+
+ private:
+  std::vector<std::vector<ExposureRatio>> ratios_;  // by slot
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// View processing, Erat et al. 2019, section 3.3: makes each view that is about to be stored agree with the stored ones
+// in exposure and pose, and finds the views that do not belong.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility.h"
+#include "planner/alignment.h"
+#include "planner/exposure_graph.h"
+#include "planner/median_colors.h"
+
+namespace lumatlas {
+
+struct RefinementOptions {
+  AlignmentOptions alignment;  // its pose, exposure and white_balance say what is refined
+  std::size_t samples = 2000;  // surface points at which views are compared, >= 1
+  std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
+  // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
+  double least_correlation = 0.5;
+  double least_views = 2;  // but only where that many other views, in the mean, show each of its points
+
+  [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const RefinementOptions& options);
+
+struct Refinement {
+  Alignment alignment;
+  std::size_t points = 0;      // that other views show too
+  double views_per_point = 0;  // how many of them, in the mean
+  bool outlier = false;
+  std::vector<ExposureRatio> ratios;
+};
+
+// Means over the stored views that have points in common with others.
+struct PolishStep {
+  double residual_before = 0, residual_after = 0;
+  double moved_px = 0;  // how far this step moved the views
+};
+
+class Refiner {
+ public:
+  // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
+  Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
+
+  // Compares the photograph with the stored views. Changes nothing.
+  [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
+
+  // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
+  // balanced anew.
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement);
+  // The slot's view is about to leave.
+  void erased(std::uint32_t slot);
+
+  // One step of joint polishing: every stored view against the others, all at once.
+  PolishStep polish(const ValidityOptions& validity);
+
+ private:
+  [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
+                                   std::optional<std::uint32_t> slot) const;
+  void balance_exposures();
+  void replace(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
+
+  Atlas& atlas_;
+  const Visibility& visibility_;
+  RefinementOptions options_;
+  std::vector<std::optional<ComparedView>> views_;  // by slot
+  std::vector<Camera> given_;                       // by slot
+  ExposureGraph exposures_;
+};
+
+}  // namespace lumatlas
