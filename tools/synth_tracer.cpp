@@ -16,6 +16,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "tools/synth_random.h"
 
@@ -122,37 +123,45 @@ struct Hit {
   vec3 point;
   vec3 geometric_normal;  // unit, towards where the ray came from
   const Surface* surface = nullptr;
+  const Material* material = nullptr;
   [[nodiscard]] vec3 start() const { return point + kOffset * geometric_normal; }
 };
 
-}  // namespace
+RTCRay make_ray(const vec3& from, const vec3& step, float reach) {
+  RTCRay ray{};
+  ray.org_x = from.x;
+  ray.org_y = from.y;
+  ray.org_z = from.z;
+  ray.dir_x = step.x;
+  ray.dir_y = step.y;
+  ray.dir_z = step.z;
+  ray.tfar = reach;
+  ray.mask = ~0U;
+  return ray;
+}
 
-class Tracer::Implementation {
+// Surfaces that are traced together.
+class Layer {
  public:
-  explicit Implementation(const Scene& scene)
-      : scene_(scene),
-        device_(rtcNewDevice(nullptr)),
-        rtc_scene_(make_rtc_scene(checked(device_.get()), scene.geometry.mesh)) {}
+  Layer(RTCDevice device, const Tessellation& geometry, const std::vector<Material>& materials)
+      : geometry_(geometry), materials_(materials), rtc_scene_(make_rtc_scene(device, geometry.mesh)) {}
 
-  [[nodiscard]] Photograph photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed) const {
-    Photograph photo;
-    photo.width = camera.width;
-    photo.height = camera.height;
-    photo.rgb.resize(std::size_t{3} * camera.width * camera.height);
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, camera.height),
-                      [&](const tbb::blocked_range<std::uint32_t>& rows) {
-                        PixelSamples random(kFirstLight + 2 * scene_.lights.size(), samples);
-                        for (std::uint32_t y = rows.begin(); y < rows.end(); ++y) {
-                          for (std::uint32_t x = 0; x < camera.width; ++x) {
-                            random.reset(hashed(seed, y, x));
-                            const vec3 light = pixel(camera, x, y, samples, random);
-                            std::uint8_t* rgb = &photo.rgb[3 * (std::size_t{y} * camera.width + x)];
-                            for (int channel = 0; channel < 3; ++channel)
-                              rgb[channel] = srgb_from_linear(light[channel]);
-                          }
-                        }
-                      });
-    return photo;
+  // False where nothing is hit; else `reach` becomes the distance in steps.
+  bool intersect(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
+    RTCRayHit query{};
+    query.ray = make_ray(from, step, reach);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(rtc_scene_.get(), &context, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    reach = query.ray.tfar;
+    hit.point = from + reach * step;
+    hit.surface = &geometry_.surfaces[geometry_.surface_of_face[query.hit.primID]];
+    hit.material = &materials_[hit.surface->material];
+    const vec3 n = glm::normalize(vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z));
+    hit.geometric_normal = glm::dot(n, step) > 0 ? -n : n;
+    return true;
   }
 
   [[nodiscard]] bool free(const vec3& from, const vec3& step, float reach) const {  // no surface in (0, reach) steps
@@ -164,40 +173,38 @@ class Tracer::Implementation {
   }
 
  private:
-  static RTCDevice checked(RTCDevice device) {
-    if (device == nullptr) throw std::runtime_error("Embree offers no device");
-    return device;
-  }
+  const Tessellation& geometry_;
+  const std::vector<Material>& materials_;
+  RtcScene rtc_scene_;
+};
 
-  static RTCRay make_ray(const vec3& from, const vec3& step, float reach) {
-    RTCRay ray{};
-    ray.org_x = from.x;
-    ray.org_y = from.y;
-    ray.org_z = from.z;
-    ray.dir_x = step.x;
-    ray.dir_y = step.y;
-    ray.dir_z = step.z;
-    ray.tfar = reach;
-    ray.mask = ~0U;
-    return ray;
-  }
+// The scene's surfaces and those of a visitor, if there is one. Two layers rather than one mesh: where the visitor
+// plays no part, every ray hits what it hits without.
+class Surfaces {
+ public:
+  Surfaces(const Layer& scene, const Layer* visitor) : scene_(scene), visitor_(visitor) {}
 
-  // False where nothing is hit; `reach` becomes the distance in steps.
   bool intersect(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
-    RTCRayHit query{};
-    query.ray = make_ray(from, step, reach);
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(rtc_scene_.get(), &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    reach = query.ray.tfar;
-    hit.point = from + reach * step;
-    hit.surface = &scene_.geometry.surfaces[scene_.geometry.surface_of_face[query.hit.primID]];
-    const vec3 n = glm::normalize(vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z));
-    hit.geometric_normal = glm::dot(n, step) > 0 ? -n : n;
-    return true;
+    const bool scene_hit = scene_.intersect(from, step, reach, hit);
+    const bool visitor_hit = meets_visitor(from, step, reach, hit);
+    return scene_hit || visitor_hit;
   }
+  bool meets_visitor(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
+    return visitor_ != nullptr && visitor_->intersect(from, step, reach, hit);
+  }
+  [[nodiscard]] bool free(const vec3& from, const vec3& step, float reach) const {
+    return scene_.free(from, step, reach) && (visitor_ == nullptr || visitor_->free(from, step, reach));
+  }
+
+ private:
+  const Layer& scene_;
+  const Layer* visitor_;
+};
+
+// The light along the paths of one photograph.
+class Paths {
+ public:
+  Paths(const Scene& scene, const Surfaces& surfaces) : scene_(scene), surfaces_(surfaces) {}
 
   [[nodiscard]] vec3 pixel(const Camera& camera, std::uint32_t x, std::uint32_t y, std::uint32_t samples,
                            const PixelSamples& random) const {
@@ -211,13 +218,14 @@ class Tracer::Implementation {
     return sum / static_cast<float>(samples);
   }
 
+ private:
   // Radiance along a ray of the camera.
   [[nodiscard]] vec3 seen(const vec3& from, const vec3& direction, const PixelSamples& random,
                           std::uint32_t sample) const {
     Hit hit;
     float reach = std::numeric_limits<float>::infinity();
-    if (!intersect(from, direction, reach, hit)) return vec3(0.0F);
-    const Material& material = scene_.materials[hit.surface->material];
+    if (!surfaces_.intersect(from, direction, reach, hit)) return vec3(0.0F);
+    const Material& material = *hit.material;
     const vec3 color = pattern_color(material, coordinates(*hit.surface, hit.point), hit.surface->size);
     if (material.emission > 0) return material.emission * color;
     const vec3 n = facing_normal(hit, direction);
@@ -242,8 +250,8 @@ class Tracer::Implementation {
     if (glm::dot(step, hit.geometric_normal) <= 0) return ambient(n);  // the lobe reaches below the surface
     Hit other;
     float reach = std::numeric_limits<float>::infinity();
-    if (!intersect(hit.start(), step, reach, other)) return vec3(0.0F);
-    const Material& material = scene_.materials[other.surface->material];
+    if (!surfaces_.intersect(hit.start(), step, reach, other)) return vec3(0.0F);
+    const Material& material = *other.material;
     const vec3 color = pattern_color(material, coordinates(*other.surface, other.point), other.surface->size);
     if (material.emission > 0) return glm::min(material.emission * color, vec3(kBrightest));
     const vec3 other_normal = facing_normal(other, step);
@@ -265,7 +273,7 @@ class Tracer::Implementation {
   [[nodiscard]] float openness(const Hit& hit, const vec3& n, const vec2& square) const {
     Hit near;
     float reach = kOcclusionReach;
-    if (!intersect(hit.start(), around(n, square), reach, near)) return 1;
+    if (!surfaces_.intersect(hit.start(), around(n, square), reach, near)) return 1;
     const float share = reach / kOcclusionReach;
     return 0.25F + 0.75F * share * (2 - share);
   }
@@ -284,14 +292,106 @@ class Tracer::Implementation {
       if (arriving <= 0 || leaving <= 0 || glm::dot(hit.geometric_normal, step) <= 0) continue;
       const float squared = std::max(glm::dot(step, step), kNearest * kNearest);
       const vec3 part = light.radiance * (arriving * leaving / (std::numbers::pi_v<float> * squared * squared));
-      if (std::max({part.x, part.y, part.z}) > kNegligible && free(from, step, 0.999F)) sum += part;
+      if (std::max({part.x, part.y, part.z}) > kNegligible && surfaces_.free(from, step, 0.999F)) sum += part;
     }
     return sum;
   }
 
   const Scene& scene_;
+  Surfaces surfaces_;
+};
+
+// The part of the light that the lens lets through to a pixel, times the gains.
+vec3 transmitted(const Exposure& exposure, const Camera& camera, std::uint32_t x, std::uint32_t y) {
+  const glm::dvec2 off = glm::dvec2(x + 0.5, y + 0.5) - glm::dvec2(camera.cx, camera.cy);
+  const double squared = 4 * glm::dot(off, off) / (std::pow(camera.width, 2) + std::pow(camera.height, 2));
+  return exposure.gain * static_cast<float>(std::max(0.0, 1 - exposure.vignetting * squared));
+}
+
+}  // namespace
+
+struct Visitor::Body {
+  Body(RTCDevice device, std::span<const Solid> solids, std::vector<Material> given)
+      : geometry(tessellate(solids, kCoarse)), materials(std::move(given)), layer(device, geometry, materials) {}
+
+  static constexpr double kCoarse = 100;  // no edge is cut
+  Tessellation geometry;
+  std::vector<Material> materials;
+  Layer layer;
+};
+
+class Tracer::Implementation {
+ public:
+  explicit Implementation(const Scene& scene)
+      : scene_(scene),
+        device_(rtcNewDevice(nullptr)),
+        layer_(checked(device_.get()), scene.geometry, scene.materials) {}
+
+  [[nodiscard]] Surfaces surfaces(const Visitor* visitor) const {
+    return {layer_, visitor == nullptr ? nullptr : &visitor->body_->layer};
+  }
+
+  [[nodiscard]] std::shared_ptr<const Visitor::Body> body(std::span<const Solid> solids,
+                                                          std::vector<Material> materials) const {
+    return std::make_shared<Visitor::Body>(device_.get(), solids, std::move(materials));
+  }
+
+  [[nodiscard]] Photograph photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed,
+                                      const Exposure& exposure, const Visitor* visitor) const {
+    const Paths paths(scene_, surfaces(visitor));
+    Photograph photo = black(camera);
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, camera.height),
+                      [&](const tbb::blocked_range<std::uint32_t>& rows) {
+                        PixelSamples random(kFirstLight + 2 * scene_.lights.size(), samples);
+                        for (std::uint32_t y = rows.begin(); y < rows.end(); ++y) {
+                          for (std::uint32_t x = 0; x < camera.width; ++x) {
+                            random.reset(hashed(seed, y, x));
+                            const vec3 light = paths.pixel(camera, x, y, samples, random);
+                            const vec3 exposed = transmitted(exposure, camera, x, y) * light;
+                            std::uint8_t* rgb = &photo.rgb[3 * (std::size_t{y} * camera.width + x)];
+                            for (int channel = 0; channel < 3; ++channel)
+                              rgb[channel] = srgb_from_linear(exposed[channel]);
+                          }
+                        }
+                      });
+    return photo;
+  }
+
+  [[nodiscard]] Photograph mask(const Camera& camera, const Visitor& visitor) const {
+    const Surfaces both = surfaces(&visitor);
+    const Surfaces scene = surfaces(nullptr);
+    const vec3 center(camera.center());
+    Photograph mask = black(camera);
+    tbb::parallel_for(std::uint32_t{0}, camera.height, [&](std::uint32_t y) {
+      for (std::uint32_t x = 0; x < camera.width; ++x) {
+        const vec3 direction(glm::normalize(camera.ray(glm::dvec2(x + 0.5, y + 0.5))));
+        Hit hit;
+        float reach = std::numeric_limits<float>::infinity();
+        scene.intersect(center, direction, reach, hit);
+        if (!both.meets_visitor(center, direction, reach, hit)) continue;
+        std::fill_n(&mask.rgb[3 * (std::size_t{y} * camera.width + x)], 3, std::uint8_t{255});
+      }
+    });
+    return mask;
+  }
+
+ private:
+  static RTCDevice checked(RTCDevice device) {
+    if (device == nullptr) throw std::runtime_error("Embree offers no device");
+    return device;
+  }
+
+  static Photograph black(const Camera& camera) {
+    Photograph photo;
+    photo.width = camera.width;
+    photo.height = camera.height;
+    photo.rgb.resize(std::size_t{3} * camera.width * camera.height);
+    return photo;
+  }
+
+  const Scene& scene_;
   Device device_;
-  RtcScene rtc_scene_;
+  Layer layer_;
 };
 
 Tracer::Tracer(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {}
@@ -299,14 +399,33 @@ Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
 Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
-Photograph Tracer::photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed) const {
+Photograph Tracer::photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed, const Exposure& exposure,
+                              const Visitor* visitor) const {
   check(camera);
   if (samples == 0) throw std::invalid_argument("tracer: samples is 0, must be at least 1");
-  return implementation_->photograph(camera, samples, seed);
+  return implementation_->photograph(camera, samples, seed, exposure, visitor);
 }
 
-bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to) const {
-  return implementation_->free(vec3(from), vec3(to - from), 0.999F);
+Visitor Tracer::visitor(std::span<const Solid> solids, std::vector<Material> materials) const {
+  return Visitor(implementation_->body(solids, std::move(materials)));
+}
+
+Photograph Tracer::mask(const Camera& camera, const Visitor& visitor) const {
+  check(camera);
+  return implementation_->mask(camera, visitor);
+}
+
+std::optional<glm::dvec3> Tracer::surface_at(const Camera& camera, const glm::dvec2& position) const {
+  Hit hit;
+  float reach = std::numeric_limits<float>::infinity();
+  const vec3 center(camera.center());
+  const vec3 direction(glm::normalize(camera.ray(position)));
+  if (!implementation_->surfaces(nullptr).intersect(center, direction, reach, hit)) return std::nullopt;
+  return glm::dvec3(hit.point);
+}
+
+bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor) const {
+  return implementation_->surfaces(visitor).free(vec3(from), vec3(to - from), 0.999F);
 }
 
 Photograph trace_photograph(const Scene& scene, const Camera& camera, std::uint32_t samples, std::uint64_t seed) {
