@@ -122,7 +122,7 @@ Person candidate(const Scene& scene, const Camera& camera, Random& random) {
 
 std::optional<PasserBy> find_passer_by(const Scene& scene, const Tracer& tracer, const Camera& camera,
                                        std::uint64_t seed) {
-  constexpr int kAttempts = 60;
+  constexpr int kAttempts = 300;
   constexpr std::uint32_t kGlance = 64;  // pixels of the longer side, enough to dismiss most places
   Random random(seed);
   const std::vector<Material> materials = clothes(random);
