@@ -75,20 +75,23 @@ RtcScene make_rtc_scene(RTCDevice device, const Mesh& mesh) {
 // A pixel's random numbers: for each purpose, `count` points of the unit square, evenly spread and in random order.
 class PixelSamples {
  public:
-  PixelSamples(std::size_t purposes, std::uint32_t count) : count_(count), points_(purposes * count) {}
+  PixelSamples(std::size_t purposes, std::uint32_t count) : count_(count), points_(purposes * count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      constexpr double kGolden = 0.6180339887498949;
+      const double turn = i * kGolden;
+      lattice_.emplace_back((static_cast<float>(i) + 0.5F) / static_cast<float>(count),
+                            static_cast<float>(turn - std::floor(turn)));
+    }
+  }
 
   void reset(std::uint64_t seed) {
     Random random(seed);
     for (std::size_t first = 0; first < points_.size(); first += count_) {
       const vec2 shift{random.uniform(), random.uniform()};  // in this order: braces
       for (std::uint32_t i = 0; i < count_; ++i) {
-        constexpr double kGolden = 0.6180339887498949;
-        const double turn = i * kGolden;
-        const vec2 lattice((static_cast<float>(i) + 0.5F) / static_cast<float>(count_),
-                           static_cast<float>(turn - std::floor(turn)));
         const std::uint32_t place = random.below(i + 1);  // the inside-out shuffle of Fisher and Yates
         points_[first + i] = points_[first + place];
-        points_[first + place] = glm::fract(lattice + shift);
+        points_[first + place] = wrapped(lattice_[i] + shift);
       }
     }
   }
@@ -98,7 +101,10 @@ class PixelSamples {
   }
 
  private:
+  static vec2 wrapped(const vec2& v) { return {v.x < 1 ? v.x : v.x - 1, v.y < 1 ? v.y : v.y - 1}; }  // of [0, 2)
+
   std::uint32_t count_;
+  std::vector<vec2> lattice_;  // of Fibonacci
   std::vector<vec2> points_;
 };
 
