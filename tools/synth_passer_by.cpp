@@ -51,7 +51,7 @@ std::vector<Solid> body_of(const Person& person) {
                                    {{-0.12, -0.07, 0.48}, {0.12, 0.07, 0.82}, kShirt},
                                    {{-0.165, -0.07, 0.42}, {-0.12, 0.02, 0.8}, kShirt},
                                    {{0.12, -0.02, 0.42}, {0.165, 0.07, 0.8}, kShirt},
-                                   {{-0.05, -0.055, 0.82}, {0.05, 0.055, 1}, kTrousers}}};  // a hood
+                                   {{-0.042, -0.052, 0.82}, {0.042, 0.052, 1}, kTrousers}}};  // a hood
   std::vector<Solid> solids;
   for (const Part& part : parts) {
     Block block;
