@@ -105,12 +105,14 @@ glm::u8vec3 color_at(const Photograph& photo, const glm::dvec2& position) {
 
 std::vector<WrittenView> named(const std::vector<Camera>& cameras) {
   std::vector<WrittenView> views;
+  views.reserve(cameras.size());
   for (const Camera& camera : cameras) views.push_back({photograph_name(views.size()), camera});
   return views;
 }
 
 std::vector<Camera> written_cameras(const std::vector<synth::Disturbance>& disturbances) {
   std::vector<Camera> cameras;
+  cameras.reserve(disturbances.size());
   for (const synth::Disturbance& disturbance : disturbances) cameras.push_back(disturbance.written);
   return cameras;
 }
