@@ -152,6 +152,8 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
       {"synth", "apartment", "-o", out, "--views", "0"},
+      {"synth", "apartment", "-o", out, "--passers-by", "1.5"},
+      {"synth", "apartment", "-o", out, "--pose-noise", "-1"},
       {"synth", "castle", "-o", out},
   };
   for (const Arguments& arguments : wrong) {

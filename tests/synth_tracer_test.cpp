@@ -5,7 +5,9 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
+#include <optional>
 #include <stdexcept>
+#include <vector>
 
 #include "tools/synth_surface.h"
 
@@ -219,6 +221,54 @@ TEST_CASE("a tracer sees between points unless a surface is in the way") {
   CHECK_FALSE(tracer.sees({-2, 0, 0}, {2, 0, 0}));
   CHECK(tracer.sees({-2, 0, 0}, {-0.25, 0, 0}));
   CHECK(tracer.sees({-2, 1, 0}, {2, 1, 0}));
+}
+
+TEST_CASE("a visitor looks like the same solid of the scene, shadow included, and is not seen without") {
+  const glm::dvec3 middle(0.3, 0, -2.4);
+  const glm::dvec3 size(0.3, 0.3, 0.3);
+  Scene with = lit_floor(2);
+  Scene without = with;
+  add_block(with, middle, size, add_material(with, plain(0.4F)));
+  const Tracer expected = tracer_of(with);
+  const Tracer tracer = tracer_of(without);
+  const Camera camera = camera_towards({0, 2, -2}, {0.1, 0, -2.9});
+  const Photograph empty = tracer.photograph(camera, 8, 1);
+  const Solid block = with.solids.back();
+  const Visitor visitor = tracer.visitor(std::vector<Solid>{block}, with.materials);
+  const Photograph a = expected.photograph(camera, 8, 1);
+  const Photograph b = tracer.photograph(camera, 8, 1, {}, &visitor);
+  std::size_t different = 0;  // a ray at an edge may go the other way by rounding
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) different += std::abs(a.rgb[i] - b.rgb[i]) > 2 ? 1 : 0;
+  CHECK(different < a.rgb.size() / 100);
+  CHECK(a.rgb != empty.rgb);
+  CHECK(tracer.photograph(camera, 8, 1).rgb == empty.rgb);
+  const glm::dvec2 at = camera.image_from_cam(camera.cam_from_world(middle));
+  const Photograph mask = tracer.mask(camera, visitor);
+  CHECK(linear_at(mask, static_cast<std::uint32_t>(at.x), static_cast<std::uint32_t>(at.y)).x == 1);
+  CHECK(linear_at(mask, 0, 0).x == 0);
+}
+
+TEST_CASE("a visitor is in the way of what it hides, and hidden by what is in its way") {
+  Scene scene = dark_room();
+  add_block(scene, {1, 0, 0}, {0.1, 1, 1}, 0);
+  const Tracer tracer = tracer_of(scene);
+  Scene other = dark_room();
+  add_block(other, {-1, 0, 0}, {0.5, 0.5, 0.5}, 0);
+  const Visitor visitor = tracer.visitor(std::vector<Solid>{other.solids.back()}, other.materials);
+  CHECK(tracer.sees({-2, 0, 0}, {0, 0, 0}));
+  CHECK_FALSE(tracer.sees({-2, 0, 0}, {0, 0, 0}, &visitor));
+  const Photograph hidden = tracer.mask(camera_towards({2.5, 0, 0}, {0, 0, 0}), visitor);
+  CHECK(linear_at(hidden, 31, 25).x == 0);
+}
+
+TEST_CASE("the point that an image position shows is on the surface and on the ray") {
+  Scene scene = dark_room();
+  const Tracer tracer = tracer_of(scene);
+  const Camera camera = camera_towards({2, 0.5, 1}, {-3, 0, 0});
+  const std::optional<glm::dvec3> point = tracer.surface_at(camera, {20, 30});
+  REQUIRE(point);
+  CHECK(point->x == Approx(-3));
+  CHECK(glm::length(camera.image_from_cam(camera.cam_from_world(*point)) - glm::dvec2(20, 30)) < 1e-4);  // float rays
 }
 
 TEST_CASE("8-bit sRGB survives the way through linear light") {

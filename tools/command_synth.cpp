@@ -37,8 +37,27 @@ void run(const SynthFlags& flags) {
                  {"height", o.height},
                  {"fov", o.fov_deg},
                  {"samples", o.samples},
-                 {"triangles", o.triangles}});
+                 {"triangles", o.triangles},
+                 {"pose_noise", o.disturbances.pose_noise},
+                 {"exposure_noise", o.disturbances.exposure_noise},
+                 {"white_balance_noise", o.disturbances.white_balance_noise},
+                 {"wrong_poses", o.disturbances.wrong_poses},
+                 {"passers_by", o.disturbances.passers_by},
+                 {"vignetting", o.disturbances.vignetting}});
   std::cout << flags.output.string() << ": " << o.views << " photographs of " << o.width << "x" << o.height << '\n';
+}
+
+void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
+  const std::string group = "Known errors, listed with the true poses in DIR/truth";
+  const auto add = [&](const char* name, double& value, const char* help) {
+    command.add_option(name, value, help)->group(group);
+  };
+  add("--pose-noise", disturbances.pose_noise, "Of the written poses: displacement of what a view sees, pixels rms");
+  add("--exposure-noise", disturbances.exposure_noise, "Of the photographs, +- EV");
+  add("--white-balance-noise", disturbances.white_balance_noise, "Of red and blue against green, +- EV");
+  add("--wrong-poses", disturbances.wrong_poses, "Share of the views whose written pose is plainly wrong");
+  add("--passers-by", disturbances.passers_by, "Share of the photographs with a person who is not in the mesh");
+  add("--vignetting", disturbances.vignetting, "Share of the light that is lost in the corners");
 }
 
 }  // namespace
@@ -58,6 +77,7 @@ void add_synth_command(CLI::App& program) {
   command->add_option("--fov", flags->options.fov_deg, "Horizontal field of view, degrees");
   command->add_option("--samples", flags->options.samples, "Light paths per pixel");
   command->add_option("--triangles", flags->options.triangles, "Of the mesh, about");
+  add_disturbances(*command, flags->options.disturbances);
   command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <iomanip>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,8 @@
 #include "mesh/errors.h"
 #include "mesh/mesh_file.h"
 #include "tools/colmap_writer.h"
+#include "tools/output_folder.h"
+#include "tools/synth_disturbance.h"
 #include "tools/synth_random.h"
 #include "tools/synth_tracer.h"
 
@@ -70,9 +73,15 @@ bool in_picture(const Camera& camera, const glm::dvec3& cam) {
   return at.x >= 0 && at.y >= 0 && at.x < camera.width && at.y < camera.height;
 }
 
-// Points on the surface that two views or more see, with the views that see them and the colour in the first of those.
+const synth::Visitor* visitor_of(const synth::Disturbance& disturbance) {
+  return disturbance.passer_by ? &disturbance.passer_by->visitor : nullptr;
+}
+
+// Points on the surface that two views or more see, with the views that see them, at the true positions, and the colour
+// in the first of those.
 std::vector<TrackedPoint> sparse_points(const synth::Scene& scene, const synth::Tracer& tracer,
-                                        const std::vector<Camera>& cameras, std::uint64_t seed) {
+                                        const std::vector<Camera>& cameras,
+                                        const std::vector<synth::Disturbance>& disturbances, std::uint64_t seed) {
   constexpr std::size_t kPoints = 4000;
   std::vector<TrackedPoint> points(kPoints);
   const std::vector<glm::dvec3> places = sample_surface(scene.geometry.mesh, kPoints, seed);
@@ -80,7 +89,8 @@ std::vector<TrackedPoint> sparse_points(const synth::Scene& scene, const synth::
     points[i].position = places[i];
     for (std::uint32_t view = 0; view < cameras.size(); ++view) {
       const glm::dvec3 cam = cameras[view].cam_from_world(places[i]);
-      if (!in_picture(cameras[view], cam) || !tracer.sees(cameras[view].center(), places[i])) continue;
+      if (!in_picture(cameras[view], cam)) continue;
+      if (!tracer.sees(cameras[view].center(), places[i], visitor_of(disturbances[view]))) continue;
       points[i].track.push_back({view, cameras[view].image_from_cam(cam)});
     }
   });
@@ -93,6 +103,57 @@ glm::u8vec3 color_at(const Photograph& photo, const glm::dvec2& position) {
   return {photo.rgb[3 * pixel], photo.rgb[3 * pixel + 1], photo.rgb[3 * pixel + 2]};
 }
 
+std::vector<WrittenView> named(const std::vector<Camera>& cameras) {
+  std::vector<WrittenView> views;
+  views.reserve(cameras.size());
+  for (const Camera& camera : cameras) views.push_back({photograph_name(views.size()), camera});
+  return views;
+}
+
+std::vector<Camera> written_cameras(const std::vector<synth::Disturbance>& disturbances) {
+  std::vector<Camera> cameras;
+  cameras.reserve(disturbances.size());
+  for (const synth::Disturbance& disturbance : disturbances) cameras.push_back(disturbance.written);
+  return cameras;
+}
+
+// Of a camera's rotation against another's, degrees.
+double rotation_between_deg(const Camera& a, const Camera& b) {
+  const glm::dmat3 between = a.cam_from_world_rotation * glm::transpose(b.cam_from_world_rotation);
+  const glm::dvec3 sine(between[1][2] - between[2][1], between[2][0] - between[0][2], between[0][1] - between[1][0]);
+  const double cosine = between[0][0] + between[1][1] + between[2][2] - 1;
+  return glm::degrees(std::atan2(glm::length(sine), cosine));
+}
+
+nlohmann::json described(const Camera& camera, const synth::Disturbance& disturbance) {
+  const glm::vec3& gain = disturbance.exposure.gain;
+  nlohmann::json view{{"gain", {gain.x, gain.y, gain.z}},
+                      {"wrong", disturbance.wrong},
+                      {"displacement_px", disturbance.displacement_px},
+                      {"rotation_deg", rotation_between_deg(disturbance.written, camera)},
+                      {"translation", glm::distance(disturbance.written.center(), camera.center())}};
+  if (!std::isfinite(disturbance.displacement_px)) view["displacement_px"] = nullptr;
+  if (disturbance.passer_by) view["passer_by"] = disturbance.passer_by->share;
+  return view;
+}
+
+void write_truth(const std::filesystem::path& folder, const SynthOptions& options, const std::vector<Camera>& cameras,
+                 const std::vector<TrackedPoint>& points, const std::vector<synth::Disturbance>& disturbances,
+                 const synth::Tracer& tracer) {
+  make_folder(folder);
+  make_folder(folder / "sparse");
+  write_colmap_model(folder / "sparse", named(cameras), points);
+  nlohmann::json views;
+  for (std::size_t view = 0; view < cameras.size(); ++view) {
+    views[photograph_name(view)] = described(cameras[view], disturbances[view]);
+    const synth::Visitor* visitor = visitor_of(disturbances[view]);
+    if (visitor == nullptr) continue;
+    make_folder(folder / "masks");
+    write_image(folder / "masks" / photograph_name(view), tracer.mask(cameras[view], *visitor));
+  }
+  write_json(folder / "disturbances.json", {{"vignetting", options.disturbances.vignetting}, {"views", views}});
+}
+
 }  // namespace
 
 void check(const SynthOptions& options) {
@@ -102,6 +163,20 @@ void check(const SynthOptions& options) {
   require(options.fov_deg > 0 && options.fov_deg <= 170, "fov_deg", options.fov_deg, "in (0, 170]");
   require(options.samples >= 1 && options.samples <= 1024, "samples", options.samples, "in [1, 1024]");
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
+  const SynthDisturbances& d = options.disturbances;
+  require(d.pose_noise >= 0 && d.pose_noise <= options.width / 8.0, "pose_noise", d.pose_noise,
+          "at least 0 and at most an eighth of the width");
+  require(d.exposure_noise >= 0 && d.exposure_noise <= 10, "exposure_noise", d.exposure_noise, "in [0, 10]");
+  require(d.white_balance_noise >= 0 && d.white_balance_noise <= 10, "white_balance_noise", d.white_balance_noise,
+          "in [0, 10]");
+  require(d.wrong_poses >= 0 && d.wrong_poses <= 1, "wrong_poses", d.wrong_poses, "in [0, 1]");
+  require(d.passers_by >= 0 && d.passers_by <= 1, "passers_by", d.passers_by, "in [0, 1]");
+  require(d.vignetting >= 0 && d.vignetting < 1, "vignetting", d.vignetting, "in [0, 1)");
+}
+
+bool SynthDisturbances::any() const {
+  return pose_noise > 0 || exposure_noise > 0 || white_balance_noise > 0 || wrong_poses > 0 || passers_by > 0 ||
+         vignetting > 0;
 }
 
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
@@ -112,18 +187,20 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
   const synth::Tracer tracer(scene);
   make_folder(folder / "images");
   make_folder(folder / "sparse");
-  std::vector<WrittenView> images(cameras.size());
-  std::vector<TrackedPoint> points = sparse_points(scene, tracer, cameras, synth::hashed(options.seed, 1));
+  const std::vector<synth::Disturbance> disturbances = synth::disturb(scene, tracer, cameras, options);
+  std::vector<TrackedPoint> points =
+      sparse_points(scene, tracer, cameras, disturbances, synth::hashed(options.seed, 1));
   tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t view) {
-    images[view] = {photograph_name(view), cameras[view]};
-    const Photograph photo = tracer.photograph(cameras[view], options.samples, synth::hashed(options.seed, 2, view));
-    write_image(folder / "images" / images[view].name, photo);
+    const Photograph photo = tracer.photograph(cameras[view], options.samples, synth::hashed(options.seed, 2, view),
+                                               disturbances[view].exposure, visitor_of(disturbances[view]));
+    write_image(folder / "images" / photograph_name(view), photo);
     for (TrackedPoint& point : points) {  // each point belongs to the one view that saw it first
       if (point.track[0].image == view) point.color = color_at(photo, point.track[0].position);
     }
     if (photograph_done) photograph_done();
   });
-  write_colmap_model(folder / "sparse", images, points);
+  write_colmap_model(folder / "sparse", named(written_cameras(disturbances)), points);
+  if (options.disturbances.any()) write_truth(folder / "truth", options, cameras, points, disturbances, tracer);
   write_ply(folder / "mesh.ply", scene.geometry.mesh);
 }
 

@@ -16,6 +16,20 @@
 
 namespace lumatlas {
 
+// Known errors, so that what a program makes of them can be measured exactly. Each is chosen by the seed, view by view.
+struct SynthDisturbances {
+  // Of the written poses: a random turn and shift, by each half of it, that displace what the view sees by so many
+  // pixels (root mean square); [0, an eighth of the width]
+  double pose_noise = 0;
+  double exposure_noise = 0;       // EV, [0, 10]: the linear light is multiplied by 2^u, u uniform in [-EV, EV]
+  double white_balance_noise = 0;  // EV, [0, 10]: the same for red and for blue, green stays
+  double wrong_poses = 0;          // share of the views whose written pose is plainly wrong, [0, 1]
+  double passers_by = 0;           // share of the photographs with a person who is not in the mesh, [0, 1]
+  double vignetting = 0;           // share of the light that is lost in the corners, [0, 1)
+
+  [[nodiscard]] bool any() const;
+};
+
 struct SynthOptions {
   std::uint64_t seed = 1;      // furniture, patterns, colours, and the grain of the photographs
   std::uint32_t views = 40;    // photographs along one loop of the walk, [1, 100000]
@@ -25,6 +39,7 @@ struct SynthOptions {
   std::uint32_t samples = 12;  // light paths per pixel, [1, 1024]; noise falls with the square root at worst
   // Of the mesh, about, [1, 20000000]; the shapes are the same, cut more or less finely.
   std::uint32_t triangles = 30000;
+  SynthDisturbances disturbances;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -60,9 +75,10 @@ struct Scene {
 
 // Makes the scene, traces its photographs and writes a COLMAP workspace into `folder`, which must exist:
 // images/0000.png and so on, sparse/cameras.bin, images.bin and points3D.bin (PINHOLE; points on the surface with the
-// tracks of the views that see them), mesh.ply. The same files for any number of threads. Throws std::invalid_argument
-// for bad options, InputError where the folder cannot be written. `photograph_done` is called after each photograph,
-// from any thread; what it throws ends the work.
+// tracks of the views that see them), mesh.ply. With disturbances also truth/: sparse/ with the true poses,
+// disturbances.json, masks/0000.png and so on, white where a passer-by is, for the photographs that have one. The same
+// files for any number of threads. Throws std::invalid_argument for bad options, InputError where the folder cannot be
+// written. `photograph_done` is called after each photograph, from any thread; what it throws ends the work.
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
                            const std::function<void()>& photograph_done = {});
 

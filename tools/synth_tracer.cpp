@@ -10,12 +10,14 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "tools/synth_random.h"
 
@@ -74,20 +76,23 @@ RtcScene make_rtc_scene(RTCDevice device, const Mesh& mesh) {
 // A pixel's random numbers: for each purpose, `count` points of the unit square, evenly spread and in random order.
 class PixelSamples {
  public:
-  PixelSamples(std::size_t purposes, std::uint32_t count) : count_(count), points_(purposes * count) {}
+  PixelSamples(std::size_t purposes, std::uint32_t count) : count_(count), points_(purposes * count) {
+    for (std::uint32_t i = 0; i < count; ++i) {
+      constexpr double kGolden = 0.6180339887498949;
+      const double turn = i * kGolden;
+      lattice_.emplace_back((static_cast<float>(i) + 0.5F) / static_cast<float>(count),
+                            static_cast<float>(turn - std::floor(turn)));
+    }
+  }
 
   void reset(std::uint64_t seed) {
     Random random(seed);
     for (std::size_t first = 0; first < points_.size(); first += count_) {
       const vec2 shift{random.uniform(), random.uniform()};  // in this order: braces
       for (std::uint32_t i = 0; i < count_; ++i) {
-        constexpr double kGolden = 0.6180339887498949;
-        const double turn = i * kGolden;
-        const vec2 lattice((static_cast<float>(i) + 0.5F) / static_cast<float>(count_),
-                           static_cast<float>(turn - std::floor(turn)));
         const std::uint32_t place = random.below(i + 1);  // the inside-out shuffle of Fisher and Yates
         points_[first + i] = points_[first + place];
-        points_[first + place] = glm::fract(lattice + shift);
+        points_[first + place] = wrapped(lattice_[i] + shift);
       }
     }
   }
@@ -97,7 +102,10 @@ class PixelSamples {
   }
 
  private:
+  static vec2 wrapped(const vec2& v) { return {v.x < 1 ? v.x : v.x - 1, v.y < 1 ? v.y : v.y - 1}; }  // of [0, 2)
+
   std::uint32_t count_;
+  std::vector<vec2> lattice_;  // of Fibonacci
   std::vector<vec2> points_;
 };
 
@@ -122,37 +130,114 @@ struct Hit {
   vec3 point;
   vec3 geometric_normal;  // unit, towards where the ray came from
   const Surface* surface = nullptr;
+  const Material* material = nullptr;
   [[nodiscard]] vec3 start() const { return point + kOffset * geometric_normal; }
 };
 
-}  // namespace
+RTCRay make_ray(const vec3& from, const vec3& step, float reach) {
+  RTCRay ray{};
+  ray.org_x = from.x;
+  ray.org_y = from.y;
+  ray.org_z = from.z;
+  ray.dir_x = step.x;
+  ray.dir_y = step.y;
+  ray.dir_z = step.z;
+  ray.tfar = reach;
+  ray.mask = ~0U;
+  return ray;
+}
 
-class Tracer::Implementation {
+// Paths of one pixel that are traced together: rays that are near each other share most of the way.
+constexpr std::uint32_t kLanes = 16;
+
+struct Bundle {
+  struct Ray {
+    std::uint32_t lane;
+    vec3 from, step;
+    float reach;  // steps
+  };
+  std::array<Ray, kLanes> rays;
+  std::uint32_t count = 0;  // of the rays
+
+  void add(std::uint32_t lane, const vec3& from, const vec3& step, float reach) {
+    rays[count++] = {lane, from, step, reach};
+  }
+};
+
+struct alignas(64) Valid {
+  std::array<int, kLanes> lanes{};  // -1: trace it
+};
+
+void fill(RTCRay16& packet, Valid& valid, const Bundle& bundle) {
+  for (std::uint32_t i = 0; i < bundle.count; ++i) {
+    const Bundle::Ray& ray = bundle.rays[i];
+    packet.org_x[i] = ray.from.x;
+    packet.org_y[i] = ray.from.y;
+    packet.org_z[i] = ray.from.z;
+    packet.dir_x[i] = ray.step.x;
+    packet.dir_y[i] = ray.step.y;
+    packet.dir_z[i] = ray.step.z;
+    packet.tnear[i] = packet.time[i] = 0;
+    packet.tfar[i] = ray.reach;
+    packet.mask[i] = ~0U;
+    packet.id[i] = packet.flags[i] = 0;
+    valid.lanes[i] = -1;
+  }
+}
+
+// Surfaces that are traced together.
+class Layer {
  public:
-  explicit Implementation(const Scene& scene)
-      : scene_(scene),
-        device_(rtcNewDevice(nullptr)),
-        rtc_scene_(make_rtc_scene(checked(device_.get()), scene.geometry.mesh)) {}
+  Layer(RTCDevice device, const Tessellation& geometry, const std::vector<Material>& materials)
+      : geometry_(geometry), materials_(materials), rtc_scene_(make_rtc_scene(device, geometry.mesh)) {}
 
-  [[nodiscard]] Photograph photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed) const {
-    Photograph photo;
-    photo.width = camera.width;
-    photo.height = camera.height;
-    photo.rgb.resize(std::size_t{3} * camera.width * camera.height);
-    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, camera.height),
-                      [&](const tbb::blocked_range<std::uint32_t>& rows) {
-                        PixelSamples random(kFirstLight + 2 * scene_.lights.size(), samples);
-                        for (std::uint32_t y = rows.begin(); y < rows.end(); ++y) {
-                          for (std::uint32_t x = 0; x < camera.width; ++x) {
-                            random.reset(hashed(seed, y, x));
-                            const vec3 light = pixel(camera, x, y, samples, random);
-                            std::uint8_t* rgb = &photo.rgb[3 * (std::size_t{y} * camera.width + x)];
-                            for (int channel = 0; channel < 3; ++channel)
-                              rgb[channel] = srgb_from_linear(light[channel]);
-                          }
-                        }
-                      });
-    return photo;
+  // False where nothing is hit; else `reach` becomes the distance in steps.
+  bool intersect(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
+    RTCRayHit query{};
+    query.ray = make_ray(from, step, reach);
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    rtcIntersect1(rtc_scene_.get(), &context, &query);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
+    reach = query.ray.tfar;
+    hit = hit_at(query.hit.primID, from + reach * step, {query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z}, step);
+    return true;
+  }
+
+  // The same for a bundle: hits are by lane, and those of rays that hit nothing are left as they are.
+  void intersect(Bundle& bundle, std::array<Hit, kLanes>& hits) const {
+    RTCRayHit16 query;
+    Valid valid;
+    fill(query.ray, valid, bundle);
+    std::fill_n(query.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect16(valid.lanes.data(), rtc_scene_.get(), &context, &query);
+    for (std::uint32_t i = 0; i < bundle.count; ++i) {
+      if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      Bundle::Ray& ray = bundle.rays[i];
+      ray.reach = query.ray.tfar[i];
+      hits[ray.lane] = hit_at(query.hit.primID[i], ray.from + ray.reach * ray.step,
+                              {query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]}, ray.step);
+    }
+  }
+
+  // Leaves in the bundle the rays that meet no surface.
+  void keep_free(Bundle& bundle) const {
+    RTCRay16 packet;
+    Valid valid;
+    fill(packet, valid, bundle);
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcOccluded16(valid.lanes.data(), rtc_scene_.get(), &context, &packet);
+    std::uint32_t kept = 0;
+    for (std::uint32_t i = 0; i < bundle.count; ++i) {
+      if (packet.tfar[i] >= 0) bundle.rays[kept++] = bundle.rays[i];
+    }
+    bundle.count = kept;
   }
 
   [[nodiscard]] bool free(const vec3& from, const vec3& step, float reach) const {  // no surface in (0, reach) steps
@@ -164,97 +249,167 @@ class Tracer::Implementation {
   }
 
  private:
-  static RTCDevice checked(RTCDevice device) {
-    if (device == nullptr) throw std::runtime_error("Embree offers no device");
-    return device;
+  [[nodiscard]] Hit hit_at(std::uint32_t face, const vec3& point, const vec3& across, const vec3& step) const {
+    const Surface& surface = geometry_.surfaces[geometry_.surface_of_face[face]];
+    const vec3 n = glm::normalize(across);
+    return {point, glm::dot(n, step) > 0 ? -n : n, &surface, &materials_[surface.material]};
   }
 
-  static RTCRay make_ray(const vec3& from, const vec3& step, float reach) {
-    RTCRay ray{};
-    ray.org_x = from.x;
-    ray.org_y = from.y;
-    ray.org_z = from.z;
-    ray.dir_x = step.x;
-    ray.dir_y = step.y;
-    ray.dir_z = step.z;
-    ray.tfar = reach;
-    ray.mask = ~0U;
-    return ray;
-  }
+  const Tessellation& geometry_;
+  const std::vector<Material>& materials_;
+  RtcScene rtc_scene_;
+};
 
-  // False where nothing is hit; `reach` becomes the distance in steps.
+// The scene's surfaces and those of a visitor, if there is one. Two layers rather than one mesh: where the visitor
+// plays no part, every ray hits what it hits without.
+class Surfaces {
+ public:
+  Surfaces(const Layer& scene, const Layer* visitor) : scene_(scene), visitor_(visitor) {}
+
   bool intersect(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
-    RTCRayHit query{};
-    query.ray = make_ray(from, step, reach);
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcIntersect1(rtc_scene_.get(), &context, &query);
-    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return false;
-    reach = query.ray.tfar;
-    hit.point = from + reach * step;
-    hit.surface = &scene_.geometry.surfaces[scene_.geometry.surface_of_face[query.hit.primID]];
-    const vec3 n = glm::normalize(vec3(query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z));
-    hit.geometric_normal = glm::dot(n, step) > 0 ? -n : n;
-    return true;
+    const bool scene_hit = scene_.intersect(from, step, reach, hit);
+    const bool visitor_hit = meets_visitor(from, step, reach, hit);
+    return scene_hit || visitor_hit;
   }
+  bool meets_visitor(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
+    return visitor_ != nullptr && visitor_->intersect(from, step, reach, hit);
+  }
+  void intersect(Bundle& bundle, std::array<Hit, kLanes>& hits) const {
+    if (bundle.count == 0) return;
+    scene_.intersect(bundle, hits);
+    if (visitor_ != nullptr) visitor_->intersect(bundle, hits);
+  }
+  void keep_free(Bundle& bundle) const {
+    if (bundle.count > 0) scene_.keep_free(bundle);
+    if (bundle.count > 0 && visitor_ != nullptr) visitor_->keep_free(bundle);
+  }
+  [[nodiscard]] bool free(const vec3& from, const vec3& step, float reach) const {
+    return scene_.free(from, step, reach) && (visitor_ == nullptr || visitor_->free(from, step, reach));
+  }
+
+ private:
+  const Layer& scene_;
+  const Layer* visitor_;
+};
+
+// What a path of the camera or of a reflection has arrived at.
+struct Place {
+  Hit hit;  // no surface: nothing
+  vec3 direction;
+  vec3 color;
+  vec3 n;  // unit, of the smooth shape, towards where the ray came from
+  vec3 light{0.0F};
+};
+using Places = std::array<Place, kLanes>;
+
+// The light along the paths of one photograph, `kLanes` paths of a pixel at a time.
+class Paths {
+ public:
+  Paths(const Scene& scene, const Surfaces& surfaces) : scene_(scene), surfaces_(surfaces) {}
 
   [[nodiscard]] vec3 pixel(const Camera& camera, std::uint32_t x, std::uint32_t y, std::uint32_t samples,
                            const PixelSamples& random) const {
     const vec3 center(camera.center());
     vec3 sum(0.0F);
-    for (std::uint32_t sample = 0; sample < samples; ++sample) {
-      const glm::dvec2 place = glm::dvec2(x, y) + glm::dvec2(random.point(kPixel, sample));
-      const vec3 direction(glm::normalize(camera.ray(place)));
-      sum += glm::min(seen(center, direction, random, sample), vec3(kBrightest));
+    for (std::uint32_t first = 0; first < samples; first += kLanes) {
+      const std::uint32_t count = std::min(kLanes, samples - first);
+      Bundle rays;
+      for (std::uint32_t lane = 0; lane < count; ++lane) {
+        const glm::dvec2 place = glm::dvec2(x, y) + glm::dvec2(random.point(kPixel, first + lane));
+        rays.add(lane, center, vec3(glm::normalize(camera.ray(place))), std::numeric_limits<float>::infinity());
+      }
+      const Places seen = light_along(rays, random, first);
+      for (std::uint32_t lane = 0; lane < count; ++lane) sum += glm::min(seen[lane].light, vec3(kBrightest));
     }
     return sum / static_cast<float>(samples);
   }
 
-  // Radiance along a ray of the camera.
-  [[nodiscard]] vec3 seen(const vec3& from, const vec3& direction, const PixelSamples& random,
-                          std::uint32_t sample) const {
-    Hit hit;
-    float reach = std::numeric_limits<float>::infinity();
-    if (!intersect(from, direction, reach, hit)) return vec3(0.0F);
-    const Material& material = scene_.materials[hit.surface->material];
-    const vec3 color = pattern_color(material, coordinates(*hit.surface, hit.point), hit.surface->size);
-    if (material.emission > 0) return material.emission * color;
-    const vec3 n = facing_normal(hit, direction);
-    const float schlick = std::pow(1 - std::abs(glm::dot(n, direction)), 5.0F);
-    if (material.metal) {
-      return glm::mix(color, vec3(1.0F), schlick) * reflected(hit, n, direction, material.roughness, random, sample);
+ private:
+  // Where the rays of a bundle end; light is that of what shines by itself.
+  [[nodiscard]] Places arrived(Bundle& rays) const {
+    std::array<Hit, kLanes> hits;
+    surfaces_.intersect(rays, hits);
+    Places places;
+    for (std::uint32_t i = 0; i < rays.count; ++i) {
+      const Bundle::Ray& ray = rays.rays[i];
+      Place& place = places[ray.lane];
+      place.hit = hits[ray.lane];
+      if (place.hit.surface == nullptr) continue;
+      const Surface& surface = *place.hit.surface;
+      place.direction = ray.step;
+      place.color = pattern_color(*place.hit.material, coordinates(surface, place.hit.point), surface.size);
+      place.n = normal(surface, place.hit.point);
+      if (glm::dot(place.n, ray.step) > 0) place.n = -place.n;
+      if (place.hit.material->emission > 0) place.light = place.hit.material->emission * place.color;
     }
-    const float share = openness(hit, n, random.point(kOcclusion, sample));
-    const vec3 light = color * (direct(hit, n, random, kFirstLight, sample) + share * ambient(n));
-    if (material.gloss <= 0) return light;
-    const float fresnel = material.gloss + (1 - material.gloss) * schlick;
-    return glm::mix(light, reflected(hit, n, direction, material.roughness, random, sample), fresnel);
+    return places;
   }
 
-  [[nodiscard]] vec3 reflected(const Hit& hit, const vec3& n, const vec3& direction, float roughness,
-                               const PixelSamples& random, std::uint32_t sample) const {
-    const vec3 mirror = glm::reflect(direction, n);
-    const vec2 disk = roughness * in_disk(random.point(kLobe, sample));
+  static bool reflects(const Place& place) { return place.hit.surface != nullptr && place.hit.material->emission <= 0; }
+  static bool is_diffuse(const Place& place) { return reflects(place) && !place.hit.material->metal; }
+
+  // Radiance along rays of the camera.
+  [[nodiscard]] Places light_along(Bundle& rays, const PixelSamples& random, std::uint32_t first) const {
+    Places places = arrived(rays);
+    add_diffuse(places, random, first);
+    const std::array<vec3, kLanes> mirrored = reflections(places, random, first);
+    for (Place& place : places) {
+      if (!reflects(place)) continue;
+      const Material& material = *place.hit.material;
+      const vec3& mirror = mirrored[static_cast<std::size_t>(&place - places.data())];
+      const float schlick = std::pow(1 - std::abs(glm::dot(place.n, place.direction)), 5.0F);
+      if (material.metal) {
+        place.light = glm::mix(place.color, vec3(1.0F), schlick) * mirror;
+      } else if (material.gloss > 0) {
+        place.light = glm::mix(place.light, mirror, material.gloss + (1 - material.gloss) * schlick);
+      }
+    }
+    return places;
+  }
+
+  void add_diffuse(Places& places, const PixelSamples& random, std::uint32_t first) const {
+    const std::array<vec3, kLanes> irradiance = direct(places, random, kFirstLight, first);
+    const std::array<float, kLanes> share = openness(places, random, first);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      Place& place = places[lane];
+      if (is_diffuse(place)) place.light = place.color * (irradiance[lane] + share[lane] * ambient(place.n));
+    }
+  }
+
+  // What glossy and metal surfaces mirror.
+  [[nodiscard]] std::array<vec3, kLanes> reflections(const Places& places, const PixelSamples& random,
+                                                     std::uint32_t first) const {
+    std::array<vec3, kLanes> light{};
+    Bundle rays;
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const Place& place = places[lane];
+      if (!reflects(place) || (!place.hit.material->metal && place.hit.material->gloss <= 0)) continue;
+      const vec3 step = in_lobe(place, random.point(kLobe, first + lane));
+      if (glm::dot(step, place.hit.geometric_normal) > 0) {
+        rays.add(lane, place.hit.start(), step, std::numeric_limits<float>::infinity());
+      } else {
+        light[lane] = ambient(place.n);  // the lobe reaches below the surface
+      }
+    }
+    if (rays.count == 0) return light;
+    const Places others = arrived(rays);
+    const std::array<vec3, kLanes> irradiance = direct(others, random, kFirstLight + scene_.lights.size(), first);
+    for (std::uint32_t i = 0; i < rays.count; ++i) {
+      const std::uint32_t lane = rays.rays[i].lane;
+      const Place& other = others[lane];
+      light[lane] = glm::min(other.light, vec3(kBrightest));
+      if (!reflects(other)) continue;
+      light[lane] = other.color * (irradiance[lane] + ambient(other.n));  // one bounce: no mirror in the mirror
+    }
+    return light;
+  }
+
+  static vec3 in_lobe(const Place& place, const vec2& square) {
+    const vec3 mirror = glm::reflect(place.direction, place.n);
+    const vec2 disk = place.hit.material->roughness * in_disk(square);
     const vec3 helper = std::abs(mirror.z) > 0.7F ? vec3(1, 0, 0) : vec3(0, 0, 1);
     const vec3 across = glm::normalize(glm::cross(mirror, helper));
-    const vec3 step = glm::normalize(mirror + disk.x * across + disk.y * glm::cross(mirror, across));
-    if (glm::dot(step, hit.geometric_normal) <= 0) return ambient(n);  // the lobe reaches below the surface
-    Hit other;
-    float reach = std::numeric_limits<float>::infinity();
-    if (!intersect(hit.start(), step, reach, other)) return vec3(0.0F);
-    const Material& material = scene_.materials[other.surface->material];
-    const vec3 color = pattern_color(material, coordinates(*other.surface, other.point), other.surface->size);
-    if (material.emission > 0) return glm::min(material.emission * color, vec3(kBrightest));
-    const vec3 other_normal = facing_normal(other, step);
-    if (material.metal) return color * ambient(other_normal);  // one bounce: no mirror in the mirror
-    return color *
-           (direct(other, other_normal, random, kFirstLight + scene_.lights.size(), sample) + ambient(other_normal));
-  }
-
-  static vec3 facing_normal(const Hit& hit, const vec3& direction) {
-    const vec3 n = normal(*hit.surface, hit.point);
-    return glm::dot(n, direction) > 0 ? -n : n;
+    return glm::normalize(mirror + disk.x * across + disk.y * glm::cross(mirror, across));
   }
 
   [[nodiscard]] vec3 ambient(const vec3& n) const {
@@ -262,36 +417,148 @@ class Tracer::Implementation {
   }
 
   // The share of ambient light that arrives: 1 in the open, less where surfaces are near.
-  [[nodiscard]] float openness(const Hit& hit, const vec3& n, const vec2& square) const {
-    Hit near;
-    float reach = kOcclusionReach;
-    if (!intersect(hit.start(), around(n, square), reach, near)) return 1;
-    const float share = reach / kOcclusionReach;
-    return 0.25F + 0.75F * share * (2 - share);
+  [[nodiscard]] std::array<float, kLanes> openness(const Places& places, const PixelSamples& random,
+                                                   std::uint32_t first) const {
+    std::array<float, kLanes> shares;
+    shares.fill(1);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {  // one by one: these rays go all ways
+      if (!is_diffuse(places[lane])) continue;
+      Hit near;
+      float reach = kOcclusionReach;
+      const vec3 step = around(places[lane].n, random.point(kOcclusion, first + lane));
+      if (!surfaces_.intersect(places[lane].hit.start(), step, reach, near)) continue;
+      const float share = reach / kOcclusionReach;
+      shares[lane] = 0.25F + 0.75F * share * (2 - share);
+    }
+    return shares;
   }
 
-  // Irradiance of the lights over pi: what a white diffuse surface would send out.
-  [[nodiscard]] vec3 direct(const Hit& hit, const vec3& n, const PixelSamples& random, std::size_t first_purpose,
-                            std::uint32_t sample) const {
-    vec3 sum(0.0F);
+  // Irradiance of the lights over pi: what a white diffuse surface would send out. 0 where there is none.
+  [[nodiscard]] std::array<vec3, kLanes> direct(const Places& places, const PixelSamples& random,
+                                                std::size_t first_purpose, std::uint32_t first) const {
+    std::array<vec3, kLanes> sums{};
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-      const AreaLight& light = scene_.lights[i];
-      const vec2& place = random.point(first_purpose + i, sample);
-      const vec3 from = hit.start();
-      const vec3 step = light.corner + place.x * light.edge_u + place.y * light.edge_v - from;
-      const float arriving = glm::dot(n, step);
-      const float leaving = -glm::dot(glm::cross(light.edge_u, light.edge_v), step);  // times the light's area
-      if (arriving <= 0 || leaving <= 0 || glm::dot(hit.geometric_normal, step) <= 0) continue;
-      const float squared = std::max(glm::dot(step, step), kNearest * kNearest);
-      const vec3 part = light.radiance * (arriving * leaving / (std::numbers::pi_v<float> * squared * squared));
-      if (std::max({part.x, part.y, part.z}) > kNegligible && free(from, step, 0.999F)) sum += part;
+      std::array<vec3, kLanes> parts;
+      Bundle rays;
+      for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+        if (!is_diffuse(places[lane])) continue;
+        const AreaLight& light = scene_.lights[i];
+        const vec2& place = random.point(first_purpose + i, first + lane);
+        const vec3 from = places[lane].hit.start();
+        const vec3 step = light.corner + place.x * light.edge_u + place.y * light.edge_v - from;
+        parts[lane] = arriving(light, places[lane], step);
+        if (std::max({parts[lane].x, parts[lane].y, parts[lane].z}) > kNegligible) rays.add(lane, from, step, 0.999F);
+      }
+      surfaces_.keep_free(rays);
+      for (std::uint32_t k = 0; k < rays.count; ++k) sums[rays.rays[k].lane] += parts[rays.rays[k].lane];
     }
-    return sum;
+    return sums;
+  }
+
+  // Of a light that `step` leads to, if nothing is in the way.
+  static vec3 arriving(const AreaLight& light, const Place& place, const vec3& step) {
+    const float arriving = glm::dot(place.n, step);
+    const float leaving = -glm::dot(glm::cross(light.edge_u, light.edge_v), step);  // times the light's area
+    if (arriving <= 0 || leaving <= 0 || glm::dot(place.hit.geometric_normal, step) <= 0) return vec3(0.0F);
+    const float squared = std::max(glm::dot(step, step), kNearest * kNearest);
+    return light.radiance * (arriving * leaving / (std::numbers::pi_v<float> * squared * squared));
+  }
+
+  const Scene& scene_;
+  Surfaces surfaces_;
+};
+
+// The part of the light that the lens lets through to a pixel, times the gains.
+vec3 transmitted(const Exposure& exposure, const Camera& camera, std::uint32_t x, std::uint32_t y) {
+  const glm::dvec2 off = glm::dvec2(x + 0.5, y + 0.5) - glm::dvec2(camera.cx, camera.cy);
+  const double squared = 4 * glm::dot(off, off) / (std::pow(camera.width, 2) + std::pow(camera.height, 2));
+  return exposure.gain * static_cast<float>(std::max(0.0, 1 - exposure.vignetting * squared));
+}
+
+}  // namespace
+
+struct Visitor::Body {
+  Body(RTCDevice device, std::span<const Solid> solids, std::vector<Material> given)
+      : geometry(tessellate(solids, kCoarse)), materials(std::move(given)), layer(device, geometry, materials) {}
+
+  static constexpr double kCoarse = 100;  // no edge is cut
+  Tessellation geometry;
+  std::vector<Material> materials;
+  Layer layer;
+};
+
+class Tracer::Implementation {
+ public:
+  explicit Implementation(const Scene& scene)
+      : scene_(scene),
+        device_(rtcNewDevice(nullptr)),
+        layer_(checked(device_.get()), scene.geometry, scene.materials) {}
+
+  [[nodiscard]] Surfaces surfaces(const Visitor* visitor) const {
+    return {layer_, visitor == nullptr ? nullptr : &visitor->body_->layer};
+  }
+
+  [[nodiscard]] std::shared_ptr<const Visitor::Body> body(std::span<const Solid> solids,
+                                                          std::vector<Material> materials) const {
+    return std::make_shared<Visitor::Body>(device_.get(), solids, std::move(materials));
+  }
+
+  [[nodiscard]] Photograph photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed,
+                                      const Exposure& exposure, const Visitor* visitor) const {
+    const Paths paths(scene_, surfaces(visitor));
+    Photograph photo = black(camera);
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, camera.height),
+                      [&](const tbb::blocked_range<std::uint32_t>& rows) {
+                        PixelSamples random(kFirstLight + 2 * scene_.lights.size(), samples);
+                        for (std::uint32_t y = rows.begin(); y < rows.end(); ++y) {
+                          for (std::uint32_t x = 0; x < camera.width; ++x) {
+                            random.reset(hashed(seed, y, x));
+                            const vec3 light = paths.pixel(camera, x, y, samples, random);
+                            const vec3 exposed = transmitted(exposure, camera, x, y) * light;
+                            std::uint8_t* rgb = &photo.rgb[3 * (std::size_t{y} * camera.width + x)];
+                            for (int channel = 0; channel < 3; ++channel)
+                              rgb[channel] = srgb_from_linear(exposed[channel]);
+                          }
+                        }
+                      });
+    return photo;
+  }
+
+  [[nodiscard]] Photograph mask(const Camera& camera, const Visitor& visitor) const {
+    const Surfaces both = surfaces(&visitor);
+    const Surfaces scene = surfaces(nullptr);
+    const vec3 center(camera.center());
+    Photograph mask = black(camera);
+    tbb::parallel_for(std::uint32_t{0}, camera.height, [&](std::uint32_t y) {
+      for (std::uint32_t x = 0; x < camera.width; ++x) {
+        const vec3 direction(glm::normalize(camera.ray(glm::dvec2(x + 0.5, y + 0.5))));
+        Hit hit;
+        float reach = std::numeric_limits<float>::infinity();
+        scene.intersect(center, direction, reach, hit);
+        if (!both.meets_visitor(center, direction, reach, hit)) continue;
+        std::fill_n(&mask.rgb[3 * (std::size_t{y} * camera.width + x)], 3, std::uint8_t{255});
+      }
+    });
+    return mask;
+  }
+
+ private:
+  static RTCDevice checked(RTCDevice device) {
+    if (device == nullptr) throw std::runtime_error("Embree offers no device");
+    return device;
+  }
+
+  static Photograph black(const Camera& camera) {
+    Photograph photo;
+    photo.width = camera.width;
+    photo.height = camera.height;
+    photo.rgb.resize(std::size_t{3} * camera.width * camera.height);
+    return photo;
   }
 
   const Scene& scene_;
   Device device_;
-  RtcScene rtc_scene_;
+  Layer layer_;
 };
 
 Tracer::Tracer(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {}
@@ -299,14 +566,33 @@ Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
 Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
-Photograph Tracer::photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed) const {
+Photograph Tracer::photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed, const Exposure& exposure,
+                              const Visitor* visitor) const {
   check(camera);
   if (samples == 0) throw std::invalid_argument("tracer: samples is 0, must be at least 1");
-  return implementation_->photograph(camera, samples, seed);
+  return implementation_->photograph(camera, samples, seed, exposure, visitor);
 }
 
-bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to) const {
-  return implementation_->free(vec3(from), vec3(to - from), 0.999F);
+Visitor Tracer::visitor(std::span<const Solid> solids, std::vector<Material> materials) const {
+  return Visitor(implementation_->body(solids, std::move(materials)));
+}
+
+Photograph Tracer::mask(const Camera& camera, const Visitor& visitor) const {
+  check(camera);
+  return implementation_->mask(camera, visitor);
+}
+
+std::optional<glm::dvec3> Tracer::surface_at(const Camera& camera, const glm::dvec2& position) const {
+  Hit hit;
+  float reach = std::numeric_limits<float>::infinity();
+  const vec3 center(camera.center());
+  const vec3 direction(glm::normalize(camera.ray(position)));
+  if (!implementation_->surfaces(nullptr).intersect(center, direction, reach, hit)) return std::nullopt;
+  return glm::dvec3(hit.point);
+}
+
+bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor) const {
+  return implementation_->surfaces(visitor).free(vec3(from), vec3(to - from), 0.999F);
 }
 
 Photograph trace_photograph(const Scene& scene, const Camera& camera, std::uint32_t samples, std::uint64_t seed) {
