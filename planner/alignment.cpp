@@ -7,6 +7,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -24,6 +25,8 @@ constexpr double kTukeyCutoff = 4.685;     // in standard deviations: 95 % effic
 constexpr double kDeviationOfMedian = 1.4826;  // of normal noise: standard deviation over median absolute deviation
 constexpr double kSmallestNoise = 0.01;    // sRGB; photographs are 8 bit and compressed
 constexpr std::uint32_t kCorrelationPx = 320;
+constexpr std::uint32_t kTiles = 4;
+constexpr double kFewestTilePoints = 20;
 constexpr std::size_t kPointsPerTask = 256;
 
 // d sRGB / d linear, bounded where the curve is steep and noise rules.
@@ -266,26 +269,62 @@ double displacement_px(const Camera& from, const Camera& to, const std::vector<g
   return median_of(moves);
 }
 
-double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
-                   const AlignmentTargets& targets) {
+// Running sums for the correlation of two series.
+struct CorrelationSums {
+  double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+
+  void add(double first, double second) {
+    n += 1;
+    a += first;
+    b += second;
+    aa += first * first;
+    bb += second * second;
+    ab += first * second;
+  }
+  [[nodiscard]] double correlation() const {
+    const double variances = (n * aa - a * a) * (n * bb - b * b);
+    return variances > 0 ? (n * ab - a * b) / std::sqrt(variances) : 0;
+  }
+};
+
+std::uint32_t correlation_level(const Pyramid& photograph) {
   std::uint32_t level = 0;
   while (level + 1 < photograph.levels() &&
          std::max(photograph.level(level).width, photograph.level(level).height) > kCorrelationPx) {
     ++level;
   }
-  double n = 0, sa = 0, sb = 0, saa = 0, sbb = 0, sab = 0;
+  return level;
+}
+
+double luma(const glm::dvec3& linear) {
+  const auto srgb = [](double value) { return srgb_from_linear(std::clamp(value, 0.0, 1.0)); };
+  return 0.299 * srgb(linear.r) + 0.587 * srgb(linear.g) + 0.114 * srgb(linear.b);
+}
+
+// Of luma, in each of kTiles x kTiles parts of the picture by itself: the upper quartile. Half a picture of leaves lowers
+// it little, a wrong pose spoils it everywhere.
+double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
+                   const AlignmentTargets& targets) {
+  const std::uint32_t level = correlation_level(photograph);
+  std::array<CorrelationSums, std::size_t{kTiles} * kTiles> tiles;
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
     const glm::dvec3 cam = camera.cam_from_world(targets.positions[point]);
-    if (!(cam.z > 0) || !inside(camera, camera.image_from_cam(cam))) continue;
-    const glm::dvec3 color = gain * photograph.color(level, camera.image_from_cam(cam));
-    for (int channel = 0; channel < 3; ++channel) {
-      const double a = srgb_from_linear(std::clamp(color[channel], 0.0, 1.0));
-      const double b = srgb_from_linear(std::clamp(static_cast<double>(targets.colors[level][point][channel]), 0.0, 1.0));
-      n += 1, sa += a, sb += b, saa += a * a, sbb += b * b, sab += a * b;
-    }
+    if (!(cam.z > 0)) continue;
+    const glm::dvec2 image = camera.image_from_cam(cam);
+    if (!inside(camera, image)) continue;
+    const auto column = static_cast<std::size_t>(image.x * kTiles / camera.width);
+    const auto row = static_cast<std::size_t>(image.y * kTiles / camera.height);
+    tiles[row * kTiles + column].add(luma(gain * photograph.color(level, image)),
+                                     luma(glm::dvec3(targets.colors[level][point])));
   }
-  const double variances = (n * saa - sa * sa) * (n * sbb - sb * sb);
-  return variances > 0 ? (n * sab - sa * sb) / std::sqrt(variances) : 0;
+  std::vector<double> correlations;
+  for (const CorrelationSums& tile : tiles) {
+    if (tile.n >= kFewestTilePoints) correlations.push_back(tile.correlation());
+  }
+  if (correlations.empty()) return 0;
+  const auto quartile = correlations.begin() + static_cast<std::ptrdiff_t>(3 * correlations.size() / 4);
+  std::nth_element(correlations.begin(), quartile, correlations.end());
+  return *quartile;
 }
 
 void require(bool holds, const char* field, double value, const char* rule) {
@@ -309,6 +348,9 @@ void solve(Disagreement& cost, Eigen::VectorXd& parameters, std::uint32_t max_it
 void check(const AlignmentOptions& options) {
   require(std::isfinite(options.max_move) && options.max_move > 0, "max_move", options.max_move, "finite and positive");
   require(std::isfinite(options.prior) && options.prior >= 0, "prior", options.prior, "finite and not negative");
+  require(options.least_improvement >= 0 && options.least_improvement < 1, "least_improvement",
+          options.least_improvement, "in [0, 1)");
+  require(options.levels >= 1, "levels", options.levels, "at least 1");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
 }
 
@@ -316,11 +358,10 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
                 const AlignmentTargets& targets, const AlignmentOptions& options) {
   check(options);
   Alignment result;
-  result.camera = start;
+  result.camera = given;
   result.gain = gain;
   if (targets.positions.size() < kFewestAlignmentPoints) return result;
   const Frame frame{given, median_depth(given, targets.positions)};
-  const Frame standing{start, frame.depth};
   AlignmentOptions exposure_only = options;
   exposure_only.pose = false;
   AlignmentOptions nothing = exposure_only;
@@ -333,12 +374,12 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
   Eigen::VectorXd refined = Eigen::VectorXd::Zero(finest.NumParameters());
   if (options.pose) {
     refined.head<kPoseParameters>() = pose_of(frame, start);
-    for (std::uint32_t level = photograph.levels(); level-- > 0;) {
+    for (std::uint32_t level = std::min(options.levels, photograph.levels()); level-- > 0;) {
       Disagreement cost(frame, ratio, photograph, targets, level, options);
       solve(cost, refined, options.max_iterations);
     }
   }
-  Disagreement exposed(standing, ratio, photograph, targets, 0, exposure_only);
+  Disagreement exposed(frame, ratio, photograph, targets, 0, exposure_only);
   Eigen::VectorXd log_gain = Eigen::VectorXd::Zero(exposed.NumParameters());
   solve(exposed, log_gain, options.max_iterations);
 
@@ -347,7 +388,7 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
     finest.estimate_noise(refined);
     exposed.set_noise(finest.noise());
   }
-  Disagreement unchanged(standing, gain, photograph, targets, 0, nothing);
+  Disagreement unchanged(frame, gain, photograph, targets, 0, nothing);
   unchanged.set_noise(exposed.noise());
   result.residual_given = unchanged.residual(Eigen::VectorXd(0));
   result.residual_exposed = exposed.residual(log_gain);
@@ -357,7 +398,8 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
     const Camera moved = finest.camera_at(refined.data());
     const double move = displacement_px(given, moved, targets.positions);
     const double residual = finest.residual(refined);
-    if (residual < result.residual_exposed && move <= options.max_move * std::max(given.width, given.height)) {
+    if (residual < (1 - options.least_improvement) * result.residual_exposed &&
+        move <= options.max_move * std::max(given.width, given.height)) {
       result.camera = moved;
       result.gain = finest.gain_at(refined.data());
       result.moved = true;

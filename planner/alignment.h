@@ -32,7 +32,9 @@ struct AlignmentOptions {
   bool white_balance = false;  // a gain for each channel instead of one for all; needs exposure
   double max_move = 0.06;      // a pose is not accepted if the points' median displacement in the image is above this
                                // share of its longer side, > 0
+  double least_improvement = 0.05;  // nor if it lowers the residual by less than this share, [0, 1)
   double prior = 0.02;         // strength of the pull towards the given pose, >= 0
+  std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1
 };
 
@@ -43,16 +45,17 @@ void check(const AlignmentOptions& options);
 inline constexpr std::size_t kFewestAlignmentPoints = 60;
 
 struct Alignment {
-  Camera camera;        // refined, or the start where moved is false
+  Camera camera;        // refined, or the given one where moved is false
   glm::dvec3 gain{1.0};
-  bool moved = false;   // a better pose than the start was found within the bounds
+  bool moved = false;   // a better pose than the given one was found within the bounds
   double moved_px = 0;  // median displacement of the points in the image, of `camera` against the given pose
-  // Root of the mean robust squared difference at the points, in sRGB values of [0, 1]: start, with the gain that it was
-  // given; start, with the best gain; final.
+  // Root of the mean robust squared difference at the points, in sRGB values of [0, 1]: of the given pose and gain; of
+  // the given pose with the best gain; final.
   double residual_given = 0;
   double residual_exposed = 0;
   double residual = 0;
-  double correlation = 0;  // of photograph and colours over the points, final, in [-1, 1]
+  // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
+  double correlation = 0;
 };
 
 // The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. Both cameras

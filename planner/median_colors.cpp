@@ -157,7 +157,7 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position, double pixel_size) {
   const std::optional<glm::dvec3> image = seen_at(*other.view, position);
   if (!image) return std::nullopt;
-  return other.gain * other.pyramid.color(matching_level(other, image->z, pixel_size), glm::dvec2(*image));
+  return other.pyramid.color(matching_level(other, image->z, pixel_size), glm::dvec2(*image));
 }
 
 MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,

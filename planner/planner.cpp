@@ -203,7 +203,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
   }
   verdict.slot = atlas_.insert(std::move(view));
   store(*verdict.slot, parts);
-  if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement);
+  if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity);
   return verdict;
 }
 

@@ -72,6 +72,7 @@ class Planner {
 
   // One step of joint polishing of all stored views: the better the more often, until it rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
+  void mask() { refiner_.mask(options_.validity); }
 
   [[nodiscard]] double summed_coverage() const { return summed_coverage_; }  // scov, in cells
 

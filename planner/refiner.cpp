@@ -3,7 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
-#include <cmath>
+#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -24,6 +24,7 @@ void require(bool holds, const char* field, double value, const char* rule) {
 
 void check(const RefinementOptions& options) {
   check(options.alignment);
+  check(options.trust);
   require(options.samples >= 1, "samples", static_cast<double>(options.samples), "at least 1");
   require(options.sample_px >= 1, "sample_px", options.sample_px, "at least 1");
   require(options.least_correlation >= -1 && options.least_correlation <= 1, "least_correlation",
@@ -37,6 +38,8 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
       options_(options),
       views_(atlas.capacity()),
       given_(atlas.capacity()),
+      neighbours_(atlas.capacity(), 0),
+      masked_with_(atlas.capacity(), 0),
       exposures_(atlas.capacity()) {
   check(options);
 }
@@ -61,17 +64,26 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
   return result;
 }
 
-void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement) {
+void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
+                     const ValidityOptions& validity) {
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   given_[slot] = given;
   exposures_.set(slot, refinement.ratios);
   balance_exposures();
+  if (!options_.trust.enabled) return;
+  neighbours_[slot] = static_cast<std::uint32_t>(refinement.ratios.size());
+  mask(slot, validity);
+  // Its neighbours can be judged better now. Doing so whenever they have twice as many costs each view a logarithm.
+  for (const ExposureRatio& ratio : refinement.ratios) {
+    if (++neighbours_[ratio.slot] >= 2 * std::max(1u, masked_with_[ratio.slot])) mask(ratio.slot, validity);
+  }
 }
 
 void Refiner::erased(std::uint32_t slot) {
   views_[slot].reset();
+  neighbours_[slot] = masked_with_[slot] = 0;
   exposures_.erase(slot);
 }
 
@@ -85,11 +97,29 @@ void Refiner::balance_exposures() {
   }
 }
 
-void Refiner::replace(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
+void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
+                      const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
-  atlas_.replace(slot, make_stored_view(old.name, camera, old.photograph, visibility_.trace(camera), validity, old.trust));
+  atlas_.replace(slot, make_stored_view(old.name, camera, old.photograph, visibility_.trace(camera), validity,
+                                        std::move(trust)));
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
+}
+
+void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
+  const ComparedView& view = *views_[slot];
+  const Camera& camera = view.view->camera;
+  masked_with_[slot] = neighbours_[slot];
+  std::vector<std::uint8_t> trust =
+      trust_mask(camera, view.pyramid, view.gain, visibility_.trace(camera.shrunk_to(options_.trust.grid_px)), atlas_,
+                 views_, slot, options_.trust);
+  if (trust != view.view->trust) replace(slot, camera, std::move(trust), validity);
+}
+
+void Refiner::mask(const ValidityOptions& validity) {
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (views_[slot]) mask(slot, validity);
+  }
 }
 
 PolishStep Refiner::polish(const ValidityOptions& validity) {
@@ -108,7 +138,7 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
     step.residual_after += refinements[slot]->alignment.residual;
     step.moved_px += refinements[slot]->alignment.moved_px;
     exposures_.set(slot, refinements[slot]->ratios);
-    if (refinements[slot]->alignment.moved) replace(slot, refinements[slot]->alignment.camera, validity);
+    if (refinements[slot]->alignment.moved) replace(slot, refinements[slot]->alignment.camera, views_[slot]->view->trust, validity);
   }
   if (views > 0) {
     step.residual_before /= views;

@@ -13,10 +13,12 @@
 #include "planner/alignment.h"
 #include "planner/exposure_graph.h"
 #include "planner/median_colors.h"
+#include "planner/trust.h"
 
 namespace lumatlas {
 
 struct RefinementOptions {
+  TrustOptions trust;
   AlignmentOptions alignment;  // its pose, exposure and white_balance say what is refined
   std::size_t samples = 2000;  // surface points at which views are compared, >= 1
   std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
@@ -53,25 +55,31 @@ class Refiner {
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
-  // balanced anew.
-  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement);
+  // balanced anew, and masks are made where enough views have come since the last time.
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity);
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
   // One step of joint polishing: every stored view against the others, all at once.
   PolishStep polish(const ValidityOptions& validity);
+  // Makes the masks of all stored views again.
+  void mask(const ValidityOptions& validity);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                                    std::optional<std::uint32_t> slot) const;
   void balance_exposures();
-  void replace(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
+  void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
+               const ValidityOptions& validity);
+  void mask(std::uint32_t slot, const ValidityOptions& validity);
 
   Atlas& atlas_;
   const Visibility& visibility_;
   RefinementOptions options_;
   std::vector<std::optional<ComparedView>> views_;  // by slot
   std::vector<Camera> given_;                       // by slot
+  std::vector<std::uint32_t> neighbours_;           // by slot: how many views it was compared with
+  std::vector<std::uint32_t> masked_with_;          // and how many of them when its mask was last made
   ExposureGraph exposures_;
 };
 

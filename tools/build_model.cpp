@@ -147,6 +147,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     const PolishStep done = planner.polish();
     std::fprintf(stderr, "polish %u: %.4f -> %.4f, moved %.3f px\n", step, done.residual_before, done.residual_after, done.moved_px);
   }
+  if (options.planner.refinement.trust.enabled && options.planner.refinement.any()) planner.mask();
   result.summed_coverage = planner.summed_coverage();
   result.snapshot = atlas.snapshot();
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

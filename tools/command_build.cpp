@@ -99,6 +99,13 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       ->check(CLI::IsMember({"none", "exposure", "pose", "all", "joint"}));
   command.add_flag("--white-balance", planner.refinement.alignment.white_balance, "");
   command.add_option("--prior", planner.refinement.alignment.prior, "");
+  command.add_flag("!--no-trust", planner.refinement.trust.enabled, "");
+  command.add_option("--trust-deg", planner.refinement.trust.comparable_deg, "");
+  command.add_option("--trust-diff", planner.refinement.trust.least_difference, "");
+  command.add_option("--trust-spread", planner.refinement.trust.least_to_spread, "");
+  command.add_flag("!--no-clip", planner.refinement.trust.overexposed, "");
+  command.add_option("--least-correlation", planner.refinement.least_correlation, "");
+  command.add_option("--least-improvement", planner.refinement.alignment.least_improvement, "");
   command.add_option("--samples", planner.refinement.samples, "");
   command.add_option("--polish-steps", flags.options.polish_steps, "");
   command.add_option("--metric", flags.metric, "Coverage metric: departures (from the paper's print) or printed")

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/trust.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::uint8_t kOverexposed = 250;  // of a channel
+constexpr double kOverexposedShare = 0.2;   // of the pixels of a block
+constexpr double kAsBright = 0.8;           // others this bright, as a share, were not dimmer: no highlight was clipped
+constexpr double kHighlightSlack = 0.03;    // by which a highlight may seem darker in a channel, for noise
+constexpr int kNeighboursAgreeing = 5;      // of the 3x3 blocks around one, itself among them: no lone errors
+
+// Blocks of pixels of the photograph, each with the surface point at its middle.
+struct Grid {
+  std::uint32_t width, height;
+  std::vector<glm::dvec3> low, high;            // square roots of linear light: range over the 3x3 blocks around
+  std::vector<glm::dvec3> middle;               // and of the block itself
+  std::vector<std::uint8_t> overexposed;        // 0 or 1
+  [[nodiscard]] std::size_t size() const { return std::size_t{width} * height; }
+};
+
+enum class Judgement : std::uint8_t { trusted, contradicted };
+
+struct OtherView {
+  glm::dvec3 color;  // square roots of linear light, at the common exposure
+  double cosine;     // between its direction and the judged view's
+  bool overexposed;
+};
+
+glm::dvec3 encoded(const glm::dvec3& linear) { return glm::sqrt(glm::clamp(linear, 0.0, 4.0)); }
+
+glm::dvec2 image_of(const Photograph& photograph, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+  return {(x + 0.5) * photograph.width / grid.width, (y + 0.5) * photograph.height / grid.height};
+}
+
+std::uint32_t level_for(const Pyramid& photograph, std::uint32_t longer_side) {
+  std::uint32_t level = 0;
+  while (level + 1 < photograph.levels() &&
+         std::max(photograph.level(level).width, photograph.level(level).height) > longer_side + longer_side / 2) {
+    ++level;
+  }
+  return level;
+}
+
+bool is_overexposed(const Photograph& photograph, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+  const auto first = [](std::uint32_t block, std::uint32_t pixels, std::uint32_t blocks) {
+    return static_cast<std::uint32_t>(std::uint64_t{block} * pixels / blocks);
+  };
+  std::uint32_t bright = 0, all = 0;
+  for (std::uint32_t py = first(y, photograph.height, grid.height); py < first(y + 1, photograph.height, grid.height); ++py) {
+    for (std::uint32_t px = first(x, photograph.width, grid.width); px < first(x + 1, photograph.width, grid.width); ++px) {
+      const std::uint8_t* rgb = &photograph.rgb[3 * (std::size_t{py} * photograph.width + px)];
+      bright += std::max({rgb[0], rgb[1], rgb[2]}) >= kOverexposed;
+      ++all;
+    }
+  }
+  return bright > kOverexposedShare * all;
+}
+
+Grid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
+  const Photograph& photograph = pyramid.level(0);
+  Grid grid{visible.width, visible.height, {}, {}, {}, {}};
+  grid.middle.resize(grid.size());
+  grid.overexposed.resize(grid.size());
+  const std::uint32_t level = level_for(pyramid, std::max(grid.width, grid.height));
+  tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
+    for (std::uint32_t x = 0; x < grid.width; ++x) {
+      const std::size_t at = std::size_t{y} * grid.width + x;
+      grid.middle[at] = encoded(gain * pyramid.color(level, image_of(photograph, grid, x, y)));
+      grid.overexposed[at] = is_overexposed(photograph, grid, x, y);
+    }
+  });
+  grid.low = grid.high = grid.middle;
+  for (std::uint32_t y = 0; y < grid.height; ++y) {
+    for (std::uint32_t x = 0; x < grid.width; ++x) {
+      const std::size_t at = std::size_t{y} * grid.width + x;
+      for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
+        for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
+          const glm::dvec3& neighbour = grid.middle[std::size_t{ny} * grid.width + nx];
+          grid.low[at] = glm::min(grid.low[at], neighbour);
+          grid.high[at] = glm::max(grid.high[at], neighbour);
+        }
+      }
+    }
+  }
+  return grid;
+}
+
+double median_in_place(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// Median by channel, and the largest median deviation from it of any channel.
+struct Consensus {
+  glm::dvec3 color{0.0};
+  double spread = 0;
+};
+Consensus consensus(const std::vector<OtherView>& others) {
+  Consensus result;
+  std::vector<double> values(others.size());
+  for (int channel = 0; channel < 3; ++channel) {
+    for (std::size_t i = 0; i < others.size(); ++i) values[i] = others[i].color[channel];
+    const double median = median_in_place(values);
+    for (double& value : values) value = std::abs(value - median);
+    result.color[channel] = median;
+    result.spread = std::max(result.spread, median_in_place(values));
+  }
+  return result;
+}
+
+bool differs(const glm::dvec3& low, const glm::dvec3& high, const Consensus& others, const TrustOptions& options) {
+  const glm::dvec3 off = glm::max(low - others.color, others.color - high);
+  const double most = std::max({off.r, off.g, off.b});
+  return most > options.least_difference && most > options.least_to_spread * others.spread;
+}
+
+bool may_be_highlight(const glm::dvec3& low, const Consensus& others) {
+  return low.r > others.color.r - kHighlightSlack && low.g > others.color.g - kHighlightSlack &&
+         low.b > others.color.b - kHighlightSlack;
+}
+
+bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<OtherView> others,
+                     const TrustOptions& options) {
+  const double comparable = std::cos(glm::radians(options.comparable_deg));
+  std::erase_if(others, [&](const OtherView& other) { return other.overexposed || other.cosine < comparable; });
+  if (others.size() < options.least_views) return false;
+  const Consensus all = consensus(others);
+  if (!differs(low, high, all, options)) return false;
+  if (!may_be_highlight(low, all)) return true;
+  const double near = std::cos(glm::radians(options.highlight_deg));
+  std::erase_if(others, [near](const OtherView& other) { return other.cosine < near; });
+  return others.size() >= options.least_views && differs(low, high, consensus(others), options);
+}
+
+// Another view that is as bright and not clipped shows more of the surface.
+bool is_shown_better(const glm::dvec3& own, const std::vector<OtherView>& others) {
+  return std::any_of(others.begin(), others.end(), [&](const OtherView& other) {
+    const double brightness = std::max({own.r, own.g, own.b});
+    return !other.overexposed &&
+           std::max({other.color.r, other.color.g, other.color.b}) > std::sqrt(kAsBright) * brightness;
+  });
+}
+
+class Judge {
+ public:
+  Judge(const Camera& camera, const Photograph& photograph, const VisibilityBuffer& visible, const Atlas& atlas,
+        std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> self,
+        const TrustOptions& options)
+      : camera_(camera),
+        photograph_(photograph),
+        visible_(visible),
+        atlas_(atlas),
+        views_(views),
+        self_(self),
+        options_(options) {}
+
+  [[nodiscard]] Judgement at(const Grid& grid, std::uint32_t x, std::uint32_t y) const {
+    const std::size_t block = std::size_t{y} * grid.width + x;
+    if (visible_.face[block] == kNoFace) return Judgement::trusted;
+    const std::vector<OtherView> others = views_at(grid, x, y);
+    const bool lost = grid.overexposed[block] && options_.overexposed ? is_shown_better(grid.middle[block], others)
+                                              : is_contradicted(grid.low[block], grid.high[block], others, options_);
+    return lost ? Judgement::contradicted : Judgement::trusted;
+  }
+
+ private:
+  [[nodiscard]] std::vector<OtherView> views_at(const Grid& grid, std::uint32_t x, std::uint32_t y) const {
+    const std::size_t block = std::size_t{y} * grid.width + x;
+    const double z = static_cast<double>(visible_.depth[block]);
+    const glm::dvec3 position = camera_.center() + z * camera_.ray(image_of(photograph_, grid, x, y));
+    const glm::dvec3 direction = glm::normalize(camera_.center() - position);
+    const double block_size = z / camera_.fx * photograph_.width / grid.width;
+    std::vector<OtherView> others;
+    for (const std::uint32_t slot : atlas_.references(atlas_.surface().cells.cell_of_face[visible_.face[block]])) {
+      if (slot == self_ || !views_[slot]) continue;
+      const std::optional<glm::dvec3> color = color_in_view(*views_[slot], position, block_size);
+      if (!color) continue;
+      const double cosine = glm::dot(direction, glm::normalize(views_[slot]->view->camera.center() - position));
+      others.push_back({encoded(views_[slot]->gain * *color), cosine, std::max({color->r, color->g, color->b}) > 0.9});
+    }
+    return others;
+  }
+
+  const Camera& camera_;
+  const Photograph& photograph_;
+  const VisibilityBuffer& visible_;
+  const Atlas& atlas_;
+  std::span<const std::optional<ComparedView>> views_;
+  std::optional<std::uint32_t> self_;
+  const TrustOptions& options_;
+};
+
+int count_around(const std::vector<Judgement>& judgements, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+  int count = 0;
+  for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
+    for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
+      count += judgements[std::size_t{ny} * grid.width + nx] == Judgement::contradicted;
+    }
+  }
+  return count;
+}
+
+// Lone blocks are misalignment; what is left grows by a block, because its edges are blurred.
+std::vector<Judgement> cleaned(const std::vector<Judgement>& judgements, const Grid& grid) {
+  std::vector<Judgement> coherent(judgements.size(), Judgement::trusted);
+  std::vector<Judgement> grown = coherent;
+  const auto sweep = [&](const std::vector<Judgement>& from, int least, std::vector<Judgement>& to) {
+    for (std::uint32_t y = 0; y < grid.height; ++y) {
+      for (std::uint32_t x = 0; x < grid.width; ++x) {
+        if (count_around(from, grid, x, y) >= least) to[std::size_t{y} * grid.width + x] = Judgement::contradicted;
+      }
+    }
+  };
+  sweep(judgements, kNeighboursAgreeing, coherent);
+  sweep(coherent, 1, grown);
+  return grown;
+}
+
+// Bilinear between the blocks' middles.
+std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, const Grid& grid,
+                                   const Photograph& photograph) {
+  std::vector<std::uint8_t> mask(std::size_t{photograph.width} * photograph.height);
+  const auto trust = [&](std::uint32_t x, std::uint32_t y) {
+    return judgements[std::size_t{y} * grid.width + x] == Judgement::trusted ? 255.0f : 0.0f;
+  };
+  tbb::parallel_for(0u, photograph.height, [&](std::uint32_t py) {
+    const float y = std::clamp((static_cast<float>(py) + 0.5f) * static_cast<float>(grid.height) /
+                                       static_cast<float>(photograph.height) - 0.5f,
+                               0.0f, static_cast<float>(grid.height - 1));
+    const auto top = static_cast<std::uint32_t>(y);
+    const std::uint32_t bottom = std::min(top + 1, grid.height - 1);
+    for (std::uint32_t px = 0; px < photograph.width; ++px) {
+      const float x = std::clamp((static_cast<float>(px) + 0.5f) * static_cast<float>(grid.width) /
+                                         static_cast<float>(photograph.width) - 0.5f,
+                                 0.0f, static_cast<float>(grid.width - 1));
+      const auto left = static_cast<std::uint32_t>(x);
+      const std::uint32_t right = std::min(left + 1, grid.width - 1);
+      const float above = glm::mix(trust(left, top), trust(right, top), x - static_cast<float>(left));
+      const float below = glm::mix(trust(left, bottom), trust(right, bottom), x - static_cast<float>(left));
+      mask[std::size_t{py} * photograph.width + px] =
+          static_cast<std::uint8_t>(glm::mix(above, below, y - static_cast<float>(top)) + 0.5f);
+    }
+  });
+  return mask;
+}
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (!holds) {
+    throw std::invalid_argument("trust: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+  }
+}
+
+}  // namespace
+
+void check(const TrustOptions& options) {
+  require(options.grid_px >= 8, "grid_px", options.grid_px, "at least 8");
+  require(options.least_difference > 0 && options.least_difference <= 1, "least_difference", options.least_difference,
+          "in (0, 1]");
+  require(std::isfinite(options.least_to_spread) && options.least_to_spread >= 0, "least_to_spread",
+          options.least_to_spread, "finite and not negative");
+  require(options.least_views >= 1, "least_views", options.least_views, "at least 1");
+  require(options.highlight_deg >= 0 && options.highlight_deg <= 180, "highlight_deg", options.highlight_deg,
+          "in [0, 180]");
+}
+
+std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photograph, const glm::dvec3& gain,
+                                     const VisibilityBuffer& visible, const Atlas& atlas,
+                                     std::span<const std::optional<ComparedView>> views,
+                                     std::optional<std::uint32_t> self, const TrustOptions& options) {
+  const Grid grid = make_grid(photograph, gain, visible);
+  const Judge judge(camera, photograph.level(0), visible, atlas, views, self, options);
+  std::vector<Judgement> judgements(grid.size());
+  tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
+    for (std::uint32_t x = 0; x < grid.width; ++x) judgements[std::size_t{y} * grid.width + x] = judge.at(grid, x, y);
+  });
+  judgements = cleaned(judgements, grid);
+  if (std::find(judgements.begin(), judgements.end(), Judgement::contradicted) == judgements.end()) return {};
+  return enlarged(judgements, grid, photograph.level(0));
+}
+
+}  // namespace lumatlas
