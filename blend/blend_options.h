@@ -22,11 +22,16 @@ struct BlendOptions {
     ratio,    // min / max of the two distances
     printed,  // as in the paper
   };
+  enum class Exposure {
+    nearby,  // of the photographs taken nearby, see exposure.h
+    model,   // the common exposure of all stored views
+  };
   std::uint32_t views = 3;  // K, [1, 8]
   double lambda = 0.8;      // weight of direction against position, [0, 1]
   Position position = Position::ratio;
-  bool fade_last = true;              // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
-  double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
+  bool fade_last = true;                 // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
+  double occlusion_tolerance = 0.02;     // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();
 };

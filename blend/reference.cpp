@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "atlas/srgb.h"
+#include "blend/exposure.h"
 
 namespace lumatlas {
 
@@ -123,7 +124,7 @@ glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm:
 }
 
 void shade(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible, const BlendOptions& options,
-           std::size_t pixel, Rendering& rendering) {
+           const glm::dvec3& exposure, std::size_t pixel, Rendering& rendering) {
   const std::uint32_t face = visible.face[pixel];
   if (face == kNoFace) return;
   const std::size_t x = pixel % camera.width;
@@ -139,7 +140,8 @@ void shade(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffe
     rendering.state[pixel] = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
   }
   for (int channel = 0; channel < 3; ++channel) {
-    rendering.picture.rgb[3 * pixel + static_cast<std::size_t>(channel)] = srgb8_from_linear(color[channel]);
+    rendering.picture.rgb[3 * pixel + static_cast<std::size_t>(channel)] =
+        srgb8_from_linear(exposure[channel] * color[channel]);
   }
 }
 
@@ -152,6 +154,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   if (visible.width != camera.width || visible.height != camera.height) {
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
+  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Rendering rendering;
   rendering.picture.width = camera.width;
@@ -161,7 +164,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-                        shade(snapshot, camera, visible, options, pixel, rendering);
+                        shade(snapshot, camera, visible, options, exposure, pixel, rendering);
                       }
                     });
   return rendering;

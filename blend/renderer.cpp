@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "blend/exposure.h"
 #include "blend/gl_objects.h"
 #include "blend/shaders.h"
 
@@ -197,6 +198,7 @@ struct Renderer::State {
   GlTexture photographs, depths;
   GLsizei index_count = 0;
   double near_depth = 0;
+  NearbyExposure nearby_exposure;
   bool loaded = false;
   Targets targets;
 
@@ -300,8 +302,10 @@ void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& optio
   set_pose(program, camera);
   const glm::vec4 intrinsics = intrinsics_of(camera);
   const glm::vec3 center(camera.center());
+  const glm::vec3 exposure(picture_exposure(nearby_exposure, camera, options));
   glProgramUniform4fv(name, location(program, "intrinsics"), 1, &intrinsics.x);
   glProgramUniform3fv(name, location(program, "center"), 1, &center.x);
+  glProgramUniform3fv(name, location(program, "exposure"), 1, &exposure.x);
   glProgramUniform1f(name, location(program, "height"), static_cast<float>(camera.height));
   glProgramUniform1ui(name, location(program, "blended_views"), options.views);
   glProgramUniform1f(name, location(program, "lambda"), static_cast<float>(options.lambda));
@@ -357,6 +361,7 @@ void Renderer::load(const Snapshot& snapshot) {
   state_->load_mesh(snapshot);
   state_->load_views(snapshot);
   state_->load_tables(snapshot);
+  state_->nearby_exposure = NearbyExposure(snapshot);
   state_->loaded = true;
 }
 

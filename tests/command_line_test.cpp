@@ -100,6 +100,11 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+// The options in effect that the program wrote beside an output.
+nlohmann::json options_beside(const fs::path& output) {
+  return nlohmann::json::parse(bytes_of(output / "lumatlas.json"))["options"];
+}
+
 // Asks the program to stop as soon as its output grows, and checks that nothing remains of it in `folder`.
 void check_interrupted(const Arguments& arguments, const fs::path& folder) {
   const std::vector<std::string> before = names_in(folder);
@@ -150,6 +155,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--cell-size", "inf"},
       {"build", made().scene, "-o", out, "--min-gain", "-1"},
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
       {"synth", "apartment", "-o", out, "--views", "0"},
       {"synth", "apartment", "-o", out, "--passers-by", "1.5"},
@@ -224,8 +230,14 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   REQUIRE(render.status == 0);
   CHECK(render.err.empty());
   for (const char* const name : {"0000.png", "0004.png"}) CHECK(fs::file_size(fs::path(pictures) / name) > 100);
-  const Outcome validate =
-      lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report, "--json", "--quiet"});
+  CHECK(options_beside(pictures)["exposure"] == "nearby");
+  const std::string printed = (folder / "printed").string();
+  REQUIRE(
+      lumatlas({"render", made().model, "--views", other, "-o", printed, "--weights", "printed", "--quiet"}).status ==
+      0);
+  CHECK(options_beside(printed)["exposure"] == "model");
+  const Outcome validate = lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report,
+                                     "--exposure", "model", "--json", "--quiet"});
   REQUIRE(validate.status == 0);
   CHECK(validate.err.empty());
   const nlohmann::json scores = nlohmann::json::parse(validate.out);
@@ -233,7 +245,8 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   CHECK(scores["protocol"]["hold"] == 4);  // as the model was built
   CHECK(scores["held"] == 3);
   CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
-  CHECK(names_in(folder.path()).size() == 3);
+  CHECK(options_beside(report)["exposure"] == "model");
+  CHECK(names_in(folder.path()).size() == 4);
   check_interrupted({"validate", made().model, "--views", made().scene, "-o", (folder / "cut").string()},
                     folder.path());
 }

@@ -9,6 +9,7 @@
 #include <random>
 
 #include "atlas/srgb.h"
+#include "blend/exposure.h"
 #include "blend/reference.h"
 #include "tests/gl_test_context.h"
 #include "tests/small_scenes.h"
@@ -62,13 +63,14 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   const Snapshot snapshot = room_snapshot(14, {});
   Renderer renderer(*context);
   renderer.load(snapshot);
-  std::vector<BlendOptions> variants(6);
+  std::vector<BlendOptions> variants(7);
   variants[1] = BlendOptions::printed();
   variants[1].occlusion_tolerance = 0.02;  // with none, rounding decides at every pixel
   variants[2].views = 1;
   variants[3].views = 8;
   variants[4].lambda = 0;
   variants[5].fade_last = false;
+  variants[6].exposure = BlendOptions::Exposure::model;
   for (std::size_t variant = 0; variant < variants.size(); ++variant) {
     double different = 0;
     constexpr std::size_t kCameras = 6;
@@ -83,14 +85,22 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   }
 }
 
+// Views whose gains differ, also from channel to channel.
+Snapshot room_with_gains(std::size_t views) {
+  Snapshot snapshot = room_snapshot(views, {});
+  for (std::size_t slot = 0; slot < views; ++slot) {
+    snapshot.gains[slot] = glm::dvec3(0.5, 1.9, 0.8) + static_cast<double>(slot) * glm::dvec3(0.2, -0.2, 0.1);
+  }
+  return snapshot;
+}
+
 TEST_CASE(
     "the shader agrees with the CPU reference on gains that differ by channel, lens masks and mixed photograph sizes") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Snapshot snapshot = room_snapshot(8, {});
+  Snapshot snapshot = room_with_gains(8);
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     StoredView view = *snapshot.views[slot];
-    snapshot.gains[slot] = glm::dvec3(0.5, 1.9, 0.8) + static_cast<double>(slot) * glm::dvec3(0.2, -0.2, 0.1);
     if (slot % 2 == 0) {
       const Camera camera = view.camera.scaled_to(61, 90);
       Photograph photograph = pattern_photograph(camera, slot);
@@ -103,17 +113,71 @@ TEST_CASE(
   }
   Renderer renderer(*context);
   renderer.load(snapshot);
-  double different = 0;
-  for (std::size_t number = 0; number < 6; ++number) {
-    const Camera camera = novel_camera(number);
-    different += share_different(renderer.render(camera, {}), reference(snapshot, camera, {})) / 6;
+  for (const auto exposure : {BlendOptions::Exposure::nearby, BlendOptions::Exposure::model}) {
+    BlendOptions options;
+    options.exposure = exposure;
+    double different = 0;
+    for (std::size_t number = 0; number < 6; ++number) {
+      const Camera camera = novel_camera(number);
+      different += share_different(renderer.render(camera, options), reference(snapshot, camera, options)) / 6;
+    }
+    CHECK(different <= kAgreement);
   }
-  CHECK(different <= kAgreement);
+}
+
+TEST_CASE("where all gains are 1, the exposure of nearby photographs and the model's give the same bytes") {
+  const Snapshot snapshot = room_snapshot(6, {});
+  BlendOptions model;
+  model.exposure = BlendOptions::Exposure::model;
+  const Camera camera = novel_camera(2);
+  CHECK(reference(snapshot, camera, {}).picture.rgb == reference(snapshot, camera, model).picture.rgb);
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  CHECK(renderer.render(camera, {}).picture.rgb == renderer.render(camera, model).picture.rgb);
+}
+
+Snapshot without_references(Snapshot snapshot) {
+  snapshot.references.views.clear();
+  snapshot.references.offsets.assign(snapshot.references.offsets.size(), 0);
+  return snapshot;
+}
+
+// That a picture in the exposure of nearby photographs is the model's picture, times one factor in linear light.
+void check_exposed(const Snapshot& snapshot, const Camera& camera) {
+  const glm::dvec3 exposure = NearbyExposure(snapshot).at(camera);
+  REQUIRE(glm::all(glm::greaterThan(glm::abs(exposure - 1.0), glm::dvec3(0.05))));
+  BlendOptions model;
+  model.exposure = BlendOptions::Exposure::model;
+  const std::vector<std::uint8_t> common = reference(snapshot, camera, model).picture.rgb;
+  const Rendering shown = reference(snapshot, camera, {});
+  for (std::size_t value = 0; value < common.size(); ++value) {
+    if (common[value] == 255) continue;  // clipped
+    const double linear = linear_from_srgb(common[value] / 255.0);
+    const int expected = srgb8_from_linear(exposure[static_cast<int>(value % 3)] * linear);
+    REQUIRE(std::abs(shown.picture.rgb[value] - expected) <= 3);  // both rounded, the second after the factor
+  }
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  CHECK(share_different(renderer.render(camera, {}), shown) <= kAgreement);
+}
+
+TEST_CASE("blended colours and vertex colours are both shown in the exposure of the photographs nearby") {
+  const Camera camera = novel_camera(1);
+  const Snapshot textured = room_with_gains(4);
+  REQUIRE(count(reference(textured, camera, {}), PixelState::textured) > 1000);
+  check_exposed(textured, camera);
+  const Snapshot fallback = without_references(textured);
+  REQUIRE(count(reference(fallback, camera, {}), PixelState::untextured) > 1000);
+  check_exposed(fallback, camera);
 }
 
 TEST_CASE("a stored view rendered from its own camera alone is its photograph, wherever it is valid") {
-  ValidityOptions step = ValidityOptions::printed();
-  const Snapshot snapshot = room_snapshot(1, step);
+  Snapshot snapshot = room_snapshot(1, ValidityOptions::printed());
+  snapshot.gains[0] = {3.1, 0.4, 0.9};  // the picture has its exposure
   const StoredView& view = *snapshot.views[0];
   const auto check_picture = [&](const Rendering& rendering) {
     std::size_t compared = 0;
@@ -152,9 +216,7 @@ TEST_CASE("the GPU sees the same faces as the rays, away from silhouettes") {
 }
 
 TEST_CASE("cells that no view saw are told apart from cells that were seen but have no valid view") {
-  Snapshot snapshot = room_snapshot(3, {});
-  snapshot.references.views.clear();
-  snapshot.references.offsets.assign(snapshot.references.offsets.size(), 0);
+  const Snapshot snapshot = without_references(room_snapshot(3, {}));
   const Camera camera = novel_camera(9);
   const auto check_states = [&](const Rendering& rendering) {
     CHECK(count(rendering, PixelState::textured) == 0);

@@ -15,6 +15,7 @@ namespace lumatlas {
 struct BlendFlags {
   BlendOptions values;
   std::string weights = "ratio";
+  std::string exposure;  // empty: as the weights have it
 
   void add_to(CLI::App& command) {
     command.add_option("--blend-views", values.views, "K: how many views are blended at a pixel")
@@ -23,18 +24,30 @@ struct BlendFlags {
         ->check(number_between(0, 1));
     command.add_option("--weights", weights, "Distance term: ratio, or printed (the paper's formulas to the letter)")
         ->check(CLI::IsMember({"ratio", "printed"}));
+    command
+        .add_option(
+            "--exposure", exposure,
+            "Of the pictures: nearby (of the photographs taken nearby) or model (one for all); without it nearby, "
+            "with --weights printed model")
+        ->check(CLI::IsMember({"nearby", "model"}));
   }
 
   [[nodiscard]] BlendOptions options() const {
     BlendOptions options = weights == "printed" ? BlendOptions::printed() : BlendOptions{};
     options.views = values.views;
     options.lambda = values.lambda;
+    if (exposure == "nearby") options.exposure = BlendOptions::Exposure::nearby;
+    if (exposure == "model") options.exposure = BlendOptions::Exposure::model;
     check(options);
     return options;
   }
 
   [[nodiscard]] nlohmann::json json() const {
-    return {{"blend_views", values.views}, {"lambda", values.lambda}, {"weights", weights}};
+    const bool nearby = options().exposure == BlendOptions::Exposure::nearby;
+    return {{"blend_views", values.views},
+            {"lambda", values.lambda},
+            {"weights", weights},
+            {"exposure", nearby ? "nearby" : "model"}};
   }
 };
 

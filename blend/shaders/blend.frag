@@ -32,6 +32,7 @@ uniform float lambda;
 uniform float occlusion_tolerance;
 uniform bool printed_position;
 uniform bool fade_last;
+uniform vec3 exposure;  // of the picture: linear light of the model times this is shown
 
 const uint kNoFace = 0xFFFFFFFFu;
 const float kEmpty = 0.0, kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
@@ -124,5 +125,5 @@ void main() {
     color = texelFetch(fallback_color, pixel, 0).rgb;
     state = cell_seen[cell] != 0u ? kUntextured : kUnseen;
   }
-  picture = vec4(srgb_from_linear(color), state / 255.0);
+  picture = vec4(srgb_from_linear(exposure * color), state / 255.0);
 }

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Source: D. Shepard, "A two-dimensional interpolation function for irregularly-spaced data", 1968.
+#include "blend/exposure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+
+namespace lumatlas {
+
+namespace {
+
+// e: a tenth of D apart counts as the same place. Far less would make every stored view a spike that a camera passing
+// it flickers through, and would believe the gain of a single view.
+constexpr double kSamePlace = 0.01;
+
+// Enough for a median; odd strides below, so that they do not fall on the same columns of every row.
+constexpr std::size_t kDepthSamples = 1024;
+
+double upper_median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+std::vector<double> sparse_depths(const StoredView& view) {
+  const std::size_t stride = (view.depth.size() / kDepthSamples) | 1;
+  std::vector<double> depths;
+  for (std::size_t pixel = 0; pixel < view.depth.size(); pixel += stride) {
+    if (std::isfinite(view.depth[pixel])) depths.push_back(view.depth[pixel]);
+  }
+  return depths;
+}
+
+// 1 / D; 0 if no view sees a surface.
+double inverse_depth(const Snapshot& snapshot) {
+  std::vector<double> medians;
+  for (const auto& view : snapshot.views) {
+    if (!view) continue;
+    std::vector<double> depths = sparse_depths(*view);
+    if (!depths.empty()) medians.push_back(upper_median(depths));
+  }
+  return medians.empty() ? 0 : 1 / upper_median(medians);
+}
+
+}  // namespace
+
+NearbyExposure::NearbyExposure(const Snapshot& snapshot) : per_depth_(inverse_depth(snapshot)) {
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    const Camera& camera = snapshot.views[slot]->camera;
+    views_.push_back({camera.center(), camera.viewing_direction(), glm::log(snapshot.gains[slot])});
+  }
+}
+
+glm::dvec3 NearbyExposure::at(const Camera& camera) const {
+  const glm::dvec3 center = camera.center();
+  const glm::dvec3 direction = camera.viewing_direction();
+  double total = 0;
+  glm::dvec3 sum(0);
+  for (const View& view : views_) {
+    const glm::dvec3 apart = (center - view.center) * per_depth_;  // in units of D
+    const glm::dvec3 looks_apart = apart + direction - view.direction;
+    const double q = glm::dot(apart, apart) + glm::dot(looks_apart, looks_apart);
+    const double w = 1 / ((q + kSamePlace) * (q + kSamePlace));
+    total += w;
+    sum += w * view.log_gain;
+  }
+  // From so far away that no weight is left, no view is nearer than another.
+  return total > 0 ? glm::exp(-sum / total) : glm::dvec3(1);
+}
+
+glm::dvec3 picture_exposure(const NearbyExposure& nearby, const Camera& camera, const BlendOptions& options) {
+  return options.exposure == BlendOptions::Exposure::nearby ? nearby.at(camera) : glm::dvec3(1);
+}
+
+}  // namespace lumatlas

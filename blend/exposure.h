@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The exposure that a picture is shown in: that of the photographs that were taken nearby.
+//
+// Each stored view has a gain that brings it to the model's one exposure (Snapshot::gains), and a camera's automatic
+// exposure varies by a stop and more: in the model's exposure bright surfaces clip, and the picture looks like no
+// photograph from there. In the exposure of each pixel's own views it would be a mosaic. So the whole picture has one
+// factor, interpolated between the stored views by Shepard's method, per channel and so with the white balance:
+//
+//   E_o = exp(-sum_i w_i ln g_i / sum_i w_i)             g_i: gain of stored view i
+//   w_i = 1 / (q_i + e)^2
+//   q_i = (|c_o - c_i|^2 + |p_o - p_i|^2) / D^2          c: camera centre
+//   p   = c + D times the viewing direction              about what the camera looks at
+//
+// D is the median over the stored views of their median depth, e a constant. Absent from the paper, which blends at
+// the common exposure of its section 3.3 and shows that.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "blend/blend_options.h"
+#include "mesh/camera.h"
+
+namespace lumatlas {
+
+// What is needed of a snapshot for the exposure of any picture; holds no photograph.
+class NearbyExposure {
+ public:
+  NearbyExposure() = default;  // of no views
+  explicit NearbyExposure(const Snapshot& snapshot);
+
+  // E_o, per channel R G B: linear light of the model times this is the picture's. Within the range of the inverse
+  // gains; exactly 1 if all gains are 1 or there are no views. Continuous in the camera's pose: ln E_o changes by at
+  // most the spread of the ln g_i times 15 per D that the camera moves and 10 per radian that it turns.
+  [[nodiscard]] glm::dvec3 at(const Camera& camera) const;
+
+ private:
+  struct View {
+    glm::dvec3 center;
+    glm::dvec3 direction;
+    glm::dvec3 log_gain;
+  };
+  std::vector<View> views_;
+  double per_depth_ = 0;  // 1 / D; 0 if no view sees a surface, so that the directions alone decide
+};
+
+// The factor of a picture's linear light that the options ask for.
+[[nodiscard]] glm::dvec3 picture_exposure(const NearbyExposure& nearby, const Camera& camera,
+                                          const BlendOptions& options);
+
+}  // namespace lumatlas
