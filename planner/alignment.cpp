@@ -21,9 +21,9 @@ namespace lumatlas {
 namespace {
 
 constexpr int kPoseParameters = 6;
-constexpr double kTukeyCutoff = 4.685;     // in standard deviations: 95 % efficient on Gaussian noise
+constexpr double kTukeyCutoff = 4.685;         // in standard deviations: 95 % efficient on Gaussian noise
 constexpr double kDeviationOfMedian = 1.4826;  // of normal noise: standard deviation over median absolute deviation
-constexpr double kSmallestNoise = 0.01;    // sRGB; photographs are 8 bit and compressed
+constexpr double kSmallestNoise = 0.01;        // sRGB; photographs are 8 bit and compressed
 constexpr std::uint32_t kCorrelationPx = 320;
 constexpr std::uint32_t kTiles = 4;
 constexpr double kFewestTilePoints = 20;
@@ -137,7 +137,8 @@ class Disagreement {
     glm::dvec3 gain = gain_;
     if (!options_.exposure) return gain;
     const double* log_gain = parameters + pose_parameters();
-    for (int channel = 0; channel < 3; ++channel) gain[channel] *= std::exp(log_gain[options_.white_balance ? channel : 0]);
+    for (int channel = 0; channel < 3; ++channel)
+      gain[channel] *= std::exp(log_gain[options_.white_balance ? channel : 0]);
     return gain;
   }
   [[nodiscard]] Camera camera_at(const double* parameters) const {
@@ -301,8 +302,8 @@ double luma(const glm::dvec3& linear) {
   return 0.299 * srgb(linear.r) + 0.587 * srgb(linear.g) + 0.114 * srgb(linear.b);
 }
 
-// Of luma, in each of kTiles x kTiles parts of the picture by itself: the upper quartile. Half a picture of leaves lowers
-// it little, a wrong pose spoils it everywhere.
+// Of luma, in each of kTiles x kTiles parts of the picture by itself: the upper quartile. Half a picture of leaves
+// lowers it little, a wrong pose spoils it everywhere.
 double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
                    const AlignmentTargets& targets) {
   const std::uint32_t level = correlation_level(photograph);
@@ -366,9 +367,9 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
   exposure_only.pose = false;
   AlignmentOptions nothing = exposure_only;
   nothing.exposure = false;
-  const glm::dvec3 ratio = options.exposure ? median_ratio(start, photograph, targets, photograph.levels() - 1,
-                                                           options.white_balance)
-                                            : gain;
+  const glm::dvec3 ratio =
+      options.exposure ? median_ratio(start, photograph, targets, photograph.levels() - 1, options.white_balance)
+                       : gain;
 
   Disagreement finest(frame, ratio, photograph, targets, 0, options);
   Eigen::VectorXd refined = Eigen::VectorXd::Zero(finest.NumParameters());

@@ -32,8 +32,8 @@ struct AlignmentOptions {
   bool white_balance = false;  // a gain for each channel instead of one for all; needs exposure
   double max_move = 0.06;      // a pose is not accepted if the points' median displacement in the image is above this
                                // share of its longer side, > 0
-  double least_improvement = 0.05;  // nor if it lowers the residual by less than this share, [0, 1)
-  double prior = 0.02;         // strength of the pull towards the given pose, >= 0
+  double least_improvement = 0.05;    // nor if it lowers the residual by less than this share, [0, 1)
+  double prior = 0.02;                // strength of the pull towards the given pose, >= 0
   std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1
 };
@@ -45,7 +45,7 @@ void check(const AlignmentOptions& options);
 inline constexpr std::size_t kFewestAlignmentPoints = 60;
 
 struct Alignment {
-  Camera camera;        // refined, or the given one where moved is false
+  Camera camera;  // refined, or the given one where moved is false
   glm::dvec3 gain{1.0};
   bool moved = false;   // a better pose than the given one was found within the bounds
   double moved_px = 0;  // median displacement of the points in the image, of `camera` against the given pose
@@ -58,8 +58,9 @@ struct Alignment {
   double correlation = 0;
 };
 
-// The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. Both cameras
-// have the photograph's size and the same intrinsics. With fewer than kFewestAlignmentPoints points, nothing is changed.
+// The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. Both
+// cameras have the photograph's size and the same intrinsics. With fewer than kFewestAlignmentPoints points, nothing is
+// changed.
 [[nodiscard]] Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain,
                               const Pyramid& photograph, const AlignmentTargets& targets,
                               const AlignmentOptions& options);

@@ -20,8 +20,7 @@ struct Edge {
 };
 
 // Normal equations of the edges, each weighted by how well the last solution fits it.
-Eigen::VectorXd solve_once(const std::vector<Edge>& edges, const Eigen::VectorXd& last, double outlier,
-                           int slots) {
+Eigen::VectorXd solve_once(const std::vector<Edge>& edges, const Eigen::VectorXd& last, double outlier, int slots) {
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::VectorXd right = Eigen::VectorXd::Zero(slots);
   for (const Edge& edge : edges) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Exposure gains of all stored views at once, from the ratios measured between pairs of them.
 //
-// Matching each new view to the ones before it (Erat et al. 2019, section 3.3) adds up the error of every step, so that a
-// long stream drifts and a loop does not close. Keeping the pairwise ratios and solving
+// Matching each new view to the ones before it (Erat et al. 2019, section 3.3) adds up the error of every step, so that
+// a long stream drifts and a loop does not close. Keeping the pairwise ratios and solving
 //
 //   min  sum_ij n_ij h(ln g_i - ln g_j - r_ij) + e sum_i (ln g_i)^2        h: Cauchy's loss, r_ij, n_ij: ExposureRatio
 //

@@ -12,10 +12,10 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kOcclusionTolerance = 0.02;   // of the depth, as in blending
-constexpr std::uint8_t kLeastValidity = 128;   // of the mask: off depth edges, not contradicted
-constexpr double kDarkest = 0.0024;            // linear light of kDarkestSample
-constexpr double kBrightest = 0.93;            // and of kBrightestSample
+constexpr double kOcclusionTolerance = 0.02;  // of the depth, as in blending
+constexpr std::uint8_t kLeastValidity = 128;  // of the mask: off depth edges, not contradicted
+constexpr double kDarkest = 0.0024;           // linear light of kDarkestSample
+constexpr double kBrightest = 0.93;           // and of kBrightestSample
 constexpr std::uint32_t kFewestRatioPoints = 20;
 
 struct Observation {

@@ -23,8 +23,8 @@ struct ComparedView {
   glm::dvec3 gain{1.0};
 };
 
-// Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well (occluded,
-// masked). `pixel_size`: of what it is compared with, scene units per pixel at the point.
+// Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well
+// (occluded, masked). `pixel_size`: of what it is compared with, scene units per pixel at the point.
 [[nodiscard]] std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position,
                                                       double pixel_size);
 

@@ -50,10 +50,10 @@ struct Verdict {
   std::optional<std::string> replaced;  // the name of the view that it took the place of
   double gain = 0;                      // by which scov rose, or would have risen, in cells
   std::uint32_t cells_seen = 0;
-  double visibility_ms = 0;  // wall time of the visibility pass,
-  double plan_ms = 0;        // of the decision,
-  double refine_ms = 0;      // of the refinement,
-  double store_ms = 0;       // and of storing (depth at full resolution)
+  double visibility_ms = 0;              // wall time of the visibility pass,
+  double plan_ms = 0;                    // of the decision,
+  double refine_ms = 0;                  // of the refinement,
+  double store_ms = 0;                   // and of storing (depth at full resolution)
   std::optional<Refinement> refinement;  // of a view that was to be stored
 };
 

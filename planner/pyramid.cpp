@@ -75,8 +75,12 @@ Footprint footprint(const Photograph& photograph, const glm::dvec2& image) {
   const auto at = [&](std::size_t column, std::size_t row) {
     return &photograph.rgb[3 * (row * photograph.width + column)];
   };
-  return {at(left, top),           at(right, top),          at(left, bottom),
-          at(right, bottom),       x - static_cast<double>(left), y - static_cast<double>(top)};
+  return {at(left, top),
+          at(right, top),
+          at(left, bottom),
+          at(right, bottom),
+          x - static_cast<double>(left),
+          y - static_cast<double>(top)};
 }
 
 glm::dvec3 linear_at(const std::uint8_t* rgb) {
@@ -84,7 +88,9 @@ glm::dvec3 linear_at(const std::uint8_t* rgb) {
   return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]};
 }
 
-double scale_of(std::uint32_t level) { return 1.0 / static_cast<double>(1u << level); }
+double scale_of(std::uint32_t level) {
+  return 1.0 / static_cast<double>(1u << level);
+}
 
 }  // namespace
 

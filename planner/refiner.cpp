@@ -100,8 +100,8 @@ void Refiner::balance_exposures() {
 void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
-  atlas_.replace(slot, make_stored_view(old.name, camera, old.photograph, visibility_.trace(camera), validity,
-                                        std::move(trust)));
+  atlas_.replace(
+      slot, make_stored_view(old.name, camera, old.photograph, visibility_.trace(camera), validity, std::move(trust)));
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
 }
@@ -138,7 +138,8 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
     step.residual_after += refinements[slot]->alignment.residual;
     step.moved_px += refinements[slot]->alignment.moved_px;
     exposures_.set(slot, refinements[slot]->ratios);
-    if (refinements[slot]->alignment.moved) replace(slot, refinements[slot]->alignment.camera, views_[slot]->view->trust, validity);
+    if (refinements[slot]->alignment.moved)
+      replace(slot, refinements[slot]->alignment.camera, views_[slot]->view->trust, validity);
   }
   if (views > 0) {
     step.residual_before /= views;

@@ -19,8 +19,8 @@ namespace lumatlas {
 
 struct RefinementOptions {
   TrustOptions trust;
-  AlignmentOptions alignment;  // its pose, exposure and white_balance say what is refined
-  std::size_t samples = 2000;  // surface points at which views are compared, >= 1
+  AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
+  std::size_t samples = 2000;     // surface points at which views are compared, >= 1
   std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;

@@ -54,12 +54,15 @@ bool is_smooth(const VisibilityBuffer& visible, std::uint32_t x, std::uint32_t y
 
 bool is_in_lens(const Photograph& photograph, const glm::dvec2& image) {
   if (photograph.valid.empty()) return true;
-  return photograph.valid[static_cast<std::size_t>(image.y) * photograph.width + static_cast<std::size_t>(image.x)] != 0;
+  return photograph.valid[static_cast<std::size_t>(image.y) * photograph.width + static_cast<std::size_t>(image.x)] !=
+         0;
 }
 
 // Sum over channels of the squared central differences, 8-bit sRGB.
 int gradient(const Photograph& image, const glm::uvec2& at) {
-  const auto pixel = [&](std::uint32_t x, std::uint32_t y) { return &image.rgb[3 * (std::size_t{y} * image.width + x)]; };
+  const auto pixel = [&](std::uint32_t x, std::uint32_t y) {
+    return &image.rgb[3 * (std::size_t{y} * image.width + x)];
+  };
   const std::uint8_t* left = pixel(at.x - (at.x > 0), at.y);
   const std::uint8_t* right = pixel(std::min(at.x + 1, image.width - 1), at.y);
   const std::uint8_t* above = pixel(at.x, at.y - (at.y > 0));
@@ -87,7 +90,8 @@ std::vector<glm::uvec2> chosen(const Grid& grid, const Block& block) {
     for (std::uint32_t x = block.left; x < block.right; ++x) {
       const glm::uvec2 at = grid.reduced_pixel(x, y);
       const std::uint8_t* rgb = &grid.reduced.rgb[3 * (std::size_t{at.y} * grid.reduced.width + at.x)];
-      if (!is_exposed(rgb) || !is_smooth(grid.visible, x, y) || !is_in_lens(grid.photograph, grid.image_of(x, y))) continue;
+      if (!is_exposed(rgb) || !is_smooth(grid.visible, x, y) || !is_in_lens(grid.photograph, grid.image_of(x, y)))
+        continue;
       const int steepness = gradient(grid.reduced, at);
       if (steepness > steepest) steepest = steepness, sharp = {x, y};
       const glm::ivec2 off = glm::ivec2(x, y) - middle;

@@ -26,9 +26,9 @@ constexpr int kNeighboursAgreeing = 5;      // of the 3x3 blocks around one, its
 // Blocks of pixels of the photograph, each with the surface point at its middle.
 struct Grid {
   std::uint32_t width, height;
-  std::vector<glm::dvec3> low, high;            // square roots of linear light: range over the 3x3 blocks around
-  std::vector<glm::dvec3> middle;               // and of the block itself
-  std::vector<std::uint8_t> overexposed;        // 0 or 1
+  std::vector<glm::dvec3> low, high;      // square roots of linear light: range over the 3x3 blocks around
+  std::vector<glm::dvec3> middle;         // and of the block itself
+  std::vector<std::uint8_t> overexposed;  // 0 or 1
   [[nodiscard]] std::size_t size() const { return std::size_t{width} * height; }
 };
 
@@ -40,7 +40,9 @@ struct OtherView {
   bool overexposed;
 };
 
-glm::dvec3 encoded(const glm::dvec3& linear) { return glm::sqrt(glm::clamp(linear, 0.0, 4.0)); }
+glm::dvec3 encoded(const glm::dvec3& linear) {
+  return glm::sqrt(glm::clamp(linear, 0.0, 4.0));
+}
 
 glm::dvec2 image_of(const Photograph& photograph, const Grid& grid, std::uint32_t x, std::uint32_t y) {
   return {(x + 0.5) * photograph.width / grid.width, (y + 0.5) * photograph.height / grid.height};
@@ -60,8 +62,10 @@ bool is_overexposed(const Photograph& photograph, const Grid& grid, std::uint32_
     return static_cast<std::uint32_t>(std::uint64_t{block} * pixels / blocks);
   };
   std::uint32_t bright = 0, all = 0;
-  for (std::uint32_t py = first(y, photograph.height, grid.height); py < first(y + 1, photograph.height, grid.height); ++py) {
-    for (std::uint32_t px = first(x, photograph.width, grid.width); px < first(x + 1, photograph.width, grid.width); ++px) {
+  for (std::uint32_t py = first(y, photograph.height, grid.height); py < first(y + 1, photograph.height, grid.height);
+       ++py) {
+    for (std::uint32_t px = first(x, photograph.width, grid.width); px < first(x + 1, photograph.width, grid.width);
+         ++px) {
       const std::uint8_t* rgb = &photograph.rgb[3 * (std::size_t{py} * photograph.width + px)];
       bright += std::max({rgb[0], rgb[1], rgb[2]}) >= kOverexposed;
       ++all;
@@ -173,8 +177,9 @@ class Judge {
     const std::size_t block = std::size_t{y} * grid.width + x;
     if (visible_.face[block] == kNoFace) return Judgement::trusted;
     const std::vector<OtherView> others = views_at(grid, x, y);
-    const bool lost = grid.overexposed[block] && options_.overexposed ? is_shown_better(grid.middle[block], others)
-                                              : is_contradicted(grid.low[block], grid.high[block], others, options_);
+    const bool lost = grid.overexposed[block] && options_.overexposed
+                          ? is_shown_better(grid.middle[block], others)
+                          : is_contradicted(grid.low[block], grid.high[block], others, options_);
     return lost ? Judgement::contradicted : Judgement::trusted;
   }
 
@@ -239,15 +244,17 @@ std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, con
     return judgements[std::size_t{y} * grid.width + x] == Judgement::trusted ? 255.0f : 0.0f;
   };
   tbb::parallel_for(0u, photograph.height, [&](std::uint32_t py) {
-    const float y = std::clamp((static_cast<float>(py) + 0.5f) * static_cast<float>(grid.height) /
-                                       static_cast<float>(photograph.height) - 0.5f,
-                               0.0f, static_cast<float>(grid.height - 1));
+    const float y = std::clamp(
+        (static_cast<float>(py) + 0.5f) * static_cast<float>(grid.height) / static_cast<float>(photograph.height) -
+            0.5f,
+        0.0f, static_cast<float>(grid.height - 1));
     const auto top = static_cast<std::uint32_t>(y);
     const std::uint32_t bottom = std::min(top + 1, grid.height - 1);
     for (std::uint32_t px = 0; px < photograph.width; ++px) {
-      const float x = std::clamp((static_cast<float>(px) + 0.5f) * static_cast<float>(grid.width) /
-                                         static_cast<float>(photograph.width) - 0.5f,
-                                 0.0f, static_cast<float>(grid.width - 1));
+      const float x = std::clamp(
+          (static_cast<float>(px) + 0.5f) * static_cast<float>(grid.width) / static_cast<float>(photograph.width) -
+              0.5f,
+          0.0f, static_cast<float>(grid.width - 1));
       const auto left = static_cast<std::uint32_t>(x);
       const std::uint32_t right = std::min(left + 1, grid.width - 1);
       const float above = glm::mix(trust(left, top), trust(right, top), x - static_cast<float>(left));

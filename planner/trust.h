@@ -27,7 +27,7 @@ struct TrustOptions {
   std::uint32_t least_views = 2;   // other views that it takes, >= 1
   double comparable_deg = 30;      // only views from within this angle are evidence at all, [0, 180]
   bool overexposed = true;
-  double highlight_deg = 10;       // views within this angle would show the same highlight, [0, 180]
+  double highlight_deg = 10;  // views within this angle would show the same highlight, [0, 180]
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/align_to_model.h"
 
-#include <cmath>
+#include <limits>
 
 #include "planner/surface_samples.h"
 
@@ -9,7 +9,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::uint32_t kRounds = 6;
+constexpr std::uint32_t kRounds = 8;
 constexpr double kRestingPx = 0.02;
 constexpr std::size_t kPoints = 4000;
 
@@ -33,18 +33,22 @@ Camera align_to_model(Renderer& renderer, const Visibility& visibility, const Ca
   const Pyramid pyramid(photograph);
   AlignmentOptions options;
   options.max_iterations = 20;
+  options.least_improvement = 0;  // whatever pose scores best, however little
   Camera current = camera;
-  double moved_px = 0;
+  Camera best = camera;
+  double least_residual = std::numeric_limits<double>::infinity();
   for (std::uint32_t round = 0; round < kRounds; ++round) {
     const Photograph picture = renderer.render(current, blend).picture;
-    const AlignmentTargets targets = targets_from(current, picture, visibility.trace(current));
-    const Alignment aligned = align(camera, current, glm::dvec3(1.0), pyramid, targets, options);
-    const double step = std::abs(aligned.moved_px - moved_px);
+    const Alignment aligned = align(current, current, glm::dvec3(1.0), pyramid,
+                                    targets_from(current, picture, visibility.trace(current)), options);
+    if (aligned.residual_exposed < least_residual) {
+      least_residual = aligned.residual_exposed;
+      best = current;
+    }
+    if (!aligned.moved || aligned.moved_px < kRestingPx) break;
     current = aligned.camera;
-    moved_px = aligned.moved_px;
-    if (!aligned.moved || step < kRestingPx) break;
   }
-  return current;
+  return best;
 }
 
 }  // namespace lumatlas

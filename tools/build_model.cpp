@@ -145,7 +145,8 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   }
   for (std::uint32_t step = 0; step < options.polish_steps; ++step) {
     const PolishStep done = planner.polish();
-    std::fprintf(stderr, "polish %u: %.4f -> %.4f, moved %.3f px\n", step, done.residual_before, done.residual_after, done.moved_px);
+    std::fprintf(stderr, "polish %u: %.4f -> %.4f, moved %.3f px\n", step, done.residual_before, done.residual_after,
+                 done.moved_px);
   }
   if (options.planner.refinement.trust.enabled && options.planner.refinement.any()) planner.mask();
   result.summed_coverage = planner.summed_coverage();
@@ -222,7 +223,14 @@ json plan_json(const BuildResult& result) {
     if (view.verdict.refinement) {
       const Refinement& r = *view.verdict.refinement;
       const Alignment& a = r.alignment;
-      entry["refinement"] = {{"points", r.points}, {"views_per_point", r.views_per_point}, {"moved_px", a.moved_px}, {"moved", a.moved}, {"gain", {a.gain.r, a.gain.g, a.gain.b}}, {"residual", {a.residual_given, a.residual_exposed, a.residual}}, {"correlation", a.correlation}, {"refine_ms", view.verdict.refine_ms}};
+      entry["refinement"] = {{"points", r.points},
+                             {"views_per_point", r.views_per_point},
+                             {"moved_px", a.moved_px},
+                             {"moved", a.moved},
+                             {"gain", {a.gain.r, a.gain.g, a.gain.b}},
+                             {"residual", {a.residual_given, a.residual_exposed, a.residual}},
+                             {"correlation", a.correlation},
+                             {"refine_ms", view.verdict.refine_ms}};
     }
     if (view.verdict.replaced) entry["in_place_of"] = *view.verdict.replaced;
     views.push_back(std::move(entry));

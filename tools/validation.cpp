@@ -73,7 +73,8 @@ class MethodRun {
     if (options_.pictures) {
       const Photograph fitted = apply_gain(rendering.picture, scores.gain);
       write_image(folder_ / (folder_name(index) + "/" + method + "-aligned.png"), fitted);
-      write_image(folder_ / (folder_name(index) + "/" + method + "-aligned-error.png"), error_picture(fitted, photograph, mask));
+      write_image(folder_ / (folder_name(index) + "/" + method + "-aligned-error.png"),
+                  error_picture(fitted, photograph, mask));
     }
     return scores.fitted;
   }
