@@ -186,7 +186,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
   Camera refined = camera;
   if (options_.refinement.any()) {
     const Stopwatch stopwatch(verdict.refine_ms);
-    verdict.refinement = refiner_.refine(camera, photograph);
+    verdict.refinement = refiner_.refine(camera, photograph, buffer_);
     refined = verdict.refinement->alignment.camera;
     if (verdict.refinement->outlier) {
       verdict.decision = Decision::outlier;

@@ -27,6 +27,7 @@ void check(const RefinementOptions& options) {
   check(options.trust);
   require(options.samples >= 1, "samples", static_cast<double>(options.samples), "at least 1");
   require(options.sample_px >= 1, "sample_px", options.sample_px, "at least 1");
+  require(options.polish_levels >= 1, "polish_levels", options.polish_levels, "at least 1");
   require(options.least_correlation >= -1 && options.least_correlation <= 1, "least_correlation",
           options.least_correlation, "in [-1, 1]");
   require(options.least_views >= 0, "least_views", options.least_views, "not negative");
@@ -44,18 +45,19 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
   check(options);
 }
 
-Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) const {
-  return compare(camera, camera, Pyramid(photograph), std::nullopt);
+Refinement Refiner::refine(const Camera& camera, const Photograph& photograph, const VisibilityBuffer& visible) const {
+  return compare(camera, camera, Pyramid(photograph), visible, std::nullopt);
 }
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
-                            std::optional<std::uint32_t> slot) const {
-  const VisibilityBuffer visible = visibility_.trace(start.shrunk_to(options_.sample_px));
+                            const VisibilityBuffer& visible, std::optional<std::uint32_t> slot) const {
   const std::vector<SurfaceSample> samples = choose_surface_samples(start, photograph, visible, options_.samples);
   MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot);
   const glm::dvec3 gain = slot ? views_[*slot]->gain : glm::dvec3(1.0);
   Refinement result;
-  result.alignment = align(given, start, gain, photograph, others.targets, options_.alignment);
+  AlignmentOptions alignment = options_.alignment;
+  if (slot) alignment.levels = options_.polish_levels;
+  result.alignment = align(given, start, gain, photograph, others.targets, alignment);
   result.points = others.targets.positions.size();
   result.views_per_point = others.views_per_point;
   result.ratios = std::move(others.ratios);
@@ -127,7 +129,9 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     const ComparedView& view = *views_[slot];
-    refinements[slot] = compare(given_[slot], view.view->camera, view.pyramid, static_cast<std::uint32_t>(slot));
+    const Camera& camera = view.view->camera;
+    const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(options_.sample_px));
+    refinements[slot] = compare(given_[slot], camera, view.pyramid, visible, static_cast<std::uint32_t>(slot));
   });
   PolishStep step;
   double views = 0;

@@ -21,7 +21,8 @@ struct RefinementOptions {
   TrustOptions trust;
   AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
   std::size_t samples = 2000;     // surface points at which views are compared, >= 1
-  std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
+  std::uint32_t sample_px = 320;      // longer side of the image that they are chosen in when polishing, >= 1
+  std::uint32_t polish_levels = 3;    // of the pyramid, >= 1: a stored view is nearly right
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 2;  // but only where that many other views, in the mean, show each of its points
@@ -51,8 +52,9 @@ class Refiner {
   // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
   Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
 
-  // Compares the photograph with the stored views. Changes nothing.
-  [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
+  // Compares the photograph with the stored views. Changes nothing. `visible` is what the camera sees at any resolution.
+  [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph,
+                                  const VisibilityBuffer& visible) const;
 
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
   // balanced anew, and masks are made where enough views have come since the last time.
@@ -67,7 +69,7 @@ class Refiner {
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
-                                   std::optional<std::uint32_t> slot) const;
+                                   const VisibilityBuffer& visible, std::optional<std::uint32_t> slot) const;
   void balance_exposures();
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);

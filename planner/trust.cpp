@@ -17,26 +17,23 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::uint8_t kOverexposed = 250;  // of a channel
-constexpr double kOverexposedShare = 0.2;   // of the pixels of a block
-constexpr double kAsBright = 0.8;           // others this bright, as a share, were not dimmer: no highlight was clipped
-constexpr double kHighlightSlack = 0.03;    // by which a highlight may seem darker in a channel, for noise
-constexpr int kNeighboursAgreeing = 5;      // of the 3x3 blocks around one, itself among them: no lone errors
+constexpr double kOverexposed = 0.9;      // linear light of a channel, after averaging: clipped in part
+constexpr double kHighlightSlack = 0.03;  // by which a highlight may seem darker in a channel, for noise
+constexpr int kNeighboursAgreeing = 5;    // of the 3x3 blocks around one, itself among them: no lone errors
 
 // Blocks of pixels of the photograph, each with the surface point at its middle.
 struct Grid {
   std::uint32_t width, height;
-  std::vector<glm::dvec3> low, high;      // square roots of linear light: range over the 3x3 blocks around
-  std::vector<glm::dvec3> middle;         // and of the block itself
-  std::vector<std::uint8_t> overexposed;  // 0 or 1
+  std::vector<glm::dvec3> low, high;  // square roots of linear light: range over the 3x3 blocks around
   [[nodiscard]] std::size_t size() const { return std::size_t{width} * height; }
 };
 
 enum class Judgement : std::uint8_t { trusted, contradicted };
 
 struct OtherView {
-  glm::dvec3 color;  // square roots of linear light, at the common exposure
-  double cosine;     // between its direction and the judged view's
+  glm::dvec3 color;      // square roots of linear light, at the common exposure
+  glm::dvec3 direction;  // unit, from the surface to it
+  double cosine;         // between that and the judged view's direction
   bool overexposed;
 };
 
@@ -57,43 +54,24 @@ std::uint32_t level_for(const Pyramid& photograph, std::uint32_t longer_side) {
   return level;
 }
 
-bool is_overexposed(const Photograph& photograph, const Grid& grid, std::uint32_t x, std::uint32_t y) {
-  const auto first = [](std::uint32_t block, std::uint32_t pixels, std::uint32_t blocks) {
-    return static_cast<std::uint32_t>(std::uint64_t{block} * pixels / blocks);
-  };
-  std::uint32_t bright = 0, all = 0;
-  for (std::uint32_t py = first(y, photograph.height, grid.height); py < first(y + 1, photograph.height, grid.height);
-       ++py) {
-    for (std::uint32_t px = first(x, photograph.width, grid.width); px < first(x + 1, photograph.width, grid.width);
-         ++px) {
-      const std::uint8_t* rgb = &photograph.rgb[3 * (std::size_t{py} * photograph.width + px)];
-      bright += std::max({rgb[0], rgb[1], rgb[2]}) >= kOverexposed;
-      ++all;
-    }
-  }
-  return bright > kOverexposedShare * all;
-}
-
 Grid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
   const Photograph& photograph = pyramid.level(0);
-  Grid grid{visible.width, visible.height, {}, {}, {}, {}};
-  grid.middle.resize(grid.size());
-  grid.overexposed.resize(grid.size());
+  Grid grid{visible.width, visible.height, {}, {}};
+  std::vector<glm::dvec3> middle(grid.size());
   const std::uint32_t level = level_for(pyramid, std::max(grid.width, grid.height));
   tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const std::size_t at = std::size_t{y} * grid.width + x;
-      grid.middle[at] = encoded(gain * pyramid.color(level, image_of(photograph, grid, x, y)));
-      grid.overexposed[at] = is_overexposed(photograph, grid, x, y);
+      middle[at] = encoded(gain * pyramid.color(level, image_of(photograph, grid, x, y)));
     }
   });
-  grid.low = grid.high = grid.middle;
+  grid.low = grid.high = middle;
   for (std::uint32_t y = 0; y < grid.height; ++y) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const std::size_t at = std::size_t{y} * grid.width + x;
       for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
         for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
-          const glm::dvec3& neighbour = grid.middle[std::size_t{ny} * grid.width + nx];
+          const glm::dvec3& neighbour = middle[std::size_t{ny} * grid.width + nx];
           grid.low[at] = glm::min(grid.low[at], neighbour);
           grid.high[at] = glm::max(grid.high[at], neighbour);
         }
@@ -138,26 +116,27 @@ bool may_be_highlight(const glm::dvec3& low, const Consensus& others) {
          low.b > others.color.b - kHighlightSlack;
 }
 
+// Where the mesh is wrong, views from another direction show another thing, and agree on it as long as they are close
+// to each other. So they must agree over as wide an angle as they are away from the judged view.
+bool is_wide_enough(const std::vector<OtherView>& others) {
+  const auto nearest = std::max_element(others.begin(), others.end(),
+                                        [](const OtherView& a, const OtherView& b) { return a.cosine < b.cosine; });
+  return std::any_of(others.begin(), others.end(), [&](const OtherView& other) {
+    return glm::dot(other.direction, nearest->direction) <= std::sqrt((1 + nearest->cosine) / 2);
+  });
+}
+
 bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<OtherView> others,
                      const TrustOptions& options) {
   const double comparable = std::cos(glm::radians(options.comparable_deg));
   std::erase_if(others, [&](const OtherView& other) { return other.overexposed || other.cosine < comparable; });
-  if (others.size() < options.least_views) return false;
+  if (others.size() < options.least_views || !is_wide_enough(others)) return false;
   const Consensus all = consensus(others);
   if (!differs(low, high, all, options)) return false;
   if (!may_be_highlight(low, all)) return true;
   const double near = std::cos(glm::radians(options.highlight_deg));
   std::erase_if(others, [near](const OtherView& other) { return other.cosine < near; });
   return others.size() >= options.least_views && differs(low, high, consensus(others), options);
-}
-
-// Another view that is as bright and not clipped shows more of the surface.
-bool is_shown_better(const glm::dvec3& own, const std::vector<OtherView>& others) {
-  return std::any_of(others.begin(), others.end(), [&](const OtherView& other) {
-    const double brightness = std::max({own.r, own.g, own.b});
-    return !other.overexposed &&
-           std::max({other.color.r, other.color.g, other.color.b}) > std::sqrt(kAsBright) * brightness;
-  });
 }
 
 class Judge {
@@ -176,11 +155,8 @@ class Judge {
   [[nodiscard]] Judgement at(const Grid& grid, std::uint32_t x, std::uint32_t y) const {
     const std::size_t block = std::size_t{y} * grid.width + x;
     if (visible_.face[block] == kNoFace) return Judgement::trusted;
-    const std::vector<OtherView> others = views_at(grid, x, y);
-    const bool lost = grid.overexposed[block] && options_.overexposed
-                          ? is_shown_better(grid.middle[block], others)
-                          : is_contradicted(grid.low[block], grid.high[block], others, options_);
-    return lost ? Judgement::contradicted : Judgement::trusted;
+    return is_contradicted(grid.low[block], grid.high[block], views_at(grid, x, y), options_) ? Judgement::contradicted
+                                                                                              : Judgement::trusted;
   }
 
  private:
@@ -195,8 +171,9 @@ class Judge {
       if (slot == self_ || !views_[slot]) continue;
       const std::optional<glm::dvec3> color = color_in_view(*views_[slot], position, block_size);
       if (!color) continue;
-      const double cosine = glm::dot(direction, glm::normalize(views_[slot]->view->camera.center() - position));
-      others.push_back({encoded(views_[slot]->gain * *color), cosine, std::max({color->r, color->g, color->b}) > 0.9});
+      const glm::dvec3 towards = glm::normalize(views_[slot]->view->camera.center() - position);
+      others.push_back({encoded(views_[slot]->gain * *color), towards, glm::dot(direction, towards),
+                        std::max({color->r, color->g, color->b}) > kOverexposed});
     }
     return others;
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Finds what does not belong in a photograph: where it shows something else than the other views of the same surface (a
-// passer-by, a leaf before the lens), and where it is overexposed and others are not. Such pixels get little trust, so
-// that they are blended only where no other view is valid.
+// passer-by, a leaf before the lens). Such pixels get little trust, so that they are blended only where no other view
+// is valid.
 //
 // A highlight is the reason for a lumigraph and must stay. It adds light to what the surface shows from elsewhere, so a
 // pixel that is darker than the others in some channel is no highlight; one that is brighter in all of them is
@@ -26,8 +26,7 @@ struct TrustOptions {
   double least_to_spread = 3;      // and by more than this many times the others' own median deviation, >= 0
   std::uint32_t least_views = 2;   // other views that it takes, >= 1
   double comparable_deg = 30;      // only views from within this angle are evidence at all, [0, 180]
-  bool overexposed = true;
-  double highlight_deg = 10;  // views within this angle would show the same highlight, [0, 180]
+  double highlight_deg = 10;       // views within this angle would show the same highlight, [0, 180]
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

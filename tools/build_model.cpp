@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
 #include "mesh/errors.h"
 #include "tools/photograph_stream.h"
 #include "tools/progress.h"
+#include "tools/refinement_json.h"
 #include "tools/surface_input.h"
 
 namespace lumatlas {
@@ -90,6 +92,34 @@ const char* name_of(Decision decision) {
   return "rejected";
 }
 
+void restrict(RefinementOptions& refinement, RefineMode mode) {
+  const bool masks = mode == RefineMode::all || mode == RefineMode::joint;
+  refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
+  refinement.alignment.pose = refinement.alignment.pose && (masks || mode == RefineMode::pose);
+  refinement.trust.enabled = refinement.trust.enabled && masks;
+}
+
+// A step that lowers the mean residual by less than this share is the last.
+constexpr double kRestingShare = 0.002;
+
+// What is left to do once the stream has ended.
+void finish(Planner& planner, const BuildOptions& options, BuildResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  if (options.refine == RefineMode::joint) {
+    Progress progress("polishing jointly", 0, ProgressOptions::standard_error(options.quiet));
+    double last = std::numeric_limits<double>::infinity();
+    for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
+      result.polish.push_back(planner.polish());
+      progress.tick();
+      const double residual = result.polish.back().residual_after;
+      if (!(residual < (1 - kRestingShare) * last)) break;
+      last = residual;
+    }
+  }
+  if (result.effective.refinement.trust.enabled) planner.mask();
+  result.polish_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
 // Pixels of all stored views, and of a full store of the largest of them.
 struct Texels {
   std::uint64_t resident = 0;
@@ -113,6 +143,7 @@ void check(const BuildOptions& options) {
   PlannerOptions planner = options.planner;
   if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
   check(planner);
+  if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
   if (options.max_views < 1) throw std::invalid_argument("build: max_views is 0, must be at least 1");
   if (options.hold_out) check(*options.hold_out);
 }
@@ -127,6 +158,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(input.surface->mesh);
   result.effective = options.planner;
+  restrict(result.effective.refinement, options.refine);
   if (result.effective.coverage.ideal_distance == 0) {
     result.effective.coverage.ideal_distance =
         median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
@@ -143,12 +175,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
       progress.tick();
     }
   }
-  for (std::uint32_t step = 0; step < options.polish_steps; ++step) {
-    const PolishStep done = planner.polish();
-    std::fprintf(stderr, "polish %u: %.4f -> %.4f, moved %.3f px\n", step, done.residual_before, done.residual_after,
-                 done.moved_px);
-  }
-  if (options.planner.refinement.trust.enabled && options.planner.refinement.any()) planner.mask();
+  finish(planner, options, result);
   result.summed_coverage = planner.summed_coverage();
   result.snapshot = atlas.snapshot();
   result.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -166,7 +193,9 @@ json summary(const BuildResult& result, const BuildOptions& options) {
            {{"offered", result.planned.size()},
             {"kept", count(result.planned, Decision::kept)},
             {"replaced", count(result.planned, Decision::replaced)},
-            {"rejected", count(result.planned, Decision::rejected)}}},
+            {"rejected", count(result.planned, Decision::rejected)},
+            {"outliers", count(result.planned, Decision::outlier)}}},
+          {"refinement", refinement_summary(result, options.refine)},
           {"cells", cells},
           {"cells_seen", seen},
           {"cells_referenced", referenced},
@@ -207,7 +236,10 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
           {"visibility", result.effective.visibility_px},
           {"depth_edge", result.effective.validity.depth_edge},
           {"edge_radius", result.effective.validity.edge_radius_px},
-          {"fade", result.effective.validity.fade_px}};
+          {"fade", result.effective.validity.fade_px},
+          {"refine", name_of(options.refine)},
+          {"white_balance", result.effective.refinement.alignment.white_balance},
+          {"masks", result.effective.refinement.trust.enabled}};
 }
 
 json plan_json(const BuildResult& result) {
@@ -220,18 +252,8 @@ json plan_json(const BuildResult& result) {
                   {"visibility_ms", view.verdict.visibility_ms},
                   {"plan_ms", view.verdict.plan_ms},
                   {"store_ms", view.verdict.store_ms}};
-    if (view.verdict.refinement) {
-      const Refinement& r = *view.verdict.refinement;
-      const Alignment& a = r.alignment;
-      entry["refinement"] = {{"points", r.points},
-                             {"views_per_point", r.views_per_point},
-                             {"moved_px", a.moved_px},
-                             {"moved", a.moved},
-                             {"gain", {a.gain.r, a.gain.g, a.gain.b}},
-                             {"residual", {a.residual_given, a.residual_exposed, a.residual}},
-                             {"correlation", a.correlation},
-                             {"refine_ms", view.verdict.refine_ms}};
-    }
+    if (view.verdict.refinement)
+      entry["refinement"] = refinement_json(*view.verdict.refinement, view.verdict.refine_ms);
     if (view.verdict.replaced) entry["in_place_of"] = *view.verdict.replaced;
     views.push_back(std::move(entry));
   }

@@ -16,13 +16,23 @@
 
 namespace lumatlas {
 
+// What is made to agree before a view is stored: see planner/refiner.h.
+enum class RefineMode {
+  none,
+  exposure,  // gains
+  pose,      // poses, gains stay 1
+  all,       // gains, poses, and masks of what the other views contradict
+  joint,     // and afterwards all stored views together, until they rest
+};
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
-  PlannerOptions planner;           // coverage.ideal_distance 0: the median camera-surface distance of the scene
-  std::uint32_t max_views = 100;    // N, >= 1
-  std::uint32_t polish_steps = 0;   // of joint polishing after the stream
-  std::optional<HoldOut> hold_out;  // none: every view is offered
+  PlannerOptions planner;               // coverage.ideal_distance 0: the median camera-surface distance of the scene
+  RefineMode refine = RefineMode::all;  // switches off what planner.refinement has on, never on
+  std::uint32_t max_polish_steps = 15;  // of RefineMode::joint, >= 1
+  std::uint32_t max_views = 100;        // N, >= 1
+  std::optional<HoldOut> hold_out;      // none: every view is offered
   bool quiet = false;
 };
 
@@ -38,6 +48,8 @@ struct BuildResult {
   std::filesystem::path mesh_file;
   PlannerOptions effective;  // with every automatic value filled in
   double summed_coverage = 0;
+  std::vector<PolishStep> polish;  // of RefineMode::joint
+  double polish_ms = 0;
   double total_ms = 0;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 #include "tools/commands.h"
 #include "tools/number_flags.h"
 #include "tools/output_folder.h"
+#include "tools/refinement_json.h"
 
 namespace lumatlas {
 
@@ -22,7 +24,7 @@ struct BuildFlags {
   BuildOptions options;
   HoldFlags hold;
   CellFlags cells;
-  std::string refine = "all";
+  bool verbose = false;
   std::string metric = "departures";
   bool json_output = false;
 };
@@ -31,8 +33,8 @@ void print_summary(const json& s, const std::filesystem::path& output) {
   const json& views = s["views"];
   std::cout << output.string() << ": " << s["cells"] << " cells (" << s["cells_seen"] << " seen, "
             << s["cells_referenced"] << " textured); of " << views["offered"] << " views " << views["kept"] << " kept, "
-            << views["replaced"] << " took another's place, " << views["rejected"] << " rejected; " << s["references"]
-            << " references, " << s["texels"]["resident"] << " texels; "
+            << views["replaced"] << " took another's place, " << views["rejected"] << " rejected, " << views["outliers"]
+            << " outliers; " << s["references"] << " references, " << s["texels"]["resident"] << " texels; "
             << std::to_string(static_cast<long>(s["time_ms"]["total"].get<double>() / 1000)) << " s\n";
 }
 
@@ -42,13 +44,11 @@ void run(const BuildFlags& flags) {
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   if (flags.metric == "printed") options.planner.coverage.metric = CoverageOptions::Metric::printed;
-  AlignmentOptions& alignment = options.planner.refinement.alignment;
-  alignment.pose = flags.refine != "none" && flags.refine != "exposure";
-  alignment.exposure = flags.refine != "none" && flags.refine != "pose";
   check_usage(options);
   OutputFolder output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  if (flags.verbose) std::cerr << refinement_log(result);
   write_model(output.path(), result.snapshot, options.planner.validity);
   const json totals = summary(result, options);
   json plan = plan_json(result);
@@ -95,21 +95,37 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 255u));
-  command.add_option("--refine", flags.refine, "none, exposure, pose, all or joint")
-      ->check(CLI::IsMember({"none", "exposure", "pose", "all", "joint"}));
-  command.add_flag("--white-balance", planner.refinement.alignment.white_balance, "");
-  command.add_option("--prior", planner.refinement.alignment.prior, "");
-  command.add_flag("!--no-trust", planner.refinement.trust.enabled, "");
-  command.add_option("--trust-deg", planner.refinement.trust.comparable_deg, "");
-  command.add_option("--trust-diff", planner.refinement.trust.least_difference, "");
-  command.add_option("--trust-spread", planner.refinement.trust.least_to_spread, "");
-  command.add_flag("!--no-clip", planner.refinement.trust.overexposed, "");
-  command.add_option("--least-correlation", planner.refinement.least_correlation, "");
-  command.add_option("--least-improvement", planner.refinement.alignment.least_improvement, "");
-  command.add_option("--samples", planner.refinement.samples, "");
-  command.add_option("--polish-steps", flags.options.polish_steps, "");
   command.add_option("--metric", flags.metric, "Coverage metric: departures (from the paper's print) or printed")
       ->check(CLI::IsMember({"departures", "printed"}));
+}
+
+void add_refinement_options(CLI::App& command, BuildFlags& flags) {
+  RefinementOptions& refinement = flags.options.planner.refinement;
+  const std::map<std::string, RefineMode> modes = {{"none", RefineMode::none},
+                                                   {"exposure", RefineMode::exposure},
+                                                   {"pose", RefineMode::pose},
+                                                   {"all", RefineMode::all},
+                                                   {"joint", RefineMode::joint}};
+  command
+      .add_option("--refine", flags.options.refine,
+                  "What is corrected in a view before it is stored: none, exposure, pose, all (and masks of what other "
+                  "views contradict), or joint (all, then every stored view again until they rest); default all")
+      ->transform(CLI::CheckedTransformer(modes));
+  command.add_flag("--white-balance", refinement.alignment.white_balance,
+                   "Correct the exposure of each colour channel for itself");
+  command.add_flag("!--no-masks", refinement.trust.enabled, "Trust every pixel of a stored photograph");
+  command
+      .add_option("--refine-points", refinement.samples, "Surface points at which a view is compared with the others")
+      ->check(CLI::Range(std::size_t{100}, std::size_t{1000000}));
+  command
+      .add_option("--max-move", refinement.alignment.max_move,
+                  "How far a pose may move its picture, as a share of the longer side")
+      ->check(number_between(1e-6, 1));
+  command
+      .add_option("--outlier", refinement.least_correlation,
+                  "Drop a view that agrees less than this with the others, [-1, 1]")
+      ->check(number_between(-1, 1));
+  command.add_flag("--verbose", flags.verbose, "Tell what was refined, a line a view");
 }
 
 }  // namespace
@@ -123,6 +139,7 @@ void add_build_command(CLI::App& program) {
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
   flags->cells.add_to(*command);
   add_planner_options(*command, *flags);
+  add_refinement_options(*command, *flags);
   flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");
   command->add_flag("--json", flags->json_output, "Print what was built as JSON");
   command->add_flag("--quiet", flags->options.quiet, "No progress");

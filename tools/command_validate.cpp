@@ -14,6 +14,7 @@
 #include "tools/blend_flags.h"
 #include "tools/commands.h"
 #include "tools/output_folder.h"
+#include "tools/refinement_json.h"
 #include "tools/validation.h"
 
 namespace lumatlas {
@@ -27,6 +28,7 @@ struct ValidateFlags {
   HoldFlags hold;
   BlendFlags blend;
   std::vector<std::string> baselines{"unbounded", "vertex"};
+  bool no_alignment = false;
   bool no_pictures = false;
   bool json_output = false;
   bool quiet = false;
@@ -91,6 +93,7 @@ void run(const ValidateFlags& flags) {
   };
   options.unbounded = wants("unbounded");
   options.vertex = wants("vertex");
+  options.aligned = !flags.no_alignment;
   options.pictures = !flags.no_pictures;
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? flags.model / "report" : flags.output;
@@ -103,6 +106,7 @@ void run(const ValidateFlags& flags) {
   report.facts.emplace_back("model", flags.model.string());
   report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));
   report.facts.emplace_back("renderer", context.description());
+  report.refinements = read_refinements(flags.model / "plan.json");
   write_report(output.path() / "index.html", report);
   const json scores = report_json(report);
   write_json(output.path() / "scores.json", scores);
@@ -136,6 +140,8 @@ void add_validate_command(CLI::App& program) {
           "What to compare with: unbounded (all input views, in memory at once), vertex (averaged colours), or none")
       ->check(CLI::IsMember({"unbounded", "vertex", "none"}))
       ->delimiter(',');
+  command->add_flag("--no-alignment", flags->no_alignment,
+                    "Leave out the aligned score, which takes up to nine renderings a photograph");
   command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
   command->add_flag("--json", flags->json_output, "Print the scores as JSON");
   command->add_flag("--quiet", flags->quiet, "No progress");

@@ -40,6 +40,8 @@ void check(const Report& report) {
     for (const ReportRendering& rendering : view.renderings) {
       check_path(view.name, rendering.picture);
       check_path(view.name, rendering.error);
+      check_path(view.name, rendering.aligned_picture);
+      check_path(view.name, rendering.aligned_error);
     }
   }
 }

@@ -17,8 +17,19 @@ namespace lumatlas {
 // What one method made of one held-out view. Paths are relative to the page, with '/'; empty: no such picture.
 struct ReportRendering {
   ViewScores scores;
-  std::string picture;  // as rendered
-  std::string error;    // error_picture of the rendering after its exposure gain
+  std::string picture;          // as rendered
+  std::string error;            // error_picture of the rendering after its exposure gain
+  std::string aligned_picture;  // rendered from the refined pose, after its exposure gain
+  std::string aligned_error;    // error_picture of that
+};
+
+// What the build did to one photograph, see planner/alignment.h.
+struct ReportRefinement {
+  std::string name;
+  std::string decision;                                           // "kept", "replaced", "outlier"
+  double residual_given = 0, residual_exposed = 0, residual = 0;  // sRGB, of [0, 1]
+  double moved_px = 0;
+  double exposure_ev = 0;
 };
 
 struct ReportView {
@@ -41,6 +52,7 @@ struct Report {
   std::size_t input_views = 0;                             // that the methods learned from
   std::vector<ReportMethod> methods;                       // the one to look at first comes first
   std::vector<ReportView> views;                           // that were scored
+  std::vector<ReportRefinement> refinements;               // of the views that the model was built from
   std::vector<std::pair<std::string, std::string>> facts;  // more to tell about the run: what, value
 };
 

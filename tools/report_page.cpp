@@ -143,6 +143,29 @@ std::string summary_table(const Report& report, const std::vector<MethodScores>&
   return html + "</tbody></table></div>\n";
 }
 
+// Worst first: what refinement left.
+std::string refinement_table(const Report& report) {
+  if (report.refinements.empty()) return "";
+  std::vector<ReportRefinement> rows = report.refinements;
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const ReportRefinement& a, const ReportRefinement& b) { return a.residual > b.residual; });
+  std::string html =
+      "<details class=\"refinement\">\n<summary>Refinement of the " + count_of(rows.size(), "photograph") +
+      " that were compared with others before they were stored</summary>\n<p class=\"faint\">Residuals are root mean "
+      "robust squared differences from the others' medians, in sRGB values of 0 to 1: as given, after the exposure, "
+      "and "
+      "after the pose.</p>\n<div "
+      "class=\"scroll\"><table>\n<thead><tr><th>photograph</th><th>decision</th><th>given</th>"
+      "<th>exposed</th><th>refined</th><th>moved, px</th><th>exposure, EV</th></tr></thead>\n<tbody>\n";
+  for (const ReportRefinement& row : rows) {
+    html += "<tr><th>" + html_escaped(row.name) + "</th><td>" + html_escaped(row.decision) + "</td><td>" +
+            decimals(row.residual_given, 4) + "</td><td>" + decimals(row.residual_exposed, 4) + "</td><td>" +
+            decimals(row.residual, 4) + "</td><td>" + decimals(row.moved_px, 2) + "</td><td>" +
+            decimals(row.exposure_ev, 2) + "</td></tr>\n";
+  }
+  return html + "</tbody></table></div>\n</details>\n";
+}
+
 // ---- The spread over views -----------------------------------------------------------------------------------------
 
 struct Axis {
@@ -267,6 +290,15 @@ std::string figure(const ReportView& view, const std::string& kind, const std::s
          "\"></a>" + text;
 }
 
+std::string aligned_pictures(const ReportView& view, const ReportRendering& rendering, const std::string& name,
+                             std::size_t method) {
+  if (rendering.aligned_picture.empty()) return "";
+  return "<div class=\"row\" data-method=\"" + std::to_string(method) + "\">\n" +
+         figure(view, "photograph", view.photograph, "photograph") +
+         figure(view, "rendering", rendering.aligned_picture, "aligned rendering, " + name) +
+         figure(view, "error", rendering.aligned_error, "aligned error, " + name) + "</div>\n";
+}
+
 std::string pictures(const Report& report, const ReportView& view, std::size_t method) {
   const ReportRendering& rendering = view.renderings[method];
   const std::string name = html_escaped(report.methods[method].name);
@@ -275,7 +307,7 @@ std::string pictures(const Report& report, const ReportView& view, std::size_t m
          figure(view, "rendering", rendering.picture, "rendering, " + name) +
          figure(view, "error", rendering.error,
                 "error, " + name + ", after a gain of " + decimals(rendering.scores.gain, 3)) +
-         "</div>\n";
+         "</div>\n" + aligned_pictures(view, rendering, name, method);
 }
 
 std::string view_table(const Report& report, const ReportView& view, bool aligned) {
@@ -347,7 +379,8 @@ std::string report_page(const Report& report) {
   const bool aligned =
       std::any_of(means.begin(), means.end(), [](const MethodScores& scores) { return scores.aligned.has_value(); });
   std::string html = head(report) + facts_list(report) + summary_table(report, means, aligned) +
-                     score_sentences(aligned) + spread(report, means) + "<h2>Held-out views</h2>\n" +
+                     score_sentences(aligned) + spread(report, means) + refinement_table(report) +
+                     "<h2>Held-out views</h2>\n" +
                      "<p class=\"faint needs-script\">Click a picture to compare it with the others in place.</p>\n" +
                      bar(report) + "<main id=\"views\">\n";
   for (const std::size_t index : worst_first(report)) {

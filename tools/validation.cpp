@@ -56,27 +56,25 @@ class MethodRun {
       const Photograph photograph = photographs.next();
       const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
       views[i].renderings.push_back(score(method, i, renderer.render(camera, options_.blend), photograph, mask));
-      if (options_.aligned) {
-        views[i].renderings.back().scores.aligned = aligned_scores(method, i, renderer, camera, photograph);
-      }
+      if (options_.aligned) score_aligned(method, i, renderer, camera, photograph, views[i].renderings.back());
       progress.tick();
     }
   }
 
  private:
-  Scores aligned_scores(const std::string& method, std::size_t index, Renderer& renderer, const Camera& given,
-                        const Photograph& photograph) const {
+  void score_aligned(const std::string& method, std::size_t index, Renderer& renderer, const Camera& given,
+                     const Photograph& photograph, ReportRendering& result) const {
     const Camera camera = align_to_model(renderer, visibility_, given, photograph, options_.blend);
-    const Rendering rendering = renderer.render(camera, options_.blend);
+    const Photograph picture = renderer.render(camera, options_.blend).picture;
     const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
-    const ViewScores scores = score_view(rendering.picture, photograph, mask, {});
-    if (options_.pictures) {
-      const Photograph fitted = apply_gain(rendering.picture, scores.gain);
-      write_image(folder_ / (folder_name(index) + "/" + method + "-aligned.png"), fitted);
-      write_image(folder_ / (folder_name(index) + "/" + method + "-aligned-error.png"),
-                  error_picture(fitted, photograph, mask));
-    }
-    return scores.fitted;
+    const double gain = fit_gain(picture, photograph, mask);
+    const Photograph fitted = apply_gain(picture, gain);
+    result.scores.aligned = Scores{psnr(fitted, photograph, mask), ssim(fitted, photograph, mask)};
+    if (!options_.pictures) return;
+    result.aligned_picture = folder_name(index) + "/" + method + "-aligned.png";
+    result.aligned_error = folder_name(index) + "/" + method + "-aligned-error.png";
+    write_image(folder_ / result.aligned_picture, fitted);
+    write_image(folder_ / result.aligned_error, error_picture(fitted, photograph, mask));
   }
 
   ReportRendering score(const std::string& method, std::size_t index, const Rendering& rendering,
