@@ -31,16 +31,19 @@ using nlohmann::json;
 struct RefinementFlags {
   std::string refine = "all";
   bool white_balance = false;
+  double prior = AlignmentOptions{}.prior;
 
   void add_to(CLI::App& command) {
     command.add_option("--refine", refine, "none, exposure, pose or all")
         ->check(CLI::IsMember({"none", "exposure", "pose", "all"}));
     command.add_flag("--white-balance", white_balance, "An exposure gain for each colour channel");
+    command.add_option("--prior", prior, "Strength of the pull towards the given pose")->check(finite_not_negative());
   }
   void apply(AlignmentOptions& options) const {
     options.pose = refine == "pose" || refine == "all";
     options.exposure = refine == "exposure" || refine == "all";
     options.white_balance = white_balance;
+    options.prior = prior;
   }
 };
 
