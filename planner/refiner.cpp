@@ -3,6 +3,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -47,7 +48,8 @@ Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) c
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::optional<std::uint32_t> slot) const {
-  const VisibilityBuffer visible = visibility_.trace(start.shrunk_to(options_.sample_px));
+  const std::uint32_t sample_px = sampling_px(std::max(start.width, start.height), options_.sample_px);
+  const VisibilityBuffer visible = visibility_.trace(start.shrunk_to(sample_px));
   const std::vector<SurfaceSample> samples = choose_surface_samples(start, photograph, visible, options_.samples);
   MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot);
   const glm::dvec3 gain = slot ? views_[*slot]->gain : glm::dvec3(1.0);
