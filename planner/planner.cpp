@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "mesh/errors.h"
+#include "planner/surface_samples.h"
 
 namespace lumatlas {
 
@@ -88,7 +89,8 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
 
 std::vector<Planner::CellPart> Planner::parts_of(const Camera& camera, Verdict& verdict) {
   const Cells& cells = atlas_.surface().cells;
-  const Camera small = camera.shrunk_to(options_.visibility_px);
+  // The same image is where refinement chooses its points.
+  const Camera small = camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), options_.visibility_px));
   std::vector<CellPixels> seen;
   {
     const Stopwatch stopwatch(verdict.visibility_ms);

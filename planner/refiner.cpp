@@ -3,9 +3,14 @@
 
 #include <tbb/parallel_for.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/matrix.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "planner/surface_samples.h"
 
@@ -18,6 +23,48 @@ void require(bool holds, const char* field, double value, const char* rule) {
     throw std::invalid_argument("refinement: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
                                 rule);
   }
+}
+
+glm::dvec3 world_from_cam(const Camera& camera, const glm::dvec3& cam) {
+  return glm::transpose(camera.cam_from_world_rotation) * (cam - camera.cam_from_world_translation);
+}
+
+// The rigid motion of the world that brings the given cameras nearest to the refined ones: what all have in common. Each
+// camera stands for its centre and three points in front of it at the scene's depth.
+struct RigidMotion {
+  glm::dmat3 rotation{1.0};
+  glm::dvec3 translation{0.0};
+};
+RigidMotion common_motion(const std::vector<std::pair<Camera, Camera>>& given_and_refined, double depth) {
+  const auto count = static_cast<Eigen::Index>(given_and_refined.size());
+  Eigen::Matrix3Xd from(3, 4 * count), to(3, 4 * count);
+  const std::array<glm::dvec3, 4> points = {glm::dvec3(0), glm::dvec3(depth, 0, depth), glm::dvec3(0, depth, depth),
+                                            glm::dvec3(-depth, -depth, depth)};
+  Eigen::Index column = 0;
+  for (const auto& [given, refined] : given_and_refined) {
+    for (const glm::dvec3& point : points) {
+      const glm::dvec3 a = world_from_cam(given, point);
+      const glm::dvec3 b = world_from_cam(refined, point);
+      from.col(column) << a.x, a.y, a.z;
+      to.col(column++) << b.x, b.y, b.z;
+    }
+  }
+  const Eigen::Matrix4d motion = Eigen::umeyama(from, to, false);
+  RigidMotion result;
+  for (int row = 0; row < 3; ++row) {
+    for (int axis = 0; axis < 3; ++axis) result.rotation[axis][row] = motion(row, axis);
+    result.translation[row] = motion(row, 3);
+  }
+  return result;
+}
+
+// The camera as if the world had been moved back.
+Camera without(const RigidMotion& motion, const Camera& camera) {
+  Camera still = camera;
+  still.cam_from_world_rotation = camera.cam_from_world_rotation * motion.rotation;
+  still.cam_from_world_translation =
+      camera.cam_from_world_rotation * motion.translation + camera.cam_from_world_translation;
+  return still;
 }
 
 }  // namespace
@@ -124,31 +171,54 @@ void Refiner::mask(const ValidityOptions& validity) {
   }
 }
 
+// Of the stored views' surface, sampled.
+double Refiner::median_depth() const {
+  constexpr std::size_t kStride = 997;
+  std::vector<float> depths;
+  for (const std::optional<ComparedView>& view : views_) {
+    if (!view) continue;
+    for (std::size_t pixel = 0; pixel < view->view->depth.size(); pixel += kStride) {
+      if (std::isfinite(view->view->depth[pixel])) depths.push_back(view->view->depth[pixel]);
+    }
+  }
+  if (depths.empty()) return 1;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return static_cast<double>(*middle);
+}
+
 PolishStep Refiner::polish(const ValidityOptions& validity) {
   std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     const ComparedView& view = *views_[slot];
     const Camera& camera = view.view->camera;
-    const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(options_.sample_px));
+    const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
+    const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(sample_px));
     refinements[slot] = compare(given_[slot], camera, view.pyramid, visible, static_cast<std::uint32_t>(slot));
   });
   PolishStep step;
   double views = 0;
+  std::vector<std::pair<Camera, Camera>> given_and_refined;
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (!refinements[slot] || refinements[slot]->points < kFewestAlignmentPoints) continue;
+    if (!refinements[slot]) continue;
+    given_and_refined.emplace_back(given_[slot], refinements[slot]->alignment.camera);
+    if (refinements[slot]->points < kFewestAlignmentPoints) continue;
     views += 1;
     step.residual_before += refinements[slot]->alignment.residual_given;
     step.residual_after += refinements[slot]->alignment.residual;
     step.moved_px += refinements[slot]->alignment.moved_px;
-    exposures_.set(slot, refinements[slot]->ratios);
-    if (refinements[slot]->alignment.moved)
-      replace(slot, refinements[slot]->alignment.camera, views_[slot]->view->trust, validity);
   }
-  if (views > 0) {
-    step.residual_before /= views;
-    step.residual_after /= views;
-    step.moved_px /= views;
+  if (views == 0) return step;
+  step.residual_before /= views;
+  step.residual_after /= views;
+  step.moved_px /= views;
+  // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.
+  const RigidMotion common = common_motion(given_and_refined, median_depth());
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (!refinements[slot]) continue;
+    exposures_.set(slot, refinements[slot]->ratios);
+    replace(slot, without(common, refinements[slot]->alignment.camera), views_[slot]->view->trust, validity);
   }
   balance_exposures();
   return step;

@@ -25,7 +25,7 @@ struct RefinementOptions {
   std::uint32_t polish_levels = 3;    // of the pyramid, >= 1: a stored view is nearly right
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
-  double least_views = 2;  // but only where that many other views, in the mean, show each of its points
+  double least_views = 1;  // but only where that many other views, in the mean, show each of its points
 
   [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
 };
@@ -62,7 +62,8 @@ class Refiner {
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
-  // One step of joint polishing: every stored view against the others, all at once.
+  // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole is
+  // taken back.
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);
@@ -71,6 +72,7 @@ class Refiner {
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                                    const VisibilityBuffer& visible, std::optional<std::uint32_t> slot) const;
   void balance_exposures();
+  [[nodiscard]] double median_depth() const;
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);

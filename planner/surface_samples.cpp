@@ -12,6 +12,7 @@ namespace lumatlas {
 
 namespace {
 
+constexpr double kFarFromWhole = 0.381966;  // of all fractions, this one's multiples are spread most evenly
 constexpr float kDepthEdge = 0.05f;  // of the nearer depth, as in the validity masks
 
 // The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
@@ -116,6 +117,11 @@ SurfaceSample sample_at(const Grid& grid, const Camera& camera, const glm::uvec2
 bool is_exposed(const std::uint8_t* rgb) {
   const auto [least, most] = std::minmax({rgb[0], rgb[1], rgb[2]});
   return most >= kDarkestSample && most <= kBrightestSample && least < kBrightestSample;
+}
+
+std::uint32_t sampling_px(std::uint32_t photograph_px, std::uint32_t most_px) {
+  const double pixels = std::max(1.0, std::ceil(static_cast<double>(photograph_px) / most_px - kFarFromWhole));
+  return std::max(1u, static_cast<std::uint32_t>(photograph_px / (pixels + kFarFromWhole)));
 }
 
 std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Pyramid& photograph,

@@ -24,6 +24,11 @@ inline constexpr std::uint8_t kDarkestSample = 8;
 inline constexpr std::uint8_t kBrightestSample = 247;
 [[nodiscard]] bool is_exposed(const std::uint8_t* rgb);
 
+// The longer side, at most `most_px`, of the image in which to choose points of a photograph. Its pixels' centres fall
+// on all places within the photograph's pixels: were they all at centres, say, then interpolation would leave the
+// photograph's noise as it is there and halve it half a pixel further, and alignment would go and look for that.
+[[nodiscard]] std::uint32_t sampling_px(std::uint32_t photograph_px, std::uint32_t most_px);
+
 // About `count` points, spread evenly over the picture: of each block, the one of largest image gradient, for the pose,
 // and the one nearest to its middle, for the exposure. None at depth edges, outside the lens's image, too dark or
 // clipped. `visible` is what the camera sees at any resolution; points are at its pixels' centres.

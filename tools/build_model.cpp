@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "mesh/errors.h"
+#include "tools/percentile.h"
 #include "tools/photograph_stream.h"
 #include "tools/progress.h"
 #include "tools/refinement_json.h"
@@ -51,20 +52,16 @@ double median_distance(const std::filesystem::path& mesh_file, const std::vector
   }
 }
 
-json spread(std::vector<double> values) {
+json spread(const std::vector<double>& values) {
   if (values.empty()) return {{"median", 0}, {"p95", 0}};
-  std::sort(values.begin(), values.end());
-  const auto at = [&](double share) {
-    return values[std::min(values.size() - 1, static_cast<std::size_t>(share * static_cast<double>(values.size())))];
-  };
-  return {{"median", at(0.5)}, {"p95", at(0.95)}};
+  return {{"median", percentile(values, 0.5)}, {"p95", percentile(values, 0.95)}};
 }
 
 json spread_of(const std::vector<PlannedView>& planned, double Verdict::*field) {
   std::vector<double> values;
   values.reserve(planned.size());
   for (const PlannedView& view : planned) values.push_back(view.verdict.*field);
-  return spread(std::move(values));
+  return spread(values);
 }
 
 std::size_t count(const std::vector<PlannedView>& planned, Decision decision) {

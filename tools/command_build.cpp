@@ -118,6 +118,10 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--refine-points", refinement.samples, "Surface points at which a view is compared with the others")
       ->check(CLI::Range(std::size_t{100}, std::size_t{1000000}));
   command
+      .add_option("--prior", refinement.alignment.prior,
+                  "Strength of the pull towards the given poses; more for poses that are nearly right")
+      ->check(finite_not_negative());
+  command
       .add_option("--max-move", refinement.alignment.max_move,
                   "How far a pose may move its picture, as a share of the longer side")
       ->check(number_between(1e-6, 1));
