@@ -33,7 +33,7 @@ struct AlignmentOptions {
   double max_move = 0.06;      // a pose is not accepted if the points' median displacement in the image is above this
                                // share of its longer side, > 0
   double least_improvement = 0.05;    // nor if it lowers the residual by less than this share, [0, 1)
-  double prior = 0.02;                // strength of the pull towards the given pose, >= 0
+  double prior = 4;                   // strength of the pull towards the given pose, >= 0
   std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1
 };

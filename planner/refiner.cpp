@@ -88,6 +88,7 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
       given_(atlas.capacity()),
       neighbours_(atlas.capacity(), 0),
       masked_with_(atlas.capacity(), 0),
+      visited_(atlas.capacity(), 0),
       exposures_(atlas.capacity()) {
   check(options);
 }
@@ -120,6 +121,8 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   given_[slot] = given;
   exposures_.set(slot, refinement.ratios);
+  visited_[slot] = ++visits_;
+  revisit(slot, validity);
   balance_exposures();
   if (!options_.trust.enabled) return;
   neighbours_[slot] = static_cast<std::uint32_t>(refinement.ratios.size());
@@ -187,15 +190,33 @@ double Refiner::median_depth() const {
   return static_cast<double>(*middle);
 }
 
+Refinement Refiner::compare_again(std::uint32_t slot) const {
+  const Camera& camera = views_[slot]->view->camera;
+  const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
+  const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(sample_px));
+  return compare(given_[slot], camera, views_[slot]->pyramid, visible, slot);
+}
+
+void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
+  for (std::uint32_t i = 0; i < options_.revisits; ++i) {
+    std::optional<std::uint32_t> next;
+    for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+      if (views_[slot] && slot != newest && (!next || visited_[slot] < visited_[*next])) next = slot;
+    }
+    if (!next) return;
+    visited_[*next] = ++visits_;
+    const Refinement refinement = compare_again(*next);
+    if (refinement.points < kFewestAlignmentPoints) continue;
+    exposures_.set(*next, refinement.ratios);
+    replace(*next, refinement.alignment.camera, views_[*next]->view->trust, validity);
+  }
+}
+
 PolishStep Refiner::polish(const ValidityOptions& validity) {
   std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    const ComparedView& view = *views_[slot];
-    const Camera& camera = view.view->camera;
-    const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
-    const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(sample_px));
-    refinements[slot] = compare(given_[slot], camera, view.pyramid, visible, static_cast<std::uint32_t>(slot));
+    refinements[slot] = compare_again(static_cast<std::uint32_t>(slot));
   });
   PolishStep step;
   double views = 0;

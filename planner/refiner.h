@@ -22,6 +22,9 @@ struct RefinementOptions {
   AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
   std::size_t samples = 2000;     // surface points at which views are compared, >= 1
   std::uint32_t sample_px = 320;      // longer side of the image that they are chosen in when polishing, >= 1
+  // After each view that is stored, this many stored ones are refined again, those first whose turn was longest ago, so
+  // that they learn from the views that came after them.
+  std::uint32_t revisits = 2;
   std::uint32_t polish_levels = 3;    // of the pyramid, >= 1: a stored view is nearly right
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
@@ -76,6 +79,8 @@ class Refiner {
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
+  [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
+  void revisit(std::uint32_t newest, const ValidityOptions& validity);
 
   Atlas& atlas_;
   const Visibility& visibility_;
@@ -84,6 +89,8 @@ class Refiner {
   std::vector<Camera> given_;                       // by slot
   std::vector<std::uint32_t> neighbours_;           // by slot: how many views it was compared with
   std::vector<std::uint32_t> masked_with_;          // and how many of them when its mask was last made
+  std::vector<std::uint64_t> visited_;              // and when it was last refined, in views stored until then
+  std::uint64_t visits_ = 0;
   ExposureGraph exposures_;
 };
 

@@ -32,15 +32,19 @@ struct RefinementFlags {
   std::string refine = "all";
   bool white_balance = false;
   double prior = AlignmentOptions{}.prior;
+  std::uint32_t revisits = RefinementOptions{}.revisits;
 
   void add_to(CLI::App& command) {
     command.add_option("--refine", refine, "none, exposure, pose, all or joint")
         ->check(CLI::IsMember({"none", "exposure", "pose", "all", "joint"}));
     command.add_flag("--white-balance", white_balance, "An exposure gain for each colour channel");
+    command.add_option("--revisits", revisits, "Stored views that are refined again after each one that is stored");
     command.add_option("--prior", prior, "Strength of the pull towards the given pose")->check(finite_not_negative());
   }
   [[nodiscard]] bool joint() const { return refine == "joint"; }
-  void apply(AlignmentOptions& options) const {
+  void apply(RefinementOptions& refinement) const {
+    AlignmentOptions& options = refinement.alignment;
+    refinement.revisits = revisits;
     options.pose = refine == "pose" || refine == "all" || joint();
     options.exposure = refine == "exposure" || refine == "all" || joint();
     options.white_balance = white_balance;
@@ -69,7 +73,7 @@ std::string short_name(const std::filesystem::path& scene) {
 void run_exact(const ExactFlags& flags) {
   BuildOptions options = options_to_keep_all();
   options.refine = flags.refinement.joint() ? RefineMode::joint : RefineMode::all;
-  flags.refinement.apply(options.planner.refinement.alignment);
+  flags.refinement.apply(options.planner.refinement);
   json scenes = json::object();
   if (!flags.json_output) std::cout << accuracy_table_head();
   for (const std::filesystem::path& scene : flags.scenes) {
@@ -116,7 +120,7 @@ json json_times(const std::filesystem::path& scene, const RefinementTimes& times
 
 void run_time(const TimeFlags& flags) {
   PlannerOptions options = options_to_keep_all().planner;
-  flags.refinement.apply(options.refinement.alignment);
+  flags.refinement.apply(options.refinement);
   std::optional<std::filesystem::path> mesh;
   if (!flags.mesh.empty()) mesh = flags.mesh;
   std::vector<std::optional<double>> sizes(flags.megapixels.begin(), flags.megapixels.end());

@@ -118,6 +118,10 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--refine-points", refinement.samples, "Surface points at which a view is compared with the others")
       ->check(CLI::Range(std::size_t{100}, std::size_t{1000000}));
   command
+      .add_option("--revisits", refinement.revisits,
+                  "Stored views that are refined again after each one that is stored")
+      ->check(CLI::Range(0u, 1000u));
+  command
       .add_option("--prior", refinement.alignment.prior,
                   "Strength of the pull towards the given poses; more for poses that are nearly right")
       ->check(finite_not_negative());
