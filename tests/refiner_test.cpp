@@ -11,6 +11,8 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "planner/planner.h"
 #include "tests/relief_scenes.h"
@@ -349,6 +351,29 @@ TEST_CASE("polishing a store of one view, or of none, changes nothing") {
   const PolishStep step = stream.planner.polish();
   CHECK(step.residual_after == 0);
   CHECK(same_camera(stream.atlas.view(0)->camera, only.given));
+}
+
+TEST_CASE("the exposure of a view that has left says nothing about the one that takes its slot") {
+  Stream stream(2, options_for_relief());
+  Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
+  const auto store = [&](std::size_t number, std::vector<ExposureRatio> ratios) {
+    const Frame f = stream.frame(number, 0, 0);
+    const std::uint32_t slot =
+        stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
+                                             stream.relief.visibility->trace(f.given), ValidityOptions{}));
+    Refinement refinement;
+    refinement.ratios = std::move(ratios);
+    refiner.stored(slot, f.given, refinement, ValidityOptions{});
+    return slot;
+  };
+  REQUIRE(store(0, {}) == 0);
+  REQUIRE(store(1, {{0, glm::dvec3(0.5), glm::dvec3(0.5), 400}}) == 1);
+  CHECK(std::log(stream.atlas.gain(1).g / stream.atlas.gain(0).g) == Approx(0.5).margin(2e-3));
+  refiner.erased(0);
+  stream.atlas.erase(0);
+  REQUIRE(store(2, {}) == 0);
+  CHECK(stream.atlas.gain(0) == glm::dvec3(1));
+  CHECK(stream.atlas.gain(1) == glm::dvec3(1));
 }
 
 TEST_CASE("a store of three views goes on refining while twelve are offered and nine leave") {
