@@ -376,7 +376,7 @@ TEST_CASE("the exposure of a view that has left says nothing about the one that 
   CHECK(stream.atlas.gain(1) == glm::dvec3(1));
 }
 
-TEST_CASE("a store of three views goes on refining while twelve are offered and nine leave") {
+TEST_CASE("a store of three views goes on refining while others are offered and take their places") {
   Stream stream(3, options_for_relief());
   std::vector<Frame> frames;
   std::size_t replaced = 0;
