@@ -258,6 +258,8 @@ void check(const TrustOptions& options) {
   require(std::isfinite(options.least_to_spread) && options.least_to_spread >= 0, "least_to_spread",
           options.least_to_spread, "finite and not negative");
   require(options.least_views >= 1, "least_views", options.least_views, "at least 1");
+  require(options.comparable_deg >= 0 && options.comparable_deg <= 180, "comparable_deg", options.comparable_deg,
+          "in [0, 180]");
   require(options.highlight_deg >= 0 && options.highlight_deg <= 180, "highlight_deg", options.highlight_deg,
           "in [0, 180]");
 }
