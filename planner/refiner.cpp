@@ -29,8 +29,8 @@ glm::dvec3 world_from_cam(const Camera& camera, const glm::dvec3& cam) {
   return glm::transpose(camera.cam_from_world_rotation) * (cam - camera.cam_from_world_translation);
 }
 
-// The rigid motion of the world that brings the given cameras nearest to the refined ones: what all have in common. Each
-// camera stands for its centre and three points in front of it at the scene's depth.
+// The rigid motion of the world that brings the given cameras nearest to the refined ones: what all have in common.
+// Each camera stands for its centre and three points in front of it at the scene's depth.
 struct RigidMotion {
   glm::dmat3 rotation{1.0};
   glm::dvec3 translation{0.0};

@@ -21,11 +21,11 @@ struct RefinementOptions {
   TrustOptions trust;
   AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
   std::size_t samples = 2000;     // surface points at which views are compared, >= 1
-  std::uint32_t sample_px = 320;      // longer side of the image that they are chosen in when polishing, >= 1
+  std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in when polishing, >= 1
   // After each view that is stored, this many stored ones are refined again, those first whose turn was longest ago, so
   // that they learn from the views that came after them.
   std::uint32_t revisits = 2;
-  std::uint32_t polish_levels = 3;    // of the pyramid, >= 1: a stored view is nearly right
+  std::uint32_t polish_levels = 3;  // of the pyramid, >= 1: a stored view is nearly right
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
@@ -55,7 +55,8 @@ class Refiner {
   // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
   Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
 
-  // Compares the photograph with the stored views. Changes nothing. `visible` is what the camera sees at any resolution.
+  // Compares the photograph with the stored views. Changes nothing. `visible` is what the camera sees at any
+  // resolution.
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph,
                                   const VisibilityBuffer& visible) const;
 
@@ -65,8 +66,8 @@ class Refiner {
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
-  // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole is
-  // taken back.
+  // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
+  // is taken back.
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);

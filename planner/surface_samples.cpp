@@ -13,7 +13,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kFarFromWhole = 0.381966;  // of all fractions, this one's multiples are spread most evenly
-constexpr float kDepthEdge = 0.05f;  // of the nearer depth, as in the validity masks
+constexpr float kDepthEdge = 0.05f;         // of the nearer depth, as in the validity masks
 
 // The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
 struct Grid {

