@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <glm/matrix.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -18,6 +19,16 @@ void require(bool holds, const char* field, double value, const char* rule) {
     throw std::invalid_argument("refinement: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
                                 rule);
   }
+}
+
+// The given pose moves as the refined one does, and takes its intrinsics: what was learnt since is what pulls.
+Camera moved_along(const Camera& given, const Camera& from, const Camera& to) {
+  Camera result = to;
+  const glm::dmat3 turn = to.cam_from_world_rotation * glm::transpose(from.cam_from_world_rotation);
+  const glm::dvec3 shift = to.cam_from_world_translation - turn * from.cam_from_world_translation;
+  result.cam_from_world_rotation = turn * given.cam_from_world_rotation;
+  result.cam_from_world_translation = turn * given.cam_from_world_translation + shift;
+  return result;
 }
 
 }  // namespace
@@ -48,11 +59,14 @@ Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) c
   return compare(camera, camera, Pyramid(photograph), std::nullopt);
 }
 
+std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {
+  const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(options_.sample_px));
+  return choose_surface_samples(camera, photograph, visible, options_.samples);
+}
+
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::optional<std::uint32_t> slot) const {
-  const VisibilityBuffer visible = visibility_.trace(start.shrunk_to(options_.sample_px));
-  const std::vector<SurfaceSample> samples = choose_surface_samples(start, photograph, visible, options_.samples);
-  MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot);
+  MedianColors others = median_colors(start, photograph, samples_of(start, photograph), atlas_, views_, slot);
   const glm::dvec3 gain = slot ? views_[*slot]->gain : glm::dvec3(1.0);
   Refinement result;
   result.alignment = align(given, start, gain, photograph, others.targets, options_.alignment);
@@ -119,6 +133,23 @@ void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
 void Refiner::mask(const ValidityOptions& validity) {
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (views_[slot]) mask(slot, validity);
+  }
+}
+
+IntrinsicsEstimate Refiner::estimate_intrinsics(const IntrinsicsOptions& options) const {
+  std::vector<std::vector<SurfaceSample>> samples(views_.size());
+  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
+    if (views_[slot]) samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+  });
+  return lumatlas::estimate_intrinsics(atlas_, views_, samples, options);
+}
+
+void Refiner::set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity) {
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (!views_[slot]) continue;
+    const Camera& camera = estimate.cameras[slot];
+    given_[slot] = moved_along(given_[slot], views_[slot]->view->camera, camera);
+    replace(slot, camera, views_[slot]->view->trust, validity);
   }
 }
 

@@ -12,6 +12,7 @@
 #include "mesh/visibility.h"
 #include "planner/alignment.h"
 #include "planner/exposure_graph.h"
+#include "planner/intrinsics.h"
 #include "planner/median_colors.h"
 #include "planner/trust.h"
 
@@ -64,10 +65,15 @@ class Refiner {
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);
+  // What the stored views say about their intrinsics. Changes nothing.
+  [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const;
+  // Gives all stored views the cameras of an estimate made since the last change, and depth and masks that fit them.
+  void set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                                    std::optional<std::uint32_t> slot) const;
+  [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
   void balance_exposures();
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
