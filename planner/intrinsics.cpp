@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Sources: Triggs et al. 2000, "Bundle adjustment", section 6 (Schur complement); White 1980 for the deviations.
+// Sources: Triggs et al. 2000, "Bundle adjustment", section 6 (normal equations); White 1980 for the deviations.
 //
 // Letters: q the shared parameters (ln focal, shift x and y in image widths, k1); p a view's own (rotation vector,
 // translation in median depths, ln gain); r residuals, J = dr/dp, D = dr/dq.
@@ -21,8 +21,8 @@ namespace {
 constexpr std::uint32_t kFinestPx = 1000;  // longer side: beyond, noise and compression rule the gradients
 constexpr std::array<std::uint32_t, 4> kPoseRounds = {1, 0, 0, 0};  // levels above the finest one used
 constexpr std::array<std::uint32_t, 8> kRounds = {2, 1, 1, 0, 0, 0, 0, 0};
-constexpr int kResponseSweeps = 4;
-constexpr double kRidge = 1e-6;  // of a view's own normal matrix
+constexpr double kRidge = 1e-7;  // of the normal matrix' mean diagonal: for views that nothing else holds
+constexpr double kFixed = 1e6;   // the same, for parameters that stay
 // Weak knowledge about lenses: standard deviations of ln focal, shift in widths, and k1.
 constexpr double kFocalPrior = 0.1;
 constexpr double kShiftPrior = 0.05;
@@ -33,11 +33,11 @@ constexpr double kLeastImprovement = 0.01;
 constexpr double kLeastDeviations = 5;
 constexpr double kLeastCornerPx = 0.5;
 
+constexpr int kShared = 4;
+constexpr int kPose = 6;
+constexpr int kOwn = 7;
 using Shared = Eigen::Vector4d;
-using SharedMatrix = Eigen::Matrix4d;
-using Own = Eigen::Matrix<double, 7, 1>;
-using OwnMatrix = Eigen::Matrix<double, 7, 7>;
-using Response = Eigen::Matrix<double, 7, 4>;  // dp/dq
+using Own = Eigen::Matrix<double, kOwn, 1>;
 using OwnRows = Eigen::Matrix<double, Eigen::Dynamic, 7>;
 using SharedRows = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 
@@ -94,9 +94,8 @@ struct Part {
 // and what is refined.
 struct State {
   Shared shared = Shared::Zero();
-  std::vector<Camera> cameras;     // by slot, with the given intrinsics
-  std::vector<double> gain;        // by slot, factor on the view's gain
-  std::vector<Response> response;  // by slot
+  std::vector<Camera> cameras;  // by slot, with the given intrinsics
+  std::vector<double> gain;     // by slot, factor on the view's gain
 };
 
 // One term of a target's derivative: d target / d image of the view that gives the median.
@@ -172,7 +171,6 @@ class Estimator {
       : views_(views), parts_(views.size()), prior_(prior_weights(options)) {
     state_.cameras.resize(views.size());
     state_.gain.assign(views.size(), 1);
-    state_.response.assign(views.size(), Response::Zero());
     for (std::size_t slot = 0; slot < views.size(); ++slot) {
       if (views[slot]) state_.cameras[slot] = views[slot]->view->camera;
     }
@@ -302,82 +300,80 @@ class Estimator {
     return all;
   }
 
-  // D less how the targets follow q, the other views' poses following too.
-  [[nodiscard]] SharedRows with_targets(const State& state, std::uint32_t slot, const Linearised& linear) const {
-    SharedRows D = linear.D;
-    for (std::size_t row = 0; row < linear.terms.size(); ++row) {
-      const glm::dvec3& position = parts_[slot].points[row / 3].position;
-      for (const TargetTerm& term : linear.terms[row]) {
-        if (term.gradient == glm::dvec2(0)) continue;
-        const Projection at = project(state.cameras[term.slot], parts_[term.slot].depth, state.shared, position);
-        D.row(static_cast<Eigen::Index>(row)) -= Eigen::RowVector2d(term.gradient.x, term.gradient.y) *
-                                                 (at.by_shared + at.by_pose * state.response[term.slot].topRows<6>());
+  // A row of the whole problem's Jacobian: q, the view's own p, and the poses of the views that give the median.
+  struct Row {
+    static constexpr std::size_t kEntries = kShared + kOwn + 2 * kPose;
+    std::array<Eigen::Index, kEntries> column;
+    std::array<double, kEntries> value;
+  };
+  [[nodiscard]] Row row_of(const State& state, std::uint32_t slot, const Linearised& linear, std::size_t index) const {
+    Row row;
+    const auto at = static_cast<Eigen::Index>(index);
+    Eigen::RowVector4d by_shared = linear.D.row(at);
+    std::size_t entry = kShared;
+    for (int i = 0; i < kOwn; ++i, ++entry) {
+      row.column[entry] = first_column(slot) + i;
+      row.value[entry] = linear.J(at, i);
+    }
+    for (const TargetTerm& term : linear.terms[index]) {
+      const glm::dvec3& position = parts_[slot].points[index / 3].position;
+      const Projection seen = project(state.cameras[term.slot], parts_[term.slot].depth, state.shared, position);
+      const Eigen::RowVector2d gradient(term.gradient.x, term.gradient.y);
+      by_shared -= gradient * seen.by_shared;
+      const Eigen::Matrix<double, 1, 6> by_pose = -gradient * seen.by_pose;
+      for (int i = 0; i < kPose; ++i, ++entry) {
+        row.column[entry] = first_column(term.slot) + i;
+        row.value[entry] = by_pose[i];
       }
     }
-    return D;
-  }
-
-  [[nodiscard]] static OwnMatrix own_normal(const Linearised& linear) {
-    OwnMatrix H = linear.J.transpose() * linear.J;
-    H.diagonal().array() += kRidge * (H.trace() / 7 + 1);
-    return H;
-  }
-
-  // How every view's pose follows q: first as if the targets stayed, then with targets that follow too.
-  void follow(State& state, const std::vector<Linearised>& linear) const {
-    for (int sweep = 0; sweep < kResponseSweeps; ++sweep) {
-      std::vector<Response> next = state.response;
-      tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t slot) {
-        if (parts_[slot].points.empty()) return;
-        const SharedRows D =
-            sweep == 0 ? linear[slot].D : with_targets(state, static_cast<std::uint32_t>(slot), linear[slot]);
-        next[slot] = -own_normal(linear[slot]).ldlt().solve(linear[slot].J.transpose() * D);
-      });
-      state.response = std::move(next);
+    for (int i = 0; i < kShared; ++i) {
+      row.column[static_cast<std::size_t>(i)] = i;
+      row.value[static_cast<std::size_t>(i)] = by_shared[i];
     }
+    return row;
   }
+  static Eigen::Index first_column(std::uint32_t slot) { return kShared + kOwn * Eigen::Index{slot}; }
 
-  // A view's share of the reduced problem.
-  struct Reduced {
-    SharedMatrix S = SharedMatrix::Zero();
-    Shared b = Shared::Zero();
-    Own step = Own::Zero();                 // dp at dq = 0
-    Response by_shared = Response::Zero();  // and what dq adds
+  // Normal equations of all parameters: q first, then p of every slot.
+  struct Normal {
+    Eigen::MatrixXd H;
+    Eigen::VectorXd g;
   };
-  [[nodiscard]] std::vector<Reduced> reduce(const State& state, const std::vector<Linearised>& linear) const {
-    std::vector<Reduced> all(parts_.size());
-    tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t slot) {
-      if (parts_[slot].points.empty()) return;
-      const SharedRows D = with_targets(state, static_cast<std::uint32_t>(slot), linear[slot]);
-      const Eigen::LDLT<OwnMatrix> H(own_normal(linear[slot]));
-      const Response JD = linear[slot].J.transpose() * D;
-      const Own Jr = linear[slot].J.transpose() * linear[slot].r;
-      Reduced& reduced = all[slot];
-      reduced.by_shared = -H.solve(JD);
-      reduced.step = -H.solve(Jr);
-      reduced.S = D.transpose() * D + JD.transpose() * reduced.by_shared;
-      reduced.b = D.transpose() * linear[slot].r + JD.transpose() * reduced.step;
-    });
-    return all;
+  [[nodiscard]] Normal normal_equations(const State& state, const std::vector<Linearised>& all) const {
+    const Eigen::Index size = first_column(static_cast<std::uint32_t>(parts_.size()));
+    Normal normal{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+    for (std::uint32_t slot = 0; slot < all.size(); ++slot) {
+      for (std::size_t index = 0; index < all[slot].terms.size(); ++index) {
+        const Row row = row_of(state, slot, all[slot], index);
+        const double r = all[slot].r[static_cast<Eigen::Index>(index)];
+        for (std::size_t a = 0; a < Row::kEntries; ++a) {
+          if (row.value[a] == 0) continue;
+          normal.g[row.column[a]] += row.value[a] * r;
+          for (std::size_t b = 0; b < Row::kEntries; ++b) {
+            normal.H(row.column[b], row.column[a]) += row.value[a] * row.value[b];
+          }
+        }
+      }
+    }
+    const double ridge = kRidge * (normal.H.trace() / static_cast<double>(size) + 1);
+    normal.H.diagonal().array() += ridge;
+    normal.H.diagonal().head<kShared>() += prior_;
+    normal.g.head<kShared>() += prior_.cwiseProduct(state.shared);
+    return normal;
   }
 
-  [[nodiscard]] State stepped(State state, bool shared) const {
-    const std::vector<Reduced> all = reduce(state, linear_);
-    Shared dq = Shared::Zero();
-    if (shared) {
-      SharedMatrix S = prior_.asDiagonal();
-      Shared b = prior_.cwiseProduct(state.shared);
-      for (const Reduced& reduced : all) S += reduced.S, b += reduced.b;
-      dq = -S.ldlt().solve(b);
-    }
-    for (std::size_t slot = 0; slot < parts_.size(); ++slot) {
+  [[nodiscard]] State stepped(State state, const std::vector<Linearised>& all, bool shared) const {
+    Normal normal = normal_equations(state, all);
+    if (!shared) normal.H.diagonal().head<kShared>().array() += kFixed * normal.H.trace();
+    const Eigen::VectorXd step = -normal.H.ldlt().solve(normal.g);
+    for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
       if (!views_[slot]) continue;
-      const Own dp = all[slot].step + all[slot].by_shared * dq;
+      const Own dp = step.segment<kOwn>(first_column(slot));
       const double depth = parts_[slot].depth;
       state.cameras[slot] = moved(state.cameras[slot], {dp[0], dp[1], dp[2]}, depth * glm::dvec3(dp[3], dp[4], dp[5]));
       state.gain[slot] *= std::exp(dp[6]);
     }
-    state.shared += dq;
+    if (shared) state.shared += step.head<kShared>();
     return state;
   }
 
@@ -406,9 +402,7 @@ class Estimator {
     State state = state_;
     residual_ = noise_ * root_mean_square(linearise(state, 0, true));
     for (const std::uint32_t coarser : rounds) {
-      linear_ = linearise(state, coarser, true);
-      if (shared) follow(state, linear_);
-      state = stepped(std::move(state), shared);
+      state = stepped(std::move(state), linearise(state, coarser, true), shared);
       if (coarser > 0) continue;
       const double residual = noise_ * root_mean_square(linearise(state, 0, true));
       if (residual < residual_) {
@@ -419,26 +413,31 @@ class Estimator {
   }
 
   // Variances of q: see IntrinsicsEstimate::deviation.
-  [[nodiscard]] Shared variances(State state) {
-    linear_ = linearise(state, 0, true);
-    follow(state, linear_);
-    const std::vector<Reduced> all = reduce(state, linear_);
-    SharedMatrix S = prior_.asDiagonal();
-    SharedMatrix scatter = SharedMatrix::Zero();
-    for (const Reduced& reduced : all) {
-      S += reduced.S;
-      scatter += reduced.b * reduced.b.transpose();
+  [[nodiscard]] Shared variances() const {
+    const std::vector<Linearised> all = linearise(state_, 0, true);
+    const Eigen::MatrixXd H = normal_equations(state_, all).H;
+    // The columns of the inverse that belong to q: all other parameters are marginalised.
+    const Eigen::MatrixXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), kShared));
+    Shared observed = Shared::Zero();
+    for (std::uint32_t slot = 0; slot < all.size(); ++slot) {
+      Shared pull = Shared::Zero();
+      for (std::size_t index = 0; index < all[slot].terms.size(); ++index) {
+        const Row row = row_of(state_, slot, all[slot], index);
+        const double r = all[slot].r[static_cast<Eigen::Index>(index)];
+        for (std::size_t a = 0; a < Row::kEntries; ++a) {
+          pull += row.value[a] * r * inverse.row(row.column[a]).transpose();
+        }
+      }
+      observed += pull.cwiseAbs2();
     }
-    const SharedMatrix inverse = S.inverse();
-    const double mean_square = std::pow(root_mean_square(linear_), 2);
-    const Shared modelled = kChannels * mean_square * inverse.diagonal();
-    const Shared observed = (inverse * scatter * inverse).diagonal();
+    const double mean_square = std::pow(root_mean_square(all), 2);
+    const Shared modelled = kChannels * mean_square * inverse.topRows<kShared>().diagonal();
     return kCountedTwice * modelled.cwiseMax(observed);
   }
 
   void report(IntrinsicsEstimate& result) {
     const Shared& q = state_.shared;
-    const Shared deviation = variances(state_).cwiseSqrt();
+    const Shared deviation = variances().cwiseSqrt();
     const double width = widest_.width;
     result.correction = {std::exp(q[0]), {width * q[1], width * q[2]}, q[3]};
     result.deviation = {deviation[0], {width * deviation[1], width * deviation[2]}, deviation[3]};
@@ -460,7 +459,6 @@ class Estimator {
   Shared prior_;
   State state_;
   Camera widest_;
-  std::vector<Linearised> linear_;
   double noise_ = 1;     // of the differences, sRGB
   double residual_ = 0;  // of state_
 };

@@ -4,7 +4,10 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -106,7 +109,56 @@ Texels texels_of(const Snapshot& snapshot) {
   return texels;
 }
 
+// A radial coefficient is only reported: photographs would have to be warped again. What the others are without it is
+// estimated anew, because they make up for each other.
+void consider_intrinsics(Planner& planner, IntrinsicsUse use, BuildResult& result) {
+  if (use == IntrinsicsUse::ignore) return;
+  result.intrinsics = planner.estimate_intrinsics();
+  if (use != IntrinsicsUse::apply || !result.intrinsics->significant) return;
+  const IntrinsicsEstimate pinhole = planner.estimate_intrinsics({.radial = false});
+  if (!pinhole.significant) return;
+  planner.set_cameras(pinhole);
+  planner.polish();
+  result.intrinsics_applied = true;
+}
+
+json intrinsics_json(const BuildResult& result) {
+  if (!result.intrinsics) return nullptr;
+  const IntrinsicsEstimate& e = *result.intrinsics;
+  const auto parameters = [](const Intrinsics& i) -> json {
+    return {{"focal", i.focal}, {"principal_px", {i.principal.x, i.principal.y}}, {"radial", i.radial}};
+  };
+  return {{"correction", parameters(e.correction)},
+          {"deviation", parameters(e.deviation)},
+          {"residual", {{"before", e.residual_before}, {"after", e.residual_after}}},
+          {"corner_px", e.corner_px},
+          {"views", e.views},
+          {"points", e.points},
+          {"significant", e.significant},
+          {"applied", result.intrinsics_applied}};
+}
+
+std::string printed(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
 }  // namespace
+
+std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) {
+  if (!estimate.significant) return {};
+  const Intrinsics& c = estimate.correction;
+  const std::string radial = printed("%.4f", c.radial);
+  return "The photographs agree better with a focal length " + printed("%.2f %% ", 100 * std::abs(c.focal - 1)) +
+         (c.focal < 1 ? "shorter" : "longer") + ", the principal point moved by (" + printed("%.1f", c.principal.x) +
+         ", " + printed("%.1f", c.principal.y) + ") px and a radial coefficient of " + radial + " (a corner moves " +
+         printed("%.1f", estimate.corner_px) + " px; residual " + printed("%.4f", estimate.residual_before) + " -> " +
+         printed("%.4f", estimate.residual_after) + "): " +
+         (applied ? "focal length and principal point were applied, the radial coefficient was not, because the "
+                    "photographs would have to be undistorted again."
+                  : "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
+}
 
 void check(const BuildOptions& options) {
   check(options.cells);
@@ -148,6 +200,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     std::fprintf(stderr, "polish %u: %.4f -> %.4f, moved %.3f px\n", step, done.residual_before, done.residual_after,
                  done.moved_px);
   }
+  consider_intrinsics(planner, options.intrinsics, result);
   if (options.planner.refinement.trust.enabled && options.planner.refinement.any()) planner.mask();
   result.summed_coverage = planner.summed_coverage();
   result.snapshot = atlas.snapshot();
@@ -172,6 +225,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"cells_referenced", referenced},
           {"references", result.snapshot.references.views.size()},
           {"summed_coverage", result.summed_coverage},
+          {"intrinsics", intrinsics_json(result)},
           {"texels", {{"resident", texels.resident}, {"budget", texels.largest * options.max_views}}},
           {"bytes", {{"resident", kBytesPerTexel * texels.resident}, {"peak_rss", peak_resident_bytes()}}},
           {"time_ms",

@@ -24,6 +24,7 @@ struct BuildFlags {
   CellFlags cells;
   std::string refine = "all";
   std::string metric = "departures";
+  bool refine_intrinsics = false;
   bool json_output = false;
 };
 
@@ -45,11 +46,20 @@ void run(const BuildFlags& flags) {
   AlignmentOptions& alignment = options.planner.refinement.alignment;
   alignment.pose = flags.refine != "none" && flags.refine != "exposure";
   alignment.exposure = flags.refine != "none" && flags.refine != "pose";
+  if (flags.refine == "joint") {
+    options.intrinsics = flags.refine_intrinsics ? IntrinsicsUse::apply : IntrinsicsUse::report;
+  } else if (flags.refine_intrinsics) {
+    throw CLI::ValidationError("--refine-intrinsics", "needs --refine joint");
+  }
   check_usage(options);
   OutputFolder output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   write_model(output.path(), result.snapshot, options.planner.validity);
+  if (result.intrinsics) {
+    const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
+    if (!advice.empty()) std::cerr << advice << '\n';
+  }
   const json totals = summary(result, options);
   json plan = plan_json(result);
   plan["summary"] = totals;
@@ -97,6 +107,8 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       ->check(CLI::Range(0u, 255u));
   command.add_option("--refine", flags.refine, "none, exposure, pose, all or joint")
       ->check(CLI::IsMember({"none", "exposure", "pose", "all", "joint"}));
+  command.add_flag("--refine-intrinsics", flags.refine_intrinsics,
+                   "With --refine joint: correct focal length and principal point where the photographs ask for it");
   command.add_flag("--white-balance", planner.refinement.alignment.white_balance, "");
   command.add_option("--prior", planner.refinement.alignment.prior, "");
   command.add_flag("!--no-trust", planner.refinement.trust.enabled, "");
