@@ -15,36 +15,17 @@
 #include <string>
 
 #include "atlas/srgb.h"
+#include "planner/photometry.h"
 
 namespace lumatlas {
 
 namespace {
 
 constexpr int kPoseParameters = 6;
-constexpr double kTukeyCutoff = 4.685;         // in standard deviations: 95 % efficient on Gaussian noise
-constexpr double kDeviationOfMedian = 1.4826;  // of normal noise: standard deviation over median absolute deviation
-constexpr double kSmallestNoise = 0.01;        // sRGB; photographs are 8 bit and compressed
 constexpr std::uint32_t kCorrelationPx = 320;
 constexpr std::uint32_t kTiles = 4;
 constexpr double kFewestTilePoints = 20;
 constexpr std::size_t kPointsPerTask = 256;
-
-// d sRGB / d linear, bounded where the curve is steep and noise rules.
-double srgb_slope(double linear) {
-  const double at = std::max(linear, 0.01);
-  return 1.055 / 2.4 * std::pow(at, 1 / 2.4 - 1);
-}
-
-// Tukey's biweight as the square of a smooth function, which is what least squares wants: f^2 / 2 = rho, f ~ r near 0.
-struct Robust {
-  double value, derivative;
-};
-Robust tukey(double r) {
-  const double u = r * r / (kTukeyCutoff * kTukeyCutoff);
-  if (u >= 1) return {std::copysign(kTukeyCutoff / std::sqrt(3.0), r), 0};
-  const double root = std::sqrt(1 - u + u * u / 3);
-  return {r * root, (1 - u) * (1 - u) / root};
-}
 
 double median_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -61,14 +42,8 @@ struct Frame {
 
 // The camera frame is turned by `pose[0..2]` (a rotation vector), then moved by `pose[3..5]` times the frame's depth.
 Camera moved_camera(const Frame& frame, const double* pose) {
-  const glm::dvec3 turn(pose[0], pose[1], pose[2]);
-  const double angle = glm::length(turn);
-  const glm::dmat3 rotation = angle > 0 ? glm::mat3_cast(glm::angleAxis(angle, turn / angle)) : glm::dmat3(1.0);
-  Camera camera = frame.camera;
-  camera.cam_from_world_rotation = rotation * camera.cam_from_world_rotation;
-  camera.cam_from_world_translation =
-      rotation * camera.cam_from_world_translation + frame.depth * glm::dvec3(pose[3], pose[4], pose[5]);
-  return camera;
+  return moved(frame.camera, glm::dvec3(pose[0], pose[1], pose[2]),
+               frame.depth * glm::dvec3(pose[3], pose[4], pose[5]));
 }
 
 // The parameters that moved_camera() makes `camera` from.

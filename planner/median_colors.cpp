@@ -23,19 +23,6 @@ struct Observation {
   glm::dvec3 image;  // position, and z
 };
 
-// Where the view shows the point, and at what depth.
-std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position) {
-  const Camera& camera = view.camera;
-  const glm::dvec3 cam = camera.cam_from_world(position);
-  if (!(cam.z > 0)) return std::nullopt;
-  const glm::dvec2 image = camera.image_from_cam(cam);
-  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
-  const std::size_t pixel = static_cast<std::size_t>(image.y) * camera.width + static_cast<std::size_t>(image.x);
-  if (view.validity[pixel] < kLeastValidity) return std::nullopt;
-  if (cam.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance)) return std::nullopt;
-  return glm::dvec3(image, cam.z);
-}
-
 // The level of a view's pyramid whose pixels are about as large on the surface as `pixel_size`.
 std::uint32_t matching_level(const ComparedView& other, double z, double pixel_size) {
   const double level = std::round(std::log2(pixel_size * other.view->camera.fx / z));
@@ -153,6 +140,18 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 }
 
 }  // namespace
+
+std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position) {
+  const Camera& camera = view.camera;
+  const glm::dvec3 cam = camera.cam_from_world(position);
+  if (!(cam.z > 0)) return std::nullopt;
+  const glm::dvec2 image = camera.image_from_cam(cam);
+  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
+  const std::size_t pixel = static_cast<std::size_t>(image.y) * camera.width + static_cast<std::size_t>(image.x);
+  if (view.validity[pixel] < kLeastValidity) return std::nullopt;
+  if (cam.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance)) return std::nullopt;
+  return glm::dvec3(image, cam.z);
+}
 
 std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position, double pixel_size) {
   const std::optional<glm::dvec3> image = seen_at(*other.view, position);

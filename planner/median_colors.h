@@ -23,6 +23,10 @@ struct ComparedView {
   glm::dvec3 gain{1.0};
 };
 
+// Where the view shows the point, in pixels, and at what z; nothing where it does not see the point well (occluded,
+// masked).
+[[nodiscard]] std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position);
+
 // Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well
 // (occluded, masked). `pixel_size`: of what it is compared with, scene units per pixel at the point.
 [[nodiscard]] std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position,

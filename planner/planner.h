@@ -73,7 +73,13 @@ class Planner {
   // One step of joint polishing of all stored views: the better the more often, until it rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
   void mask() { refiner_.mask(options_.validity); }
+  // What the stored views say about their intrinsics, and the step that believes it: see Refiner.
+  [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const {
+    return refiner_.estimate_intrinsics(options);
+  }
+  void set_cameras(const IntrinsicsEstimate& estimate) { refiner_.set_cameras(estimate, options_.validity); }
 
+  [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
   [[nodiscard]] double summed_coverage() const { return summed_coverage_; }  // scov, in cells
 
  private:

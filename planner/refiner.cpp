@@ -67,6 +67,16 @@ Camera without(const RigidMotion& motion, const Camera& camera) {
   return still;
 }
 
+// The given pose moves as the refined one does, and takes its intrinsics: what was learnt since is what pulls.
+Camera moved_along(const Camera& given, const Camera& from, const Camera& to) {
+  Camera result = to;
+  const glm::dmat3 turn = to.cam_from_world_rotation * glm::transpose(from.cam_from_world_rotation);
+  const glm::dvec3 shift = to.cam_from_world_translation - turn * from.cam_from_world_translation;
+  result.cam_from_world_rotation = turn * given.cam_from_world_rotation;
+  result.cam_from_world_translation = turn * given.cam_from_world_translation + shift;
+  return result;
+}
+
 }  // namespace
 
 void check(const RefinementOptions& options) {
@@ -94,12 +104,19 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
 }
 
 Refinement Refiner::refine(const Camera& camera, const Photograph& photograph, const VisibilityBuffer& visible) const {
-  return compare(camera, camera, Pyramid(photograph), visible, std::nullopt);
+  const Pyramid pyramid(photograph);
+  return compare(camera, camera, pyramid, choose_surface_samples(camera, pyramid, visible, options_.samples),
+                 std::nullopt);
+}
+
+std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {
+  const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
+  const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(sample_px));
+  return choose_surface_samples(camera, photograph, visible, options_.samples);
 }
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
-                            const VisibilityBuffer& visible, std::optional<std::uint32_t> slot) const {
-  const std::vector<SurfaceSample> samples = choose_surface_samples(start, photograph, visible, options_.samples);
+                            std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const {
   MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot);
   const glm::dvec3 gain = slot ? views_[*slot]->gain : glm::dvec3(1.0);
   Refinement result;
@@ -191,10 +208,9 @@ double Refiner::median_depth() const {
 }
 
 Refinement Refiner::compare_again(std::uint32_t slot) const {
-  const Camera& camera = views_[slot]->view->camera;
-  const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
-  const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(sample_px));
-  return compare(given_[slot], camera, views_[slot]->pyramid, visible, slot);
+  const ComparedView& view = *views_[slot];
+  const Camera& camera = view.view->camera;
+  return compare(given_[slot], camera, view.pyramid, samples_of(camera, view.pyramid), slot);
 }
 
 void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
@@ -209,6 +225,23 @@ void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
     if (refinement.points < kFewestAlignmentPoints) continue;
     exposures_.set(*next, refinement.ratios);
     replace(*next, refinement.alignment.camera, views_[*next]->view->trust, validity);
+  }
+}
+
+IntrinsicsEstimate Refiner::estimate_intrinsics(const IntrinsicsOptions& options) const {
+  std::vector<std::vector<SurfaceSample>> samples(views_.size());
+  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
+    if (views_[slot]) samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+  });
+  return lumatlas::estimate_intrinsics(atlas_, views_, samples, options);
+}
+
+void Refiner::set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity) {
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (!views_[slot]) continue;
+    const Camera& camera = estimate.cameras[slot];
+    given_[slot] = moved_along(given_[slot], views_[slot]->view->camera, camera);
+    replace(slot, camera, views_[slot]->view->trust, validity);
   }
 }
 

@@ -6,12 +6,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
 #include "planner/alignment.h"
 #include "planner/exposure_graph.h"
+#include "planner/intrinsics.h"
 #include "planner/median_colors.h"
 #include "planner/trust.h"
 
@@ -71,10 +73,15 @@ class Refiner {
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);
+  // What the stored views say about their intrinsics. Changes nothing.
+  [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const;
+  // Gives all stored views the cameras of an estimate made since the last change, and depth and masks that fit them.
+  void set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
-                                   const VisibilityBuffer& visible, std::optional<std::uint32_t> slot) const;
+                                   std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+  [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,

@@ -4,7 +4,9 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -99,6 +101,23 @@ void restrict(RefinementOptions& refinement, RefineMode mode) {
 // A step that lowers the mean residual by less than this share is the last.
 constexpr double kRestingShare = 0.002;
 
+// The estimate's time grows with the cube of this: some ten seconds.
+constexpr std::uint32_t kMostViewsForIntrinsics = 400;
+
+// A radial coefficient is only reported: photographs would have to be warped again. What the others are without it is
+// estimated anew, because they make up for each other.
+void consider_intrinsics(Planner& planner, IntrinsicsUse use, BuildResult& result) {
+  if (use == IntrinsicsUse::ignore || !result.effective.refinement.any()) return;
+  if (planner.stored_views() > kMostViewsForIntrinsics) return;
+  result.intrinsics = planner.estimate_intrinsics();
+  if (use != IntrinsicsUse::apply || !result.intrinsics->significant) return;
+  const IntrinsicsEstimate pinhole = planner.estimate_intrinsics({.radial = false});
+  if (!pinhole.significant) return;
+  planner.set_cameras(pinhole);
+  planner.polish();
+  result.intrinsics_applied = true;
+}
+
 // What is left to do once the stream has ended.
 void finish(Planner& planner, const BuildOptions& options, BuildResult& result) {
   const auto start = std::chrono::steady_clock::now();
@@ -113,6 +132,7 @@ void finish(Planner& planner, const BuildOptions& options, BuildResult& result) 
       last = residual;
     }
   }
+  consider_intrinsics(planner, options.intrinsics, result);
   if (result.effective.refinement.trust.enabled) planner.mask();
   result.polish_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
@@ -133,7 +153,43 @@ Texels texels_of(const Snapshot& snapshot) {
   return texels;
 }
 
+json intrinsics_json(const BuildResult& result) {
+  if (!result.intrinsics) return nullptr;
+  const IntrinsicsEstimate& e = *result.intrinsics;
+  const auto parameters = [](const Intrinsics& i) -> json {
+    return {{"focal", i.focal}, {"principal_px", {i.principal.x, i.principal.y}}, {"radial", i.radial}};
+  };
+  return {{"correction", parameters(e.correction)},
+          {"deviation", parameters(e.deviation)},
+          {"residual", {{"before", e.residual_before}, {"after", e.residual_after}}},
+          {"corner_px", e.corner_px},
+          {"views", e.views},
+          {"points", e.points},
+          {"significant", e.significant},
+          {"applied", result.intrinsics_applied}};
+}
+
+std::string printed(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
 }  // namespace
+
+std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) {
+  if (!estimate.significant) return {};
+  const Intrinsics& c = estimate.correction;
+  const std::string radial = printed("%.4f", c.radial);
+  return "The photographs agree better with a focal length " + printed("%.2f %% ", 100 * std::abs(c.focal - 1)) +
+         (c.focal < 1 ? "shorter" : "longer") + ", the principal point moved by (" + printed("%.1f", c.principal.x) +
+         ", " + printed("%.1f", c.principal.y) + ") px and a radial coefficient of " + radial + " (a corner moves " +
+         printed("%.1f", estimate.corner_px) + " px; residual " + printed("%.4f", estimate.residual_before) + " -> " +
+         printed("%.4f", estimate.residual_after) + "): " +
+         (applied ? "focal length and principal point were applied, the radial coefficient was not, because the "
+                    "photographs would have to be undistorted again."
+                  : "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
+}
 
 void check(const BuildOptions& options) {
   check(options.cells);
@@ -198,6 +254,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"cells_referenced", referenced},
           {"references", result.snapshot.references.views.size()},
           {"summed_coverage", result.summed_coverage},
+          {"intrinsics", intrinsics_json(result)},
           {"texels", {{"resident", texels.resident}, {"budget", texels.largest * options.max_views}}},
           {"bytes", {{"resident", kBytesPerTexel * texels.resident}, {"peak_rss", peak_resident_bytes()}}},
           {"time_ms",

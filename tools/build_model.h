@@ -25,14 +25,18 @@ enum class RefineMode {
   joint,     // and afterwards all stored views together, until they rest
 };
 
+// What to do about the intrinsics that the stored views ask for, after polishing.
+enum class IntrinsicsUse { ignore, report, apply };
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
   PlannerOptions planner;                 // coverage.ideal_distance 0: the median camera-surface distance of the scene
   RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
-  std::uint32_t max_views = 100;          // N, >= 1
-  std::optional<HoldOut> hold_out;        // none: every view is offered
+  IntrinsicsUse intrinsics = IntrinsicsUse::ignore;
+  std::uint32_t max_views = 100;    // N, >= 1
+  std::optional<HoldOut> hold_out;  // none: every view is offered
   bool quiet = false;
 };
 
@@ -46,7 +50,9 @@ struct BuildResult {
   Snapshot snapshot;
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
-  PlannerOptions effective;  // with every automatic value filled in
+  PlannerOptions effective;                      // with every automatic value filled in
+  std::optional<IntrinsicsEstimate> intrinsics;  // none: ignored
+  bool intrinsics_applied = false;
   double summed_coverage = 0;
   std::vector<PolishStep> polish;  // of RefineMode::joint
   double polish_ms = 0;
@@ -61,6 +67,9 @@ void check(const BuildOptions& options);
 
 // What `build --json` prints (DESIGN: machine-readable results).
 [[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
+
+// One sentence, if the estimate is significant; else empty.
+[[nodiscard]] std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied);
 
 // The options as they were used, for the file beside the output.
 [[nodiscard]] nlohmann::json effective_options(const BuildResult& result, const BuildOptions& options);

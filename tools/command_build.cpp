@@ -26,6 +26,7 @@ struct BuildFlags {
   CellFlags cells;
   bool verbose = false;
   std::string metric = "departures";
+  bool refine_intrinsics = false;
   bool json_output = false;
 };
 
@@ -44,12 +45,21 @@ void run(const BuildFlags& flags) {
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   if (flags.metric == "printed") options.planner.coverage.metric = CoverageOptions::Metric::printed;
+  if (options.refine == RefineMode::joint) {
+    options.intrinsics = flags.refine_intrinsics ? IntrinsicsUse::apply : IntrinsicsUse::report;
+  } else if (flags.refine_intrinsics) {
+    throw CLI::ValidationError("--refine-intrinsics", "needs --refine joint");
+  }
   check_usage(options);
   OutputFolder output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
   write_model(output.path(), result.snapshot, options.planner.validity);
+  if (result.intrinsics) {
+    const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
+    if (!advice.empty()) std::cerr << advice << '\n';
+  }
   const json totals = summary(result, options);
   json plan = plan_json(result);
   plan["summary"] = totals;
@@ -111,6 +121,8 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
                   "What is corrected in a view before it is stored: none, exposure, pose, all (and masks of what other "
                   "views contradict), or joint (all, then every stored view again until they rest); default joint")
       ->transform(CLI::CheckedTransformer(modes));
+  command.add_flag("--refine-intrinsics", flags.refine_intrinsics,
+                   "With --refine joint: correct focal length and principal point where the photographs ask for it");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
   command.add_flag("!--no-masks", refinement.trust.enabled, "Trust every pixel of a stored photograph");
