@@ -46,8 +46,8 @@ using SharedRows = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 struct Projection {
   bool inside = false;
   glm::dvec2 image{0.0};
-  Eigen::Matrix<double, 2, 4> by_shared;
-  Eigen::Matrix<double, 2, 6> by_pose;
+  Eigen::Matrix<double, 2, 4> by_shared = Eigen::Matrix<double, 2, 4>::Zero();
+  Eigen::Matrix<double, 2, 6> by_pose = Eigen::Matrix<double, 2, 6>::Zero();
 };
 
 Projection project(const Camera& camera, double depth, const Shared& q, const glm::dvec3& position) {
