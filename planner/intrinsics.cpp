@@ -19,9 +19,10 @@ namespace lumatlas {
 namespace {
 
 constexpr std::uint32_t kFinestPx = 1000;  // longer side: beyond, noise and compression rule the gradients
-constexpr std::array<std::uint32_t, 4> kPoseRounds = {1, 0, 0, 0};  // levels above the finest one used
-constexpr std::array<std::uint32_t, 8> kRounds = {2, 1, 1, 0, 0, 0, 0, 0};
+constexpr std::array<std::uint32_t, 6> kPoseRounds = {1, 0, 0, 0, 0, 0};  // levels above the finest one used
+constexpr std::array<std::uint32_t, 18> kRounds = {2, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
 constexpr double kRidge = 1e-7;  // of the normal matrix' mean diagonal: for views that nothing else holds
+constexpr double kRests = 2e-4;  // a round that changes the residual by less is the last
 constexpr double kFixed = 1e6;   // the same, for parameters that stay
 // Weak knowledge about lenses: standard deviations of ln focal, shift in widths, and k1.
 constexpr double kFocalPrior = 0.1;
@@ -45,8 +46,8 @@ using SharedRows = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 struct Projection {
   bool inside = false;
   glm::dvec2 image{0.0};
-  Eigen::Matrix<double, 2, 4> by_shared;
-  Eigen::Matrix<double, 2, 6> by_pose;
+  Eigen::Matrix<double, 2, 4> by_shared = Eigen::Matrix<double, 2, 4>::Zero();
+  Eigen::Matrix<double, 2, 6> by_pose = Eigen::Matrix<double, 2, 6>::Zero();
 };
 
 Projection project(const Camera& camera, double depth, const Shared& q, const glm::dvec3& position) {
@@ -405,10 +406,12 @@ class Estimator {
       state = stepped(std::move(state), linearise(state, coarser, true), shared);
       if (coarser > 0) continue;
       const double residual = noise_ * root_mean_square(linearise(state, 0, true));
+      const bool rests = residual > (1 - kRests) * residual_ && residual < (1 + kRests) * residual_;
       if (residual < residual_) {
         residual_ = residual;
         state_ = state;
       }
+      if (rests) return;
     }
   }
 

@@ -14,7 +14,7 @@
 namespace lumatlas {
 namespace {
 
-constexpr std::size_t kViews = 40;
+constexpr std::size_t kViews = 26;
 
 Camera true_camera(std::size_t number) {
   return room_camera(number).scaled_to(240, 180);

@@ -288,6 +288,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
           {"min_reference_gain", result.effective.min_reference_gain},
           {"victims", result.effective.victims},
           {"visibility", result.effective.visibility_px},
+          {"refine_intrinsics", options.intrinsics == IntrinsicsUse::apply},
           {"depth_edge", result.effective.validity.depth_edge},
           {"edge_radius", result.effective.validity.edge_radius_px},
           {"fade", result.effective.validity.fade_px},
