@@ -70,8 +70,9 @@ class Planner {
   // nothing of it.
   Verdict offer(const std::string& name, const Camera& camera, Photograph photograph);
 
-  // One step of joint polishing of all stored views: the better the more often, until it rests.
+  // One step of joint polishing of all stored views; to be repeated until the residual rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
+  // Makes the masks of all stored views again, now that each has all the others to be judged by.
   void mask() { refiner_.mask(options_.validity); }
   // What the stored views say about their intrinsics, and the step that believes it: see Refiner.
   [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const {
