@@ -15,6 +15,7 @@
 #include <string>
 
 #include "atlas/srgb.h"
+#include "planner/median.h"
 #include "planner/photometry.h"
 
 namespace lumatlas {
@@ -26,12 +27,6 @@ constexpr std::uint32_t kCorrelationPx = 320;
 constexpr std::uint32_t kTiles = 4;
 constexpr double kFewestTilePoints = 20;
 constexpr std::size_t kPointsPerTask = 256;
-
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // Where the parameters start: the given camera, and units in which a unit of each pose parameter moves the image about
 // as far as any other.
@@ -90,7 +85,7 @@ class Disagreement {
     evaluate(parameters.data(), residuals.data(), nullptr, false);
     residuals.resize(3 * targets_.positions.size());
     for (double& r : residuals) r = std::abs(r);
-    noise_ = std::max(kSmallestNoise, kDeviationOfMedian * median_of(residuals));
+    noise_ = std::max(kSmallestNoise, kDeviationOfMedian * upper_median(residuals));
   }
   void set_noise(double noise) { noise_ = noise; }
   [[nodiscard]] double noise() const { return noise_; }
@@ -208,7 +203,7 @@ double median_depth(const Camera& camera, const std::vector<glm::dvec3>& positio
   std::vector<double> depths;
   depths.reserve(positions.size());
   for (const glm::dvec3& position : positions) depths.push_back(camera.cam_from_world(position).z);
-  return std::max(median_of(depths), 1e-12);
+  return std::max(upper_median(depths), 1e-12);
 }
 
 // The median ratio of target and photograph, which needs no start and stands misalignment.
@@ -229,7 +224,7 @@ glm::dvec3 median_ratio(const Camera& camera, const Pyramid& photograph, const A
   glm::dvec3 gain(1.0);
   for (int channel = 0; channel < 3; ++channel) {
     std::vector<double>& values = ratios[per_channel ? channel : 0];
-    if (!values.empty()) gain[channel] = std::clamp(median_of(values), 1e-3, 1e3);
+    if (!values.empty()) gain[channel] = std::clamp(upper_median(values), 1e-3, 1e3);
   }
   return gain;
 }
@@ -242,7 +237,7 @@ double displacement_px(const Camera& from, const Camera& to, const std::vector<g
     const glm::dvec3 b = to.cam_from_world(position);
     moves.push_back(a.z > 0 && b.z > 0 ? glm::length(to.image_from_cam(b) - from.image_from_cam(a)) : 1e9);
   }
-  return median_of(moves);
+  return upper_median(moves);
 }
 
 // Running sums for the correlation of two series.
@@ -263,15 +258,6 @@ struct CorrelationSums {
   }
 };
 
-std::uint32_t correlation_level(const Pyramid& photograph) {
-  std::uint32_t level = 0;
-  while (level + 1 < photograph.levels() &&
-         std::max(photograph.level(level).width, photograph.level(level).height) > kCorrelationPx) {
-    ++level;
-  }
-  return level;
-}
-
 double luma(const glm::dvec3& linear) {
   const auto srgb = [](double value) { return srgb_from_linear(std::clamp(value, 0.0, 1.0)); };
   return 0.299 * srgb(linear.r) + 0.587 * srgb(linear.g) + 0.114 * srgb(linear.b);
@@ -281,7 +267,7 @@ double luma(const glm::dvec3& linear) {
 // lowers it little, a wrong pose spoils it everywhere.
 double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
                    const AlignmentTargets& targets) {
-  const std::uint32_t level = correlation_level(photograph);
+  const std::uint32_t level = photograph.level_near(kCorrelationPx);
   std::array<CorrelationSums, std::size_t{kTiles} * kTiles> tiles;
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
     const glm::dvec3 cam = camera.cam_from_world(targets.positions[point]);

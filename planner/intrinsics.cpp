@@ -12,6 +12,7 @@
 #include <array>
 #include <cmath>
 
+#include "planner/median.h"
 #include "planner/photometry.h"
 
 namespace lumatlas {
@@ -128,12 +129,6 @@ double median_value(std::vector<Value>& values, std::array<TargetTerm, 2>& terms
   return 0.5 * (low.color + high.color);
 }
 
-double median_of(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 Shared prior_weights(const IntrinsicsOptions& options) {
   const double no_radial = 1e-9;
   return Shared(kFocalPrior, kShiftPrior, kShiftPrior, options.radial ? kRadialPrior : no_radial)
@@ -227,7 +222,7 @@ class Estimator {
       depths.push_back(z);
     }
     if (part.points.size() < kFewestAlignmentPoints) return {};
-    part.depth = median_of(depths);
+    part.depth = upper_median(depths);
     return part;
   }
 
@@ -394,7 +389,7 @@ class Estimator {
     for (const Linearised& linear : linearise(state_, 0, false)) {
       for (const double r : linear.r) differences.push_back(std::abs(r));
     }
-    return std::max(kSmallestNoise, kDeviationOfMedian * median_of(differences));
+    return std::max(kSmallestNoise, kDeviationOfMedian * upper_median(differences));
   }
 
   // Leaves the best state of those at the finest level, the present one among them.

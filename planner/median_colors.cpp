@@ -8,6 +8,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "planner/median.h"
+
 namespace lumatlas {
 
 namespace {
@@ -34,21 +36,14 @@ bool is_informative(const glm::dvec3& color) {
   return most >= kDarkest && most <= kBrightest;
 }
 
-double median_in_place(std::vector<double>& values) {
-  const std::size_t half = values.size() / 2;
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half), values.end());
-  if (values.size() % 2 == 1) return values[half];
-  return 0.5 * (values[half] + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half)));
-}
-
 glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
-  glm::vec3 median(0);
+  glm::vec3 medians(0);
   std::vector<double> values(colors.size());
   for (int channel = 0; channel < 3; ++channel) {
     for (std::size_t i = 0; i < colors.size(); ++i) values[i] = colors[i][channel];
-    median[channel] = static_cast<float>(median_in_place(values));
+    medians[channel] = static_cast<float>(median(values));
   }
-  return median;
+  return medians;
 }
 
 // What the views show at one sample.
@@ -131,10 +126,8 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
     auto& values = logs[slot];
     if (values[0].size() < kFewestRatioPoints) continue;
     const auto count = static_cast<std::uint32_t>(values[0].size());
-    ratios.push_back({slot,
-                      {median_in_place(values[0]), median_in_place(values[1]), median_in_place(values[2])},
-                      glm::dvec3(median_in_place(values[3])),
-                      count});
+    ratios.push_back(
+        {slot, {median(values[0]), median(values[1]), median(values[2])}, glm::dvec3(median(values[3])), count});
   }
   return ratios;
 }

@@ -101,6 +101,14 @@ Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : phot
   }
 }
 
+std::uint32_t Pyramid::level_near(std::uint32_t longer_side) const {
+  std::uint32_t index = 0;
+  while (index + 1 < levels() && std::max(level(index).width, level(index).height) > longer_side + longer_side / 2) {
+    ++index;
+  }
+  return index;
+}
+
 glm::dvec3 Pyramid::color(std::uint32_t level_index, const glm::dvec2& image) const {
   const Footprint f = footprint(level(level_index), image * scale_of(level_index));
   return glm::mix(glm::mix(linear_at(f.top_left), linear_at(f.top_right), f.fx),

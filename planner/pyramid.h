@@ -28,6 +28,8 @@ class Pyramid {
   [[nodiscard]] const Photograph& level(std::uint32_t index) const {
     return index == 0 ? *photograph_ : reduced_[index - 1];
   }
+  // The finest level whose longer side is at most one and a half times `longer_side`, pixels; the coarsest if none is.
+  [[nodiscard]] std::uint32_t level_near(std::uint32_t longer_side) const;
   // Takes another copy of the same photograph for level 0.
   void refer_to(const Photograph& copy) { photograph_ = &copy; }
   // Bilinear between pixel centres, held at the border. `image` is in pixels of the full resolution.

@@ -30,15 +30,6 @@ struct Grid {
   }
 };
 
-std::uint32_t level_of_size(const Pyramid& photograph, std::uint32_t longer_side) {
-  std::uint32_t level = 0;
-  while (level + 1 < photograph.levels() &&
-         std::max(photograph.level(level).width, photograph.level(level).height) > longer_side + longer_side / 2) {
-    ++level;
-  }
-  return level;
-}
-
 bool is_smooth(const VisibilityBuffer& visible, std::uint32_t x, std::uint32_t y) {
   const float z = visible.depth[std::size_t{y} * visible.width + x];
   if (!std::isfinite(z)) return false;
@@ -126,7 +117,7 @@ std::uint32_t sampling_px(std::uint32_t photograph_px, std::uint32_t most_px) {
 
 std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Pyramid& photograph,
                                                   const VisibilityBuffer& visible, std::size_t count) {
-  const std::uint32_t level = level_of_size(photograph, std::max(visible.width, visible.height));
+  const std::uint32_t level = photograph.level_near(std::max(visible.width, visible.height));
   const Grid grid{photograph.level(0), photograph.level(level), visible};
   const double pixels = static_cast<double>(visible.width) * visible.height;
   const auto side = static_cast<std::uint32_t>(

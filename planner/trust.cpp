@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "planner/median.h"
+
 namespace lumatlas {
 
 namespace {
@@ -45,20 +47,11 @@ glm::dvec2 image_of(const Photograph& photograph, const Grid& grid, std::uint32_
   return {(x + 0.5) * photograph.width / grid.width, (y + 0.5) * photograph.height / grid.height};
 }
 
-std::uint32_t level_for(const Pyramid& photograph, std::uint32_t longer_side) {
-  std::uint32_t level = 0;
-  while (level + 1 < photograph.levels() &&
-         std::max(photograph.level(level).width, photograph.level(level).height) > longer_side + longer_side / 2) {
-    ++level;
-  }
-  return level;
-}
-
 Grid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
   const Photograph& photograph = pyramid.level(0);
   Grid grid{visible.width, visible.height, {}, {}};
   std::vector<glm::dvec3> middle(grid.size());
-  const std::uint32_t level = level_for(pyramid, std::max(grid.width, grid.height));
+  const std::uint32_t level = pyramid.level_near(std::max(grid.width, grid.height));
   tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const std::size_t at = std::size_t{y} * grid.width + x;
@@ -81,12 +74,6 @@ Grid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityB
   return grid;
 }
 
-double median_in_place(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Median by channel, and the largest median deviation from it of any channel.
 struct Consensus {
   glm::dvec3 color{0.0};
@@ -97,10 +84,10 @@ Consensus consensus(const std::vector<OtherView>& others) {
   std::vector<double> values(others.size());
   for (int channel = 0; channel < 3; ++channel) {
     for (std::size_t i = 0; i < others.size(); ++i) values[i] = others[i].color[channel];
-    const double median = median_in_place(values);
-    for (double& value : values) value = std::abs(value - median);
-    result.color[channel] = median;
-    result.spread = std::max(result.spread, median_in_place(values));
+    const double middle = upper_median(values);
+    for (double& value : values) value = std::abs(value - middle);
+    result.color[channel] = middle;
+    result.spread = std::max(result.spread, upper_median(values));
   }
   return result;
 }
