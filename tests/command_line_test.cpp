@@ -150,7 +150,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--views", "-3"},
       {"build", made().scene, "-o", out, "--views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
-      {"build", made().scene, "-o", out, "--refine-intrinsics"},
+      {"build", made().scene, "-o", out, "--refine", "all", "--refine-intrinsics"},
       {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
       {"build", made().scene, "-o", out, "--coverage-lambda", "nan"},
       {"build", made().scene, "-o", out, "--cell-size", "inf"},
