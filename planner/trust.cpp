@@ -200,6 +200,13 @@ std::vector<Judgement> cleaned(const std::vector<Judgement>& judgements, const G
   return grown;
 }
 
+// Where a pixel lies among the blocks' middles along one axis, held at the ends.
+float block_position(std::uint32_t pixel, std::uint32_t pixels, std::uint32_t blocks) {
+  const float position =
+      (static_cast<float>(pixel) + 0.5f) * static_cast<float>(blocks) / static_cast<float>(pixels) - 0.5f;
+  return std::clamp(position, 0.0f, static_cast<float>(blocks - 1));
+}
+
 // Bilinear between the blocks' middles.
 std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, const Grid& grid,
                                    const Photograph& photograph) {
@@ -208,17 +215,11 @@ std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, con
     return judgements[std::size_t{y} * grid.width + x] == Judgement::trusted ? 255.0f : 0.0f;
   };
   tbb::parallel_for(0u, photograph.height, [&](std::uint32_t py) {
-    const float y = std::clamp(
-        (static_cast<float>(py) + 0.5f) * static_cast<float>(grid.height) / static_cast<float>(photograph.height) -
-            0.5f,
-        0.0f, static_cast<float>(grid.height - 1));
+    const float y = block_position(py, photograph.height, grid.height);
     const auto top = static_cast<std::uint32_t>(y);
     const std::uint32_t bottom = std::min(top + 1, grid.height - 1);
     for (std::uint32_t px = 0; px < photograph.width; ++px) {
-      const float x = std::clamp(
-          (static_cast<float>(px) + 0.5f) * static_cast<float>(grid.width) / static_cast<float>(photograph.width) -
-              0.5f,
-          0.0f, static_cast<float>(grid.width - 1));
+      const float x = block_position(px, photograph.width, grid.width);
       const auto left = static_cast<std::uint32_t>(x);
       const std::uint32_t right = std::min(left + 1, grid.width - 1);
       const float above = glm::mix(trust(left, top), trust(right, top), x - static_cast<float>(left));

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/refusal.h"
 #include "tests/relief_scenes.h"
 
 namespace lumatlas {
@@ -346,16 +347,7 @@ TEST_CASE("an alignment has the same bits on one thread as on four") {
 }
 
 TEST_CASE("alignment options that break a rule are refused by name") {
-  const auto refusal_of = [](const auto& change) {
-    AlignmentOptions options = almost_free();
-    change(options);
-    try {
-      check(options);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
+  const auto refusal_of = [](const auto& change) { return refusal<AlignmentOptions>(change); };
   CHECK(refusal_of([](AlignmentOptions& o) { o.max_move = 0; }) ==
         "alignment: max_move is 0.000000, must be finite and positive");
   CHECK(refusal_of([](AlignmentOptions& o) { o.prior = -1; }) ==

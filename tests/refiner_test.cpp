@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "planner/planner.h"
+#include "tests/refusal.h"
 #include "tests/relief_scenes.h"
 
 namespace lumatlas {
@@ -436,16 +437,7 @@ TEST_CASE("the same stream with refinement, masks and polishing gives the same s
 }
 
 TEST_CASE("refinement options that break a rule are refused by name") {
-  const auto refusal_of = [](const auto& change) {
-    RefinementOptions options;
-    change(options);
-    try {
-      check(options);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
+  const auto refusal_of = [](const auto& change) { return refusal<RefinementOptions>(change); };
   CHECK(refusal_of([](RefinementOptions& o) { o.samples = 0; }) ==
         "refinement: samples is 0.000000, must be at least 1");
   CHECK(refusal_of([](RefinementOptions& o) { o.sample_px = 0; }) ==

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "tests/refusal.h"
 #include "tests/relief_scenes.h"
 
 namespace lumatlas {
@@ -265,16 +266,7 @@ TEST_CASE("a mask has the same bytes on one thread as on four") {
 }
 
 TEST_CASE("trust options that break a rule are refused by name") {
-  const auto refusal_of = [](const auto& change) {
-    TrustOptions options;
-    change(options);
-    try {
-      check(options);
-    } catch (const std::invalid_argument& error) {
-      return std::string(error.what());
-    }
-    return std::string("accepted");
-  };
+  const auto refusal_of = [](const auto& change) { return refusal<TrustOptions>(change); };
   CHECK(refusal_of([](TrustOptions& o) { o.grid_px = 7; }) == "trust: grid_px is 7.000000, must be at least 8");
   CHECK(refusal_of([](TrustOptions& o) { o.least_difference = 0; }) ==
         "trust: least_difference is 0.000000, must be in (0, 1]");
