@@ -11,6 +11,8 @@ namespace lumatlas {
 
 namespace {
 
+using Comparison = CoverageDepartures::Comparison;
+
 double sigma(const CoverageOptions& options) {
   return options.distance_sigma > 0 ? options.distance_sigma : options.ideal_distance / 2;
 }
@@ -33,11 +35,33 @@ double total_pixels(const Cell& cell, double cell_size, double distance, const C
   return std::max(projected, a_px) / a_px;
 }
 
+// The largest cosine between views[index] and those of the references that it is compared with, if there are any.
+struct Nearest {
+  double gamma = -1;
+  bool alone = true;
+};
+
+Nearest nearest_reference(std::span<const SetMember> views, std::size_t index, bool newcomer, Comparison comparison) {
+  // A newcomer is not in R(b) yet, whatever the comparison.
+  const bool is_newcomer = newcomer && index + 1 == views.size();
+  Nearest nearest;
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    if (!views[i].referenced) continue;
+    if (i == index && (is_newcomer || comparison != Comparison::everyone)) continue;
+    if (i > index && comparison == Comparison::earlier) continue;
+    if (newcomer && i + 1 == views.size() && !is_newcomer) continue;
+    nearest.gamma = std::max(nearest.gamma, glm::dot(views[index].part.direction, views[i].part.direction));
+    nearest.alone = false;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 CoverageOptions CoverageOptions::printed() {
   CoverageOptions options;
-  options.metric = Metric::printed;
+  options.metric = Metric::paper;
+  options.departures = CoverageDepartures::none();
   return options;
 }
 
@@ -50,12 +74,17 @@ void check(const CoverageOptions& options) {
   require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
   require(std::isfinite(options.max_cell_coverage) && options.max_cell_coverage >= 0, "max_cell_coverage",
           options.max_cell_coverage, "finite and not negative");
+  require(options.directions >= 1, "directions", options.directions, "at least 1");
+  require(options.direction_width > 0 && options.direction_width <= 180, "direction_width", options.direction_width,
+          "above 0 and at most 180");
+  require(options.views_per_direction >= 1 && options.views_per_direction <= CoverageOptions::kMostViewsPerDirection,
+          "views_per_direction", options.views_per_direction, "in [1, 8]");
 }
 
 double tammes_cosine_bound(const CoverageOptions& options) {
   // The area of a cap, 2 pi (1 - cos(theta / 2)), is the sphere's (printed) or the hemisphere's divided by R_max; theta
   // is the angle between the axes of two neighbouring caps. For few caps the division would exceed the whole: -1.
-  const double share = (options.metric == CoverageOptions::Metric::printed ? 2.0 : 1.0) / options.max_references;
+  const double share = (options.departures.hemisphere ? 1.0 : 2.0) / options.max_references;
   if (share >= 1) return -1;
   return 2 * (1 - share) * (1 - share) - 1;
 }
@@ -68,12 +97,12 @@ Contribution contribution(const Cell& cell, double cell_size, const Camera& came
   const double off = (distance - options.ideal_distance) / sigma(options);
   const double g = std::exp(-off * off / 2);
   double share = visible_pixels / total_pixels(cell, cell_size, distance, camera);
-  if (options.metric != CoverageOptions::Metric::printed) share = std::min(share, 1.0);
+  if (options.departures.bounded_share) share = std::min(share, 1.0);
   return {to_camera / distance, g * share};
 }
 
 double directional_coverage(double gamma, bool alone, const CoverageOptions& options) {
-  if (alone) return options.metric == CoverageOptions::Metric::printed ? 0 : 1;
+  if (alone) return options.departures.first_view ? 1 : 0;
   return std::clamp((1 - gamma) / (1 - tammes_cosine_bound(options)), 0.0, 1.0);
 }
 
@@ -83,19 +112,15 @@ double coverage(const Contribution& view, std::span<const Contribution> others, 
   return options.lambda * directional_coverage(gamma, others.empty(), options) + (1 - options.lambda) * view.positional;
 }
 
-double set_coverage(std::span<const Contribution> views, const CoverageOptions& options) {
-  const bool printed = options.metric == CoverageOptions::Metric::printed;
+double set_coverage(std::span<const SetMember> views, bool newcomer, const CoverageOptions& options) {
   double sum = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {
-    sum += printed ? (1 - options.lambda) * views[i].positional : coverage(views[i], views.first(i), options);
+    if (options.departures.references && !views[i].referenced) continue;
+    const Nearest nearest = nearest_reference(views, i, newcomer, options.departures.comparison);
+    sum += options.lambda * directional_coverage(nearest.gamma, nearest.alone, options) +
+           (1 - options.lambda) * views[i].part.positional;
   }
   return std::min(sum, max_cell_coverage(options));
-}
-
-double set_coverage_with_newcomer(std::span<const Contribution> views, const CoverageOptions& options) {
-  if (options.metric != CoverageOptions::Metric::printed) return set_coverage(views, options);
-  const std::span<const Contribution> stored = views.first(views.size() - 1);
-  return std::min(set_coverage(stored, options) + coverage(views.back(), stored, options), max_cell_coverage(options));
 }
 
 }  // namespace lumatlas

@@ -1,20 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What one view adds to one cell, and how well a set of views covers a cell.
+// What one view adds to one cell, and the paper's measure of how well a set of views covers a cell.
 // Erat et al., "Real-Time View Planning for Unstructured Lumigraph Modeling", 2019, section 3.2.
 //
-// Symbols, kept in the code: b a cell, R(b) the views it refers to, f a view, gamma the largest cosine between the
-// directions from b to f and to another view in R(b).
+// Symbols, kept in the code: b a cell, F the stored views that see it, R(b) those of them that it refers to, f a view,
+// gamma the largest cosine between the directions from b to f and to another view.
 //
 //   cov_d = min(1, (1 - gamma) / (1 - cos theta(R_max)))     directional
 //   cov_p = g(d) min(1, pix_vis / pix_total)                 positional
 //   cov   = lambda cov_d + (1 - lambda) cov_p                in [0, 1]
 //   fcov  = min(fcov_max, sum of cov over a cell's views)
 //
-// Departures from the print: an empty R(b) gives cov_d = 1 (printed: 0); theta is bounded on the hemisphere that can
-// see a surface (printed: the sphere); a stored view is compared with the views that arrived before it (printed: with
-// all of R(b), itself among them, so that its cov_d is always 0); pix_vis / pix_total is at most 1. Leaving only the
-// view itself out of the comparison would make two neighbours worth less than either alone; measured, it costs 0.65 dB
-// on a photo scene (docs/measurements.md). CoverageOptions::printed() is the paper to the letter.
+// Metric::directions, the default, keeps cov_p and replaces the rest: see direction_coverage.h.
 #pragma once
 
 #include <cstdint>
@@ -26,17 +22,41 @@
 
 namespace lumatlas {
 
+// Where the paper's measure departs from the print; with every departure off it is the paper to the letter.
+struct CoverageDepartures {
+  // Which views gamma compares a stored view with.
+  enum class Comparison {
+    earlier,   // those of R(b) that arrived before it: never smaller for a view more
+    others,    // R(b) without itself: two neighbours are worth less together than either alone
+    everyone,  // printed: R(b), itself among them, so that a referenced view has no directional coverage
+  };
+  Comparison comparison = Comparison::earlier;
+  bool first_view = true;     // a cell without references gives cov_d = 1 (printed: 0)
+  bool hemisphere = true;     // theta is bounded on the hemisphere that sees a surface (printed: the sphere)
+  bool bounded_share = true;  // pix_vis / pix_total is at most 1 (printed: unbounded)
+  bool references = true;     // fcov counts R(b), which alone is drawn (printed: all stored views, F)
+
+  [[nodiscard]] static CoverageDepartures none() { return {Comparison::everyone, false, false, false, false}; }
+};
+
 struct CoverageOptions {
   enum class Metric {
-    departures,  // as described above
-    printed,
+    directions,  // monotone and submodular: direction_coverage.h
+    paper,       // the paper's, with the departures below
   };
-  Metric metric = Metric::departures;
+  Metric metric = Metric::directions;
+  CoverageDepartures departures;      // of Metric::paper; bounded_share of both
   double lambda = 0.5;                // weight of direction against position, [0, 1]
   double ideal_distance = 0;          // d_max, scene units, > 0; see median_surface_distance()
   double distance_sigma = 0;          // sigma of g, scene units, > 0; 0: half of ideal_distance
   std::uint32_t max_references = 16;  // R_max per cell, >= 1
-  double max_cell_coverage = 0;       // fcov_max, > 0; 0: max_references / 2
+  double max_cell_coverage = 0;       // fcov_max of Metric::paper, > 0; 0: max_references / 2
+  static constexpr std::uint32_t kMostViewsPerDirection = 8;
+  // Of Metric::directions.
+  std::uint32_t directions = 32;  // novel directions per cell, >= 1
+  double direction_width = 40;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
+  std::uint32_t views_per_direction =
+      3;  // how many of its best views a novel direction counts, [1, 8]; 3: those blended
 
   [[nodiscard]] static CoverageOptions printed();
 };
@@ -47,7 +67,13 @@ void check(const CoverageOptions& options);
 // One view's part in one cell, all that coverage needs to know of it.
 struct Contribution {
   glm::dvec3 direction{0.0};  // unit, from the cell's centroid to the camera
-  double positional = 0;      // cov_p, in [0, 1]; printed, it can exceed 1
+  double positional = 0;      // cov_p, in [0, 1]; with an unbounded share it can exceed 1
+};
+
+// A view's part in one of the cells that it sees.
+struct CellPart {
+  std::uint32_t cell;
+  Contribution part;
 };
 
 // cos theta(R_max): a bound on the cosine between neighbours among R_max evenly spread directions, in [-1, 1).
@@ -60,16 +86,19 @@ struct Contribution {
 // cov_d from gamma, in [0, 1]; `alone`: there is no view to compare with.
 [[nodiscard]] double directional_coverage(double gamma, bool alone, const CoverageOptions& options);
 
-// cov(f, b) in [0, 1] (printed: no upper bound) against `others`, which do not hold f.
+// cov(f, b) in [0, 1] (with an unbounded share: no upper bound) against `others`.
 [[nodiscard]] double coverage(const Contribution& view, std::span<const Contribution> others,
                               const CoverageOptions& options);
 
-// fcov of a set of views in order of their arrival, in [0, max_cell_coverage]; 0 for none. Never smaller for a view
-// more.
-[[nodiscard]] double set_coverage(std::span<const Contribution> views, const CoverageOptions& options);
+// A view of the set whose coverage is asked for.
+struct SetMember {
+  Contribution part;
+  bool referenced = false;
+};
 
-// fcov(R(b) + f): the set with the last of `views` new to it. Differs from set_coverage() only for the printed metric,
-// in which a view has directional coverage when it arrives and none once it is stored.
-[[nodiscard]] double set_coverage_with_newcomer(std::span<const Contribution> views, const CoverageOptions& options);
+// fcov of the stored views that see a cell, in order of their arrival, in [0, max_cell_coverage]; 0 for none. With all
+// departures on it is never smaller for a referenced view more. `newcomer`: the last of them has just arrived and is
+// compared with those before it alone, which makes a difference for Comparison::everyone.
+[[nodiscard]] double set_coverage(std::span<const SetMember> views, bool newcomer, const CoverageOptions& options);
 
 }  // namespace lumatlas

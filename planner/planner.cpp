@@ -2,12 +2,9 @@
 // Sources: Erat et al. 2019, sections 3.2 and 3.4.
 #include "planner/planner.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "mesh/errors.h"
@@ -42,6 +39,11 @@ void require(bool holds, const char* field, double value, const char* rule) {
   }
 }
 
+const PlannerOptions& checked(const PlannerOptions& options) {
+  check(options);
+  return options;
+}
+
 }  // namespace
 
 void check(const PlannerOptions& options) {
@@ -52,8 +54,14 @@ void check(const PlannerOptions& options) {
           "finite and not negative");
   require(std::isfinite(options.min_reference_gain) && options.min_reference_gain >= 0, "min_reference_gain",
           options.min_reference_gain, "finite and not negative");
-  require(options.victims >= 1, "victims", options.victims, "at least 1");
+  require(std::isfinite(options.min_exchange_gain) && options.min_exchange_gain >= 0, "min_exchange_gain",
+          options.min_exchange_gain, "finite and not negative");
   require(options.visibility_px >= 1, "visibility_px", options.visibility_px, "at least 1");
+}
+
+std::uint64_t stored_bytes(const Camera& camera) {
+  constexpr std::uint64_t kBytesPerPixel = 3 + sizeof(float) + 1 + 1;
+  return kBytesPerPixel * camera.width * camera.height;
 }
 
 double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility) {
@@ -79,26 +87,17 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
       visibility_(visibility),
       options_(options),
       refiner_(atlas, visibility, options.refinement),
-      members_(atlas.surface().cells.cells.size()),
-      cells_of_(atlas.capacity()),
-      cell_coverage_(atlas.surface().cells.cells.size(), 0),
-      loss_(atlas.capacity(), 0) {
-  check(options);
+      ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain) {
   if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
 }
 
-std::vector<Planner::CellPart> Planner::parts_of(const Camera& camera, Verdict& verdict) {
+// The camera whose image cells are counted in. Refinement chooses its points in the same image.
+Camera Planner::planning_camera(const Camera& camera) const {
+  return camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), options_.visibility_px));
+}
+
+std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPixels> seen) const {
   const Cells& cells = atlas_.surface().cells;
-  // The same image is where refinement chooses its points.
-  const Camera small = camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), options_.visibility_px));
-  std::vector<CellPixels> seen;
-  {
-    const Stopwatch stopwatch(verdict.visibility_ms);
-    visibility_.trace(small, buffer_);
-    seen = count_cell_pixels(buffer_, cells);
-  }
-  atlas_.mark_seen(seen);
-  verdict.cells_seen = static_cast<std::uint32_t>(seen.size());
   std::vector<CellPart> parts;
   parts.reserve(seen.size());
   for (const CellPixels& count : seen) {
@@ -108,83 +107,127 @@ std::vector<Planner::CellPart> Planner::parts_of(const Camera& camera, Verdict& 
   return parts;
 }
 
-double Planner::coverage_of(std::span<const Member> members, std::optional<std::uint32_t> without_slot) const {
-  std::vector<Contribution> views;
-  for (const Member& member : members) {
-    if (member.referenced && member.slot != without_slot) views.push_back(member.part);
-  }
-  return set_coverage(views, options_.coverage);
+std::vector<CellPart> Planner::parts_of(const Camera& camera) const {
+  check(camera);
+  const Camera small = planning_camera(camera);
+  return parts(small, count_cell_pixels(visibility_.trace(small), atlas_.surface().cells));
 }
 
-Planner::Admission Planner::admit(std::span<const Member> members, const Contribution& part,
-                                  std::optional<std::uint32_t> without_slot) const {
-  std::vector<Contribution> views;
-  std::vector<std::uint32_t> indices;
-  for (std::uint32_t i = 0; i < members.size(); ++i) {
-    if (members[i].referenced && members[i].slot != without_slot) {
-      views.push_back(members[i].part);
-      indices.push_back(i);
-    }
-  }
-  const double before = set_coverage(views, options_.coverage);
-  views.push_back(part);
-  Admission best;
-  if (indices.size() < options_.coverage.max_references) {
-    best.gain = set_coverage_with_newcomer(views, options_.coverage) - before;
-    best.admitted = best.gain > 0;  // section 3.4: while R(b) is not full, Delta_fcov is 0
-  } else {
-    best.gain = options_.min_reference_gain;
-    for (std::size_t i = 0; i < indices.size(); ++i) {
-      std::swap(views[i], views[indices.size() - 1]);
-      std::vector<Contribution> swapped(views.begin(), views.end() - 2);
-      swapped.push_back(part);
-      std::swap(views[i], views[indices.size() - 1]);
-      const double gain = set_coverage_with_newcomer(swapped, options_.coverage) - before;
-      if (gain > best.gain) best = {true, indices[i], gain};
-    }
-  }
-  if (!best.admitted) best.gain = 0;
-  return best;
+// What an offered view sees, left in buffer_ too.
+std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
+  check(camera);
+  const Stopwatch stopwatch(verdict.visibility_ms);
+  const Camera small = planning_camera(camera);
+  visibility_.trace(small, buffer_);
+  const std::vector<CellPixels> seen = count_cell_pixels(buffer_, atlas_.surface().cells);
+  atlas_.mark_seen(seen);
+  verdict.cells_seen = static_cast<std::uint32_t>(seen.size());
+  return parts(small, seen);
 }
 
-// By how much scov rises if the view is added and `victim`, if any, is removed first.
-double Planner::gain_of(std::span<const CellPart> parts, std::optional<std::uint32_t> victim) const {
-  double gain = victim ? -loss_[*victim] : 0;
-  for (const CellPart& entry : parts) gain += admit(members_[entry.cell], entry.part, victim).gain;
-  return gain;
-}
-
-std::vector<std::uint32_t> Planner::lowest_ranked_slots() const {
+std::vector<std::uint32_t> Planner::stored_slots() const {
   std::vector<std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < loss_.size(); ++slot) slots.push_back(slot);
-  const std::size_t count = std::min<std::size_t>(options_.victims, slots.size());
-  std::partial_sort(slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(count), slots.end(),
-                    [&](std::uint32_t a, std::uint32_t b) { return std::pair(loss_[a], a) < std::pair(loss_[b], b); });
+  for (std::uint32_t slot = 0; slot < atlas_.capacity(); ++slot) {
+    if (ledger_.stored(slot)) slots.push_back(slot);
+  }
+  return slots;
+}
+
+std::vector<std::uint32_t> Planner::lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const {
+  if (count >= slots.size()) return slots;
+  std::partial_sort(
+      slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(count), slots.end(),
+      [&](std::uint32_t a, std::uint32_t b) { return std::pair(ledger_.loss(a), a) < std::pair(ledger_.loss(b), b); });
   slots.resize(count);
   return slots;
 }
 
-Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph photograph) {
-  check(camera);
+bool Planner::fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const {
+  if (atlas_.size() - freed_slots >= atlas_.capacity()) return false;
+  return options_.max_bytes == 0 || stored_bytes_ - freed_bytes + bytes <= options_.max_bytes;
+}
+
+Planner::Exchange Planner::best_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const {
+  if (fits(bytes, 0, 0)) return {{}, ledger_.gain(parts)};
+  std::vector<std::uint32_t> candidates = stored_slots();
+  std::erase_if(candidates, [&](std::uint32_t slot) { return !fits(bytes, bytes_of(slot), 1); });
+  if (candidates.empty()) return joint_exchange(parts, bytes);
+  if (options_.victims > 0) candidates = lowest_ranked(std::move(candidates), options_.victims);
+  const std::vector<double> gains = ledger_.exchange_gains(parts, candidates);
+  const auto best = std::max_element(gains.begin(), gains.end());
+  return {{candidates[static_cast<std::size_t>(best - gains.begin())]}, *best};
+}
+
+// No single view makes enough room: those that are worth least for their size leave together.
+Planner::Exchange Planner::joint_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const {
+  std::vector<std::uint32_t> slots = stored_slots();
+  const auto density = [&](std::uint32_t slot) {
+    return ledger_.loss(slot) / static_cast<double>(std::max<std::uint64_t>(bytes_of(slot), 1));
+  };
+  std::sort(slots.begin(), slots.end(),
+            [&](std::uint32_t a, std::uint32_t b) { return std::pair(density(a), a) < std::pair(density(b), b); });
+  Exchange exchange;
+  std::uint64_t freed = 0;
+  while (!fits(bytes, freed, static_cast<std::uint32_t>(exchange.victims.size()))) {
+    exchange.victims.push_back(slots[exchange.victims.size()]);
+    freed += bytes_of(exchange.victims.back());
+  }
+  exchange.gain = ledger_.joint_exchange_gain(parts, exchange.victims);
+  return exchange;
+}
+
+std::uint64_t Planner::bytes_of(std::uint32_t slot) const {
+  return lumatlas::stored_bytes(atlas_.view(slot)->camera);
+}
+
+bool Planner::is_worth_it(const Exchange& exchange, std::size_t cells_seen) const {
+  double least = options_.min_view_gain * static_cast<double>(cells_seen);
+  if (!exchange.victims.empty()) {
+    least = std::max(least, options_.min_exchange_gain * ledger_.summed_coverage() / atlas_.size());
+  }
+  return exchange.gain > least;
+}
+
+void Planner::require_room_for(const std::string& name, const Camera& camera) const {
+  const std::uint64_t bytes = lumatlas::stored_bytes(camera);
+  if (options_.max_bytes == 0 || bytes <= options_.max_bytes) return;
+  throw std::invalid_argument("planner: view " + name + " takes " + std::to_string(bytes) +
+                              " bytes, more than all views together may (" + std::to_string(options_.max_bytes) + ")");
+}
+
+Verdict Planner::offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
   Verdict verdict;
-  const std::vector<CellPart> parts = parts_of(camera, verdict);
-  std::optional<std::uint32_t> victim;
+  require_room_for(name, camera);
+  std::vector<CellPart> seen = look(camera, verdict);
+  Exchange exchange;
   {
     const Stopwatch stopwatch(verdict.plan_ms);
-    if (atlas_.size() < atlas_.capacity()) {
-      verdict.gain = gain_of(parts, std::nullopt);
-    } else {
-      const std::vector<std::uint32_t> candidates = lowest_ranked_slots();
-      std::vector<double> gains(candidates.size());
-      tbb::parallel_for(std::size_t{0}, candidates.size(),
-                        [&](std::size_t i) { gains[i] = gain_of(parts, candidates[i]); });
-      const auto best = std::max_element(gains.begin(), gains.end());
-      verdict.gain = *best;
-      victim = candidates[static_cast<std::size_t>(best - gains.begin())];
-    }
+    exchange = best_exchange(seen, lumatlas::stored_bytes(camera));
   }
-  if (!(verdict.gain > options_.min_view_gain * static_cast<double>(parts.size()))) return verdict;
+  verdict.gain = exchange.gain;
+  if (is_worth_it(exchange, seen.size())) take(name, camera, std::move(seen), exchange, photograph(), verdict);
+  return verdict;
+}
 
+Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph photograph) {
+  return offer(name, camera, [&] { return std::move(photograph); });
+}
+
+Verdict Planner::keep(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+  if (!fits(lumatlas::stored_bytes(camera), 0, 0)) {
+    throw std::invalid_argument("planner: there is no room to keep view " + name);
+  }
+  Verdict verdict;
+  std::vector<CellPart> seen = look(camera, verdict);
+  const Exchange exchange{{}, ledger_.gain(seen)};
+  verdict.gain = exchange.gain;
+  take(name, camera, std::move(seen), exchange, photograph(), verdict);
+  return verdict;
+}
+
+// Stores the view unless it is an outlier. `seen` was counted at the given pose, and stays.
+void Planner::take(const std::string& name, const Camera& camera, std::vector<CellPart> seen, const Exchange& exchange,
+                   Photograph photograph, Verdict& verdict) {
   Camera refined = camera;
   if (options_.refinement.any()) {
     const Stopwatch stopwatch(verdict.refine_ms);
@@ -192,93 +235,35 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
     refined = verdict.refinement->alignment.camera;
     if (verdict.refinement->outlier) {
       verdict.decision = Decision::outlier;
-      return verdict;
+      return;
     }
   }
   const Stopwatch stopwatch(verdict.store_ms);
   StoredView view =
       make_stored_view(name, refined, std::move(photograph), visibility_.trace(refined), options_.validity);
-  verdict.decision = victim ? Decision::replaced : Decision::kept;
-  if (victim) {
-    verdict.replaced = atlas_.view(*victim)->name;
-    evict(*victim);
+  verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
+  for (const std::uint32_t victim : exchange.victims) {
+    verdict.replaced.push_back(atlas_.view(victim)->name);
+    evict(victim);
   }
   verdict.slot = atlas_.insert(std::move(view));
-  store(*verdict.slot, parts);
+  stored_bytes_ += bytes_of(*verdict.slot);
+  ledger_.insert(*verdict.slot, std::move(seen));
+  publish(ledger_.parts(*verdict.slot));
   if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity);
-  return verdict;
-}
-
-void Planner::store(std::uint32_t slot, std::span<const CellPart> parts) {
-  for (const CellPart& entry : parts) {
-    std::vector<Member>& members = members_[entry.cell];
-    const Admission admission = admit(members, entry.part, std::nullopt);
-    if (admission.victim) members[*admission.victim].referenced = false;
-    members.push_back({slot, admission.admitted, entry.part});
-    cells_of_[slot].push_back(entry.cell);
-    publish(entry.cell);
-  }
-  update_ranks(cells_of_[slot]);
 }
 
 void Planner::evict(std::uint32_t slot) {
-  const std::vector<std::uint32_t> cells = std::move(cells_of_[slot]);
-  cells_of_[slot].clear();
-  loss_[slot] = 0;
-  for (const std::uint32_t cell : cells) {
-    std::vector<Member>& members = members_[cell];
-    const auto member = std::find_if(members.begin(), members.end(), [&](const Member& m) { return m.slot == slot; });
-    const bool was_referenced = member->referenced;
-    members.erase(member);
-    if (was_referenced) refill(cell);
-    publish(cell);
-  }
+  const std::vector<CellPart> seen(ledger_.parts(slot).begin(), ledger_.parts(slot).end());
+  ledger_.erase(slot);
+  publish(seen);
+  stored_bytes_ -= bytes_of(slot);
   refiner_.erased(slot);
   atlas_.erase(slot);
-  update_ranks(cells);
 }
 
-// Gives a cell that lost a reference the best of the other stored views that see it.
-void Planner::refill(std::uint32_t cell) {
-  std::vector<Member>& members = members_[cell];
-  Admission best;
-  Member* choice = nullptr;
-  for (Member& member : members) {
-    if (member.referenced) continue;
-    const Admission admission = admit(members, member.part, std::nullopt);
-    if (admission.admitted && admission.gain > best.gain) {
-      best = admission;
-      choice = &member;
-    }
-  }
-  if (choice) choice->referenced = true;
-}
-
-void Planner::publish(std::uint32_t cell) {
-  std::vector<std::uint32_t> slots;
-  for (const Member& member : members_[cell]) {
-    if (member.referenced) slots.push_back(member.slot);
-  }
-  atlas_.set_references(cell, std::move(slots));
-  const double now = coverage_of(members_[cell], std::nullopt);
-  summed_coverage_ += now - cell_coverage_[cell];
-  cell_coverage_[cell] = now;
-}
-
-// Recomputes the rank of every stored view that sees one of the cells.
-void Planner::update_ranks(std::span<const std::uint32_t> cells) {
-  std::vector<bool> affected(cells_of_.size(), false);
-  for (const std::uint32_t cell : cells) {
-    for (const Member& member : members_[cell]) affected[member.slot] = true;
-  }
-  tbb::parallel_for(std::size_t{0}, cells_of_.size(), [&](std::size_t slot) {
-    if (!affected[slot]) return;
-    double loss = 0;
-    for (const std::uint32_t cell : cells_of_[slot]) {
-      loss += cell_coverage_[cell] - coverage_of(members_[cell], static_cast<std::uint32_t>(slot));
-    }
-    loss_[slot] = loss;
-  });
+void Planner::publish(std::span<const CellPart> cells) {
+  for (const CellPart& entry : cells) atlas_.set_references(entry.cell, ledger_.references(entry.cell));
 }
 
 }  // namespace lumatlas

@@ -2,12 +2,11 @@
 // Online view planning: decides for each photograph, as it arrives, whether the store keeps it, in whose place, and
 // which cells refer to it. Erat et al. 2019, section 3.2 (candidate view evaluation) and 3.4 (pre-selection).
 //
-// A dropped view is never looked at again and nothing of it is held. Departure from the print: scov counts a cell's
-// references R(b) instead of all stored views that see it, because only references are drawn; a cell that loses a view
-// takes the best of the other stored views that see it instead.
+// A dropped view is never looked at again and nothing of it is held.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,7 +14,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
-#include "planner/coverage.h"
+#include "planner/coverage_ledger.h"
 #include "planner/refiner.h"
 
 namespace lumatlas {
@@ -25,10 +24,19 @@ struct PlannerOptions {
   ValidityOptions validity;
   RefinementOptions refinement;
   // Delta_scov: a view is kept if it raises scov by more than this share of the number of cells that it sees; >= 0.
-  // 0 keeps whatever helps at all; larger keeps fewer views and redoes less.
-  double min_view_gain = 0.1;
-  double min_reference_gain = 0.01;  // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0
-  std::uint32_t victims = 8;         // how many of the lowest-ranked views are considered for replacement, >= 1
+  // 0 keeps whatever helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell counts
+  // up to fcov_max and not up to 1, 0.1 is right.
+  double min_view_gain = 0.005;
+  // While the store is full: by more than this share of what its views are worth on average, scov / N; >= 0. At 1 the
+  // store is never worth less than a quarter of the best, whatever the stream (see direction_coverage.h).
+  double min_exchange_gain = 0;
+  // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0. For Metric::paper 0.01 is right.
+  double min_reference_gain = 0.001;
+  // How many of the lowest-ranked views are considered for replacement; 0: all of them.
+  std::uint32_t victims = 0;
+  // What the stored views may take together, bytes as stored_bytes() counts them; 0: as many as the atlas has slots
+  // for.
+  std::uint64_t max_bytes = 0;
   // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
   std::uint32_t visibility_px = 320;
 };
@@ -46,9 +54,9 @@ enum class Decision {
 // What became of an offered view.
 struct Verdict {
   Decision decision = Decision::rejected;
-  std::optional<std::uint32_t> slot;    // where it was stored
-  std::optional<std::string> replaced;  // the name of the view that it took the place of
-  double gain = 0;                      // by which scov rose, or would have risen, in cells
+  std::optional<std::uint32_t> slot;  // where it was stored
+  std::vector<std::string> replaced;  // the names of the views that it took the place of
+  double gain = 0;                    // by which scov rose, or would have risen, in cells
   std::uint32_t cells_seen = 0;
   double visibility_ms = 0;              // wall time of the visibility pass,
   double plan_ms = 0;                    // of the decision,
@@ -57,18 +65,32 @@ struct Verdict {
   std::optional<Refinement> refinement;  // of a view that was to be stored
 };
 
+// What a view of a camera takes in the store, bytes: colour, depth, trust and validity of each of its pixels.
+[[nodiscard]] std::uint64_t stored_bytes(const Camera& camera);
+
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.
 // Looks at 16 cameras or fewer, evenly spaced, at low resolution. Throws InputError if none of them sees the mesh.
 [[nodiscard]] double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility);
+
+// Gives the photograph of the view that is offered, when it is asked for: at most once, before offer() returns.
+using PhotographSource = std::function<Photograph()>;
 
 class Planner {
  public:
   // Writes to `atlas` alone; both must outlive the planner. The atlas must be empty (std::invalid_argument).
   Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options);
 
-  // The photograph must be as large as its camera says (std::invalid_argument). On return the atlas holds the view or
-  // nothing of it.
+  // The photograph must be as large as its camera says (std::invalid_argument); it is asked for only if the view is to
+  // be stored. On return the atlas holds the view or nothing of it. A view that is larger than max_bytes alone is
+  // refused (std::invalid_argument).
+  Verdict offer(const std::string& name, const Camera& camera, const PhotographSource& photograph);
   Verdict offer(const std::string& name, const Camera& camera, Photograph photograph);
+  // Stores a view that was chosen elsewhere, whatever it adds; there must be room for it (std::invalid_argument). May
+  // still be found an outlier.
+  Verdict keep(const std::string& name, const Camera& camera, const PhotographSource& photograph);
+
+  // What the camera sees of each cell: what it would add to an empty store.
+  [[nodiscard]] std::vector<CellPart> parts_of(const Camera& camera) const;
 
   // One step of joint polishing of all stored views; to be repeated until the residual rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
@@ -81,48 +103,39 @@ class Planner {
   void set_cameras(const IntrinsicsEstimate& estimate) { refiner_.set_cameras(estimate, options_.validity); }
 
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
-  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }  // scov, in cells
+  [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
+  [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }  // scov, in cells
 
  private:
-  // One stored view's part in one cell.
-  struct Member {
-    std::uint32_t slot;
-    bool referenced;
-    Contribution part;
-  };
-  struct CellPart {
-    std::uint32_t cell;
-    Contribution part;
-  };
-  // What adding a view to a cell's references would do.
-  struct Admission {
-    bool admitted = false;
-    std::optional<std::uint32_t> victim;  // index among the cell's members
+  // Which views would leave for a view, and by how much scov would rise.
+  struct Exchange {
+    std::vector<std::uint32_t> victims;
     double gain = 0;
   };
 
-  [[nodiscard]] std::vector<CellPart> parts_of(const Camera& camera, Verdict& verdict);
-  [[nodiscard]] Admission admit(std::span<const Member> members, const Contribution& part,
-                                std::optional<std::uint32_t> without_slot) const;
-  [[nodiscard]] double coverage_of(std::span<const Member> members, std::optional<std::uint32_t> without_slot) const;
-  [[nodiscard]] double gain_of(std::span<const CellPart> parts, std::optional<std::uint32_t> victim) const;
-  [[nodiscard]] std::vector<std::uint32_t> lowest_ranked_slots() const;
-  void store(std::uint32_t slot, std::span<const CellPart> parts);
+  [[nodiscard]] Camera planning_camera(const Camera& camera) const;
+  [[nodiscard]] std::vector<CellPart> parts(const Camera& small, std::span<const CellPixels> seen) const;
+  [[nodiscard]] std::vector<CellPart> look(const Camera& camera, Verdict& verdict);
+  [[nodiscard]] std::vector<std::uint32_t> stored_slots() const;
+  [[nodiscard]] std::vector<std::uint32_t> lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const;
+  [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const;
+  [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const;
+  void require_room_for(const std::string& name, const Camera& camera) const;
+  [[nodiscard]] Exchange best_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
+  [[nodiscard]] Exchange joint_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
+  [[nodiscard]] bool is_worth_it(const Exchange& exchange, std::size_t cells_seen) const;
+  void take(const std::string& name, const Camera& camera, std::vector<CellPart> seen, const Exchange& exchange,
+            Photograph photograph, Verdict& verdict);
   void evict(std::uint32_t slot);
-  void refill(std::uint32_t cell);
-  void publish(std::uint32_t cell);
-  void update_ranks(std::span<const std::uint32_t> cells);
+  void publish(std::span<const CellPart> cells);
 
   Atlas& atlas_;
   const Visibility& visibility_;
   PlannerOptions options_;
   Refiner refiner_;
+  CoverageLedger ledger_;
   VisibilityBuffer buffer_;
-  std::vector<std::vector<Member>> members_;          // by cell: every stored view that sees it
-  std::vector<std::vector<std::uint32_t>> cells_of_;  // by slot: the cells that its view sees
-  std::vector<double> cell_coverage_;                 // fcov(R(b)) by cell
-  std::vector<double> loss_;  // by slot: what scov would lose without it, negative if it would rise
-  double summed_coverage_ = 0;
+  std::uint64_t stored_bytes_ = 0;
 };
 
 }  // namespace lumatlas

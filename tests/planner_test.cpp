@@ -33,24 +33,6 @@ struct Planned {
     const Camera camera = room_camera(number);
     return planner.offer("view " + std::to_string(number), camera, pattern_photograph(camera, number));
   }
-  // scov from the atlas alone: an independent way to the planner's running sum.
-  [[nodiscard]] double summed_coverage_from_scratch(const CoverageOptions& options, std::uint32_t visibility_px) const {
-    double sum = 0;
-    for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
-      std::vector<Contribution> views;
-      for (const std::uint32_t slot : atlas.references(cell)) {
-        const Camera& camera = atlas.view(slot)->camera;
-        const Camera small = camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), visibility_px));
-        for (const CellPixels& seen : count_cell_pixels(visibility->trace(small), surface->cells)) {
-          if (seen.cell != cell) continue;
-          views.push_back(contribution(surface->cells.cells[cell], surface->cells.size, small, seen.pixels, options));
-        }
-      }
-      sum += set_coverage(views, options);
-    }
-    return sum;
-  }
-
   std::shared_ptr<const Surface> surface;
   std::unique_ptr<Visibility> visibility;
   Atlas atlas;
@@ -83,13 +65,13 @@ TEST_CASE("a view that shows nothing of the mesh is rejected and nothing of it i
   CHECK(scene.atlas.size() == 0);
 }
 
-TEST_CASE("a repeated view is kept no more often than its cells have references") {
+TEST_CASE("a repeated view is kept no more often than a novel direction counts views") {
   Planned scene(40);
   for (std::size_t i = 0; i < 12; ++i) scene.offer(i);
   const std::uint32_t before = scene.atlas.size();
   std::size_t kept = 0;
   for (std::size_t repeat = 0; repeat < 10; ++repeat) kept += scene.offer(5).decision != Decision::rejected;
-  CHECK(kept <= options_for_room().coverage.max_references);
+  CHECK(kept <= options_for_room().coverage.views_per_direction);
   CHECK(scene.atlas.size() == before + kept);
 }
 
@@ -110,28 +92,16 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("the running coverage equals the coverage counted from scratch, after insertions and evictions") {
-  const PlannerOptions options = options_for_room();
-  Planned scene(6, options);
-  for (std::size_t i = 0; i < 80; ++i) {
-    scene.offer((11 * i) % 80);
-    if (i % 16 != 15) continue;
-    // 1e-9: sums of a few thousand terms of order one in another order.
-    CHECK(scene.planner.summed_coverage() ==
-          Approx(scene.summed_coverage_from_scratch(options.coverage, options.visibility_px)).margin(1e-9));
-  }
-}
-
 TEST_CASE("keeping a view raises the coverage by what its verdict says, and a rejected one leaves it") {
   Planned scene(4);
   for (std::size_t i = 0; i < 50; ++i) {
     const double before = scene.planner.summed_coverage();
     const Verdict verdict = scene.offer((13 * i) % 50);
     const double rise = scene.planner.summed_coverage() - before;
-    if (verdict.decision == Decision::kept) CHECK(rise == Approx(verdict.gain).margin(1e-9));
+    if (verdict.decision == Decision::kept) CHECK(rise == Approx(verdict.gain).margin(1e-6));
     if (verdict.decision == Decision::rejected) CHECK(rise == 0);
-    // Replacing may gain more than predicted: cells that lose a view are given another one that sees them.
-    if (verdict.decision == Decision::replaced) CHECK(rise >= verdict.gain - 1e-9);
+    // Qualities are single precision.
+    if (verdict.decision == Decision::replaced) CHECK(rise == Approx(verdict.gain).margin(1e-6));
   }
 }
 
@@ -162,8 +132,8 @@ TEST_CASE("a store of one view and one reference per cell works") {
 
 TEST_CASE("planner options that break a rule are refused by name") {
   PlannerOptions options = options_for_room();
-  options.victims = 0;
-  CHECK_THROWS_WITH(check(options), Catch::Contains("victims is 0") && Catch::Contains("at least 1"));
+  options.min_exchange_gain = -1;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("min_exchange_gain is -1"));
   options = options_for_room();
   options.coverage.ideal_distance = 0;
   CHECK_THROWS_WITH(check(options), Catch::Contains("ideal_distance"));

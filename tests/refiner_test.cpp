@@ -191,7 +191,7 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
     const Verdict verdict = stream.offer(misplaced_frame(stream, number));
     CHECK(verdict.decision == Decision::outlier);
     CHECK_FALSE(verdict.slot);
-    CHECK_FALSE(verdict.replaced);
+    CHECK(verdict.replaced.empty());
     REQUIRE(verdict.refinement);
     CHECK(verdict.refinement->outlier);
     CHECK(verdict.refinement->alignment.correlation < options_for_relief().refinement.least_correlation);

@@ -278,7 +278,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
           {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
           {"cell_size", result.snapshot.surface->cells.size},
           {"normal_weight", options.cells.normal_weight},
-          {"metric", coverage.metric == CoverageOptions::Metric::printed ? "printed" : "departures"},
+          {"metric", coverage.metric == CoverageOptions::Metric::paper ? "paper" : "directions"},
           {"coverage_lambda", coverage.lambda},
           {"ideal_distance", coverage.ideal_distance},
           {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
@@ -309,7 +309,7 @@ json plan_json(const BuildResult& result) {
                   {"store_ms", view.verdict.store_ms}};
     if (view.verdict.refinement)
       entry["refinement"] = refinement_json(*view.verdict.refinement, view.verdict.refine_ms);
-    if (view.verdict.replaced) entry["in_place_of"] = *view.verdict.replaced;
+    if (!view.verdict.replaced.empty()) entry["in_place_of"] = view.verdict.replaced;
     views.push_back(std::move(entry));
   }
   return {{"views", std::move(views)}};

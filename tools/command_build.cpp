@@ -19,13 +19,19 @@ namespace {
 
 using nlohmann::json;
 
+// Delta_scov and Delta_fcov of section 3.2 in the paper's metric, by which a cell counts up to fcov_max and not up
+// to 1.
+constexpr double kPaperMinViewGain = 0.1;
+constexpr double kPaperMinReferenceGain = 0.01;
+
 struct BuildFlags {
   std::filesystem::path scene, output, mesh;
   BuildOptions options;
   HoldFlags hold;
   CellFlags cells;
   bool verbose = false;
-  std::string metric = "departures";
+  std::string metric = "directions";
+  std::optional<double> min_view_gain, min_reference_gain;  // none: as the metric wants them
   bool refine_intrinsics = false;
   bool json_output = false;
 };
@@ -44,7 +50,16 @@ void run(const BuildFlags& flags) {
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
-  if (flags.metric == "printed") options.planner.coverage.metric = CoverageOptions::Metric::printed;
+  CoverageOptions& coverage = options.planner.coverage;
+  if (flags.metric != "directions") {
+    coverage.metric = CoverageOptions::Metric::paper;
+    options.planner.min_view_gain = flags.min_view_gain.value_or(kPaperMinViewGain);
+    options.planner.min_reference_gain = flags.min_reference_gain.value_or(kPaperMinReferenceGain);
+  } else {
+    options.planner.min_view_gain = flags.min_view_gain.value_or(options.planner.min_view_gain);
+    options.planner.min_reference_gain = flags.min_reference_gain.value_or(options.planner.min_reference_gain);
+  }
+  if (flags.metric == "printed") coverage.departures = CoverageDepartures::none();
   if (options.refine == RefineMode::joint) {
     options.intrinsics = flags.refine_intrinsics ? IntrinsicsUse::apply : IntrinsicsUse::report;
   } else if (flags.refine_intrinsics) {
@@ -95,7 +110,7 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
                   "Coverage above which a cell counts no further views; 0: half of --references")
       ->check(finite_not_negative());
   command
-      .add_option("--min-gain", planner.min_view_gain,
+      .add_option("--min-gain", flags.min_view_gain,
                   "Coverage that a view must add, as a share of the cells that it sees")
       ->check(finite_not_negative());
   command
@@ -105,8 +120,16 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 255u));
-  command.add_option("--metric", flags.metric, "Coverage metric: departures (from the paper's print) or printed")
-      ->check(CLI::IsMember({"departures", "printed"}));
+  command
+      .add_option("--metric", flags.metric,
+                  "Coverage metric: directions, departures (from the paper's print) or printed")
+      ->check(CLI::IsMember({"directions", "departures", "printed"}));
+  command.add_option("--directions", planner.coverage.directions)->check(CLI::Range(1u, 4096u));
+  command.add_option("--direction-width", planner.coverage.direction_width)->check(number_between(1e-3, 180));
+  command.add_option("--views-per-direction", planner.coverage.views_per_direction)->check(CLI::Range(1u, 8u));
+  command.add_option("--exchange-gain", planner.min_exchange_gain)->check(finite_not_negative());
+  command.add_option("--reference-gain", flags.min_reference_gain)->check(finite_not_negative());
+  command.add_option("--victims", planner.victims)->check(CLI::Range(0u, 1u << 20));
 }
 
 void add_refinement_options(CLI::App& command, BuildFlags& flags) {

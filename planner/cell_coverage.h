@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How well the stored views cover each cell, kept up as views come and go. One interface for the measures that can be
+// planned by: the paper's (paper_coverage.h) and the submodular one (direction_coverage.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "planner/coverage.h"
+
+namespace lumatlas {
+
+// Views are told apart by the slot that they are stored in; those that see a cell are its members, in order of arrival,
+// and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by different
+// threads at once.
+class CellCoverage {
+ public:
+  virtual ~CellCoverage() = default;
+
+  // In cells: what a cell counts for, >= 0.
+  [[nodiscard]] virtual double value(std::uint32_t cell) const = 0;
+  // By how much a view more would raise the cell's value. `victims`, if not empty, says by slot (1) of which members it
+  // is asked by how much less or more that would be if they had left before: added to `corrections` (by slot), for
+  // others too where that costs nothing.
+  [[nodiscard]] virtual double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                                    std::span<double> corrections) const = 0;
+  // Adds `factor` times what the cell would lose without each member to `losses` (by slot).
+  virtual void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const = 0;
+  // By definition, not from what is kept up: the cell's value without the members in `gone`, and with `newcomer` if it
+  // is not null.
+  [[nodiscard]] virtual double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                                   const Contribution* newcomer) const = 0;
+
+  // A slot is a member at most once.
+  virtual void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) = 0;
+  // The slot must be a member. Another member may take the place of its reference.
+  virtual void erase(std::uint32_t cell, std::uint32_t slot) = 0;
+  [[nodiscard]] virtual std::vector<std::uint32_t> references(std::uint32_t cell) const = 0;
+
+  // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (kNoCell:
+  // empty).
+  virtual void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) = 0;
+};
+
+// `min_reference_gain`: Delta_fcov of section 3.4, by which a full cell's coverage must rise to swap a reference.
+[[nodiscard]] std::unique_ptr<CellCoverage> make_cell_coverage(const Surface& surface, const CoverageOptions& options,
+                                                               double min_reference_gain);
+
+}  // namespace lumatlas

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What each stored view is worth: scov (Erat et al. 2019, section 3.2), every view's share in it, and what it would be
+// with another view, kept up incrementally. It knows nothing of photographs, so the offline planner and the
+// tests use it as the online planner does.
+//
+// A decision costs what the cells cost that the view sees; storing or dropping a view, what the members of these cells
+// cost. Nothing depends on the length of the stream.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "planner/cell_coverage.h"
+#include "planner/coverage.h"
+
+namespace lumatlas {
+
+class CoverageLedger {
+ public:
+  CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
+                 double min_reference_gain);
+
+  // By how much scov would rise with the view.
+  [[nodiscard]] double gain(std::span<const CellPart> parts) const;
+  // The same for each slot in `victims`, if its view left first: less what is lost with it.
+  [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
+                                                   std::span<const std::uint32_t> victims) const;
+  // The same for several that leave together, by definition.
+  [[nodiscard]] double joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const;
+
+  // The slot must be free (std::logic_error).
+  void insert(std::uint32_t slot, std::vector<CellPart> parts);
+  // The slot must not be free (std::logic_error).
+  void erase(std::uint32_t slot);
+
+  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }    // scov, in cells
+  [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
+  [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }
+  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
+  [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
+  [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }
+
+  // The geometry has changed and its cells are numbered anew, see CellCoverage::follow(). No stored view may see an old
+  // cell that no new one takes over (std::logic_error): such views are erased before and inserted again after.
+  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+
+ private:
+  template <typename Change>
+  void change_cells(std::span<const CellPart> parts, const Change& change);
+
+  std::unique_ptr<CellCoverage> coverage_;
+  std::vector<std::vector<CellPart>> parts_;  // by slot: what its view adds to the cells that it sees
+  std::vector<std::uint8_t> stored_;          // by slot
+  std::vector<double> loss_;                  // by slot
+  double summed_coverage_ = 0;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/direction_coverage.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <glm/gtc/constants.hpp>
+
+namespace lumatlas {
+
+namespace {
+
+// The golden angle: points at multiples of it around a circle never line up.
+const double kGoldenAngle = glm::pi<double>() * (3 - std::sqrt(5.0));
+
+// A unit vector at right angles to `normal`, near `wish` if that is not along it.
+glm::dvec3 tangent_near(const glm::dvec3& normal, const glm::dvec3& wish) {
+  const glm::dvec3 tangent = wish - glm::dot(wish, normal) * normal;
+  const double length = glm::length(tangent);
+  if (length > 1e-6 * glm::length(wish)) return tangent / length;
+  const glm::dvec3 axis = std::abs(normal.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+  return glm::normalize(glm::cross(normal, axis));
+}
+
+CellFrame frame(const Cell& cell, const glm::dvec3& wish) {
+  if (cell.normal == glm::dvec3(0)) return {glm::dmat3(1), true};
+  const glm::dvec3 tangent = tangent_near(cell.normal, wish);
+  return {glm::transpose(glm::dmat3(tangent, glm::cross(cell.normal, tangent), cell.normal)), false};
+}
+
+}  // namespace
+
+std::vector<CellFrame> cell_frames(const Surface& surface) {
+  // The tangent points at a corner of the cell's first face, so that it turns with the mesh.
+  const std::vector<Cell>& cells = surface.cells.cells;
+  std::vector<glm::dvec3> corners(cells.size(), glm::dvec3(0));
+  std::vector<std::uint8_t> known(cells.size(), 0);
+  for (std::size_t face = 0; face < surface.cells.cell_of_face.size(); ++face) {
+    const std::uint32_t cell = surface.cells.cell_of_face[face];
+    if (known[cell] != 0) continue;
+    known[cell] = 1;
+    corners[cell] = glm::dvec3(surface.mesh.positions[surface.mesh.faces[face].x]);
+  }
+  std::vector<CellFrame> frames;
+  frames.reserve(cells.size());
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    frames.push_back(frame(cells[cell], corners[cell] - cells[cell].centroid));
+  }
+  return frames;
+}
+
+std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided) {
+  std::vector<glm::vec3> directions;
+  directions.reserve(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const double share = (i + 0.5) / count;
+    // Evenly over the sphere, or evenly over the disk below the hemisphere, which makes them as dense as cos of the
+    // angle to the normal.
+    const double z = two_sided ? 1 - 2 * share : std::sqrt(1 - share);
+    const double radius = std::sqrt(1 - z * z);
+    directions.emplace_back(radius * std::cos(i * kGoldenAngle), radius * std::sin(i * kGoldenAngle), z);
+  }
+  return directions;
+}
+
+DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain)
+    : options_(options),
+      min_reference_gain_(min_reference_gain),
+      lambda_(static_cast<float>(options.lambda)),
+      kept_(options.views_per_direction + 1),
+      cosine_scale_(static_cast<float>(1 / (1 - std::cos(glm::radians(options.direction_width))))),
+      above_(novel_directions(options.directions, false)),
+      around_(novel_directions(options.directions, true)),
+      frames_(cell_frames(surface)),
+      cells_(frames_.size()) {
+  const float sum = 2 - std::ldexp(1.0f, 1 - static_cast<int>(options.views_per_direction));
+  for (std::uint32_t j = 0; j < options.views_per_direction; ++j) {
+    rank_value_.push_back(std::ldexp(1.0f, -static_cast<int>(j)) / sum);
+  }
+}
+
+DirectionCoverage::Member DirectionCoverage::member(std::uint32_t cell, std::uint32_t slot,
+                                                    const Contribution& part) const {
+  return {slot, glm::vec3(frames_[cell].cell_from_world * part.direction), static_cast<float>(part.positional), false};
+}
+
+const std::vector<glm::vec3>& DirectionCoverage::novel(std::uint32_t cell) const {
+  return frames_[cell].two_sided ? around_ : above_;
+}
+
+float DirectionCoverage::quality(const Member& member, const glm::vec3& novel_direction) const {
+  const float k = std::max(0.0f, 1 - (1 - glm::dot(member.direction, novel_direction)) * cosine_scale_);
+  return member.positional * (lambda_ * k + 1 - lambda_);
+}
+
+void DirectionCoverage::qualities(std::uint32_t cell, const Member& member,
+                                  std::vector<float>& quality_by_direction) const {
+  const std::vector<glm::vec3>& directions = novel(cell);
+  quality_by_direction.resize(directions.size());
+  for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s]);
+}
+
+// By how much a view of that quality would raise what one direction is worth.
+double DirectionCoverage::rise(std::span<const Served> best, float quality) const {
+  const std::size_t ranks = rank_value_.size();
+  std::size_t j = 0;
+  while (j < ranks && quality <= best[j].quality) ++j;
+  double sum = 0;
+  float displacing = quality;
+  for (; j < ranks; ++j) {
+    sum += rank_value_[j] * (displacing - best[j].quality);
+    displacing = best[j].quality;
+  }
+  return sum;
+}
+
+// Puts a view in its rank; the last one drops out.
+void DirectionCoverage::admit(std::span<Served> best, Served newcomer) const {
+  for (Served& served : best) {
+    if (newcomer.quality > served.quality) std::swap(served, newcomer);
+  }
+}
+
+// Of each direction the best K + 1 of the wanted members.
+template <typename Wanted>
+std::vector<DirectionCoverage::Served> DirectionCoverage::best_of(std::uint32_t cell, const Wanted& is_wanted) const {
+  std::vector<Served> best(options_.directions * kept_);
+  std::vector<float> quality;
+  for (const Member& member : cells_[cell].members) {
+    if (!is_wanted(member)) continue;
+    qualities(cell, member, quality);
+    for (std::size_t s = 0; s < quality.size(); ++s) {
+      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], member.slot});
+    }
+  }
+  return best;
+}
+
+double DirectionCoverage::value_of(std::span<const Served> best) const {
+  double sum = 0;
+  for (std::size_t first = 0; first < best.size(); first += kept_) {
+    for (std::size_t j = 0; j < rank_value_.size(); ++j) sum += rank_value_[j] * best[first + j].quality;
+  }
+  return sum / options_.directions;
+}
+
+// By how much a view would raise the value, and by how much less or more if one of the best had left before.
+double DirectionCoverage::gain_over(std::span<const Served> best, std::span<const float> quality,
+                                    std::span<double> corrections) const {
+  if (best.empty()) {
+    double sum = 0;
+    for (const float q : quality) sum += rank_value_[0] * q;
+    return sum / options_.directions;
+  }
+  double sum = 0;
+  const std::size_t ranks = rank_value_.size();
+  std::array<Served, CoverageOptions::kMostViewsPerDirection> others;
+  for (std::size_t s = 0; s < quality.size(); ++s) {
+    const std::span<const Served> served = best.subspan(s * kept_, kept_);
+    if (quality[s] <= served[ranks].quality) continue;  // it would not matter even if one of them had left
+    const double gain = rise(served, quality[s]);
+    sum += gain;
+    if (corrections.empty()) continue;
+    std::copy(served.begin() + 1, served.end(), others.begin());
+    for (std::size_t j = 0; j < ranks && served[j].slot != kNobody; ++j) {
+      // `others` is `served` without its j-th.
+      corrections[served[j].slot] += (rise(std::span(others).first(ranks), quality[s]) - gain) / options_.directions;
+      others[j] = served[j];
+    }
+  }
+  return sum / options_.directions;
+}
+
+void DirectionCoverage::losses_of(std::span<const Served> best, double factor, std::span<double> losses) const {
+  for (std::size_t first = 0; first < best.size(); first += kept_) {
+    double loss = 0;  // if the j-th leaves, those behind it move up
+    for (std::size_t j = rank_value_.size(); j-- > 0;) {
+      loss += rank_value_[j] * (best[first + j].quality - best[first + j + 1].quality);
+      if (best[first + j].slot != kNobody) losses[best[first + j].slot] += factor * loss / options_.directions;
+    }
+  }
+}
+
+double DirectionCoverage::gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
+                               std::span<double> corrections) const {
+  thread_local std::vector<float> quality;
+  qualities(cell, member(cell, kNobody, part), quality);
+  return gain_over(cells_[cell].best, quality, corrections);
+}
+
+void DirectionCoverage::add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
+  losses_of(cells_[cell].best, factor, losses);
+}
+
+double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                              const Contribution* newcomer) const {
+  std::vector<Served> best = best_of(
+      cell, [&](const Member& member) { return std::find(gone.begin(), gone.end(), member.slot) == gone.end(); });
+  if (newcomer) {
+    std::vector<float> quality;
+    qualities(cell, member(cell, kNobody, *newcomer), quality);
+    for (std::size_t s = 0; s < quality.size(); ++s) {
+      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNobody});
+    }
+  }
+  return value_of(best);
+}
+
+void DirectionCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
+  State& state = cells_[cell];
+  state.members.push_back(member(cell, slot, part));
+  state.best.resize(options_.directions * kept_);
+  std::vector<float> quality;
+  qualities(cell, state.members.back(), quality);
+  for (std::size_t s = 0; s < quality.size(); ++s) {
+    admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], slot});
+  }
+  state.value = value_of(state.best);
+  reference_newest(cell);
+}
+
+void DirectionCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
+  State& state = cells_[cell];
+  const auto member = std::find_if(state.members.begin(), state.members.end(),
+                                   [&](const Member& candidate) { return candidate.slot == slot; });
+  const bool was_referenced = member->referenced;
+  state.members.erase(member);
+  serve_without(cell, slot);
+  state.value = value_of(state.best);
+  if (was_referenced) refill(cell);
+}
+
+// Finds the best views again of the directions that a member which has left was among the best of.
+void DirectionCoverage::serve_without(std::uint32_t cell, std::uint32_t slot) {
+  State& state = cells_[cell];
+  if (state.members.empty()) {
+    state.best.clear();
+    return;
+  }
+  for (std::size_t s = 0; s < options_.directions; ++s) {
+    const std::span<Served> served = std::span(state.best).subspan(s * kept_, kept_);
+    if (std::none_of(served.begin(), served.end(), [&](const Served& view) { return view.slot == slot; })) continue;
+    std::fill(served.begin(), served.end(), Served{});
+    for (const Member& member : state.members) admit(served, {quality(member, novel(cell)[s]), member.slot});
+  }
+}
+
+// Section 3.4: a view takes a free place, or that of the reference whose leaving for it gains most.
+void DirectionCoverage::reference_newest(std::uint32_t cell) {
+  std::vector<Member>& members = cells_[cell].members;
+  Member& newest = members.back();
+  if (!(newest.positional > 0)) return;
+  const auto references = std::count_if(members.begin(), members.end(), [](const Member& m) { return m.referenced; });
+  if (static_cast<std::size_t>(references) < options_.max_references) {
+    newest.referenced = true;
+    return;
+  }
+  const std::vector<Served> best = best_of(cell, [](const Member& member) { return member.referenced; });
+  std::vector<float> quality;
+  qualities(cell, newest, quality);
+  std::vector<double> exchange(
+      std::max_element(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.slot < b.slot; })
+          ->slot +
+      std::size_t{1});
+  const double gain = gain_over(best, quality, exchange);
+  losses_of(best, -1, exchange);
+  Member* victim = nullptr;
+  for (Member& member : members) {
+    if (member.referenced && (!victim || exchange[member.slot] > exchange[victim->slot])) victim = &member;
+  }
+  if (!(gain + exchange[victim->slot] > min_reference_gain_)) return;
+  victim->referenced = false;
+  newest.referenced = true;
+}
+
+// Gives a cell that lost a reference the best of the other stored views that see it.
+void DirectionCoverage::refill(std::uint32_t cell) {
+  std::vector<Member>& members = cells_[cell].members;
+  if (std::all_of(members.begin(), members.end(), [](const Member& m) { return m.referenced; })) return;
+  const std::vector<Served> best = best_of(cell, [](const Member& member) { return member.referenced; });
+  std::vector<float> quality;
+  Member* choice = nullptr;
+  double most = -1;
+  for (Member& member : members) {
+    if (member.referenced || !(member.positional > 0)) continue;
+    qualities(cell, member, quality);
+    const double gain = gain_over(best, quality, {});
+    if (gain > most) {
+      most = gain;
+      choice = &member;
+    }
+  }
+  if (choice) choice->referenced = true;
+}
+
+std::vector<std::uint32_t> DirectionCoverage::references(std::uint32_t cell) const {
+  std::vector<std::uint32_t> slots;
+  for (const Member& member : cells_[cell].members) {
+    if (member.referenced) slots.push_back(member.slot);
+  }
+  return slots;
+}
+
+void DirectionCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+  std::vector<CellFrame> frames = cell_frames(surface);
+  std::vector<State> cells(previous_cell.size());
+  for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+    if (previous_cell[cell] == kNoCell) continue;
+    cells[cell] = std::move(cells_[previous_cell[cell]]);
+    frames[cell] = frames_[previous_cell[cell]];  // which its members' directions are in
+  }
+  cells_ = std::move(cells);
+  frames_ = std::move(frames);
+}
+
+}  // namespace lumatlas

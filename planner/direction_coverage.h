@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Coverage of cells as the renderer will need it: how well the novel directions above a cell are served by the views
+// that see it. In place of the sum over views of Erat et al. 2019, section 3.2.
+//
+//   q(f, s)    = cov_p(f) (lambda k(f, s) + 1 - lambda)       how well view f serves novel direction s, in [0, 1]
+//   k(f, s)    = max(0, 1 - (1 - cos angle(f, s)) / (1 - cos direction_width))
+//   value(b)   = mean over the cell's novel directions s of  sum_j v_j q_j(s)        in [0, 1]
+//
+// where q_1(s) >= q_2(s) >= ... are the K = views_per_direction best of q(f, s) over the views, and v_j halves from one
+// to the next and sums to 1. The novel directions are spread over the hemisphere above the cell in proportion to the
+// area that the cell shows to them; over the sphere where the cell has no mean normal.
+//
+// A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
+// falls as others come: value(), and so scov, is monotone submodular. For such a measure choosing offline by greedy
+// selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a quarter of it, if an
+// exchange must gain scov / N (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain.
+//
+// All stored views that see a cell count, not its references alone, which are chosen by the same measure: a
+// newcomer takes the place of the reference that is missed least.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "planner/cell_coverage.h"
+
+namespace lumatlas {
+
+// Rows: two tangents and the normal of a cell, or any axes where it has none; turns with the mesh.
+struct CellFrame {
+  glm::dmat3 cell_from_world{1.0};
+  bool two_sided = false;  // no mean normal: seen from everywhere
+};
+
+[[nodiscard]] std::vector<CellFrame> cell_frames(const Surface& surface);
+
+// Unit directions in a cell's frame, spread as described above.
+[[nodiscard]] std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided);
+
+class DirectionCoverage final : public CellCoverage {
+ public:
+  DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
+
+  [[nodiscard]] double value(std::uint32_t cell) const override { return cells_[cell].value; }
+  [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                            std::span<double> corrections) const override;
+  void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                           const Contribution* newcomer) const override;
+  void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
+  void erase(std::uint32_t cell, std::uint32_t slot) override;
+  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const override;
+  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+
+ private:
+  struct Member {
+    std::uint32_t slot;
+    glm::vec3 direction;  // in the cell's frame
+    float positional;
+    bool referenced;
+  };
+  struct Served {
+    float quality = 0;
+    std::uint32_t slot = kNobody;
+  };
+  static constexpr std::uint32_t kNobody = ~0u;
+  struct State {
+    std::vector<Member> members;
+    // Of each novel direction the best K + 1 views, best first; empty until a view sees the cell.
+    std::vector<Served> best;
+    double value = 0;
+  };
+  [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
+  [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
+  [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction) const;
+  void qualities(std::uint32_t cell, const Member& member, std::vector<float>& quality) const;
+  [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
+  void admit(std::span<Served> best, Served newcomer) const;
+  template <typename Wanted>
+  [[nodiscard]] std::vector<Served> best_of(std::uint32_t cell, const Wanted& is_wanted) const;
+  [[nodiscard]] double value_of(std::span<const Served> best) const;
+  [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality,
+                                 std::span<double> corrections) const;
+  void losses_of(std::span<const Served> best, double factor, std::span<double> losses) const;
+  void serve_without(std::uint32_t cell, std::uint32_t slot);
+  void reference_newest(std::uint32_t cell);
+  void refill(std::uint32_t cell);
+
+  CoverageOptions options_;
+  double min_reference_gain_;
+  float lambda_;
+  std::size_t kept_;               // K + 1
+  std::vector<float> rank_value_;  // v_j, and 0 for the last
+  float cosine_scale_;             // 1 / (1 - cos direction_width)
+  std::vector<glm::vec3> above_;   // novel directions of a cell with a normal,
+  std::vector<glm::vec3> around_;  // and of one without
+  std::vector<CellFrame> frames_;
+  std::vector<State> cells_;
+};
+
+}  // namespace lumatlas
