@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Planning with hindsight, for comparison with the stream (Erat et al. 2019, section 4.9): the best views of all, by
+// the measure that the online planner goes by. Greedy selection with lazy evaluation (Minoux 1978), then exchanges of
+// one view against another until none raises scov.
+//
+// For Metric::directions, which is monotone submodular, lazy evaluation chooses what plain greedy selection would,
+// worth at least 1 - 1/e of the best choice of as many views (Nemhauser, Wolsey, Fisher 1978). For Metric::paper
+// neither holds, as what a view adds can grow while others come and depends on the order of arrival: a view is taken
+// once its gain, evaluated anew, is no less than what the others' gains were when they were last evaluated.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "planner/coverage.h"
+
+namespace lumatlas {
+
+struct OfflineOptions {
+  CoverageOptions coverage;
+  double min_reference_gain = 0.001;  // as PlannerOptions::min_reference_gain, >= 0
+  // Exchange passes over the views that are not chosen; the last is the first that exchanges nothing. 0: none.
+  std::uint32_t max_passes = 20;
+};
+
+struct OfflineChoice {
+  std::vector<std::uint32_t> views;    // indices, ascending
+  double greedy_coverage = 0;          // scov before the exchanges, in cells
+  double summed_coverage = 0;          // scov, in cells; never less than greedy_coverage
+  std::size_t evaluations = 0;         // of a view's gain, before the exchanges
+  std::vector<std::size_t> exchanges;  // in each pass
+};
+
+// At most `count` views, >= 1 (std::invalid_argument), fewer only if there are no more or no other adds anything.
+// `views`: what each sees, as Planner::parts_of() gives it. Of equals the first is chosen. Throws std::invalid_argument
+// for bad options.
+[[nodiscard]] OfflineChoice plan_offline(const Surface& surface, std::span<const std::vector<CellPart>> views,
+                                         std::uint32_t count, const OfflineOptions& options);
+
+}  // namespace lumatlas
