@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
@@ -155,6 +156,27 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--coverage-lambda", "nan"},
       {"build", made().scene, "-o", out, "--cell-size", "inf"},
       {"build", made().scene, "-o", out, "--min-gain", "-1"},
+      {"build", made().scene, "-o", out, "--min-exchange-gain", "inf"},
+      {"build", made().scene, "-o", out, "--min-reference-gain", "nan"},
+      {"build", made().scene, "-o", out, "--victims", "-1"},
+      {"build", made().scene, "-o", out, "--directions", "0"},
+      {"build", made().scene, "-o", out, "--direction-width", "0"},
+      {"build", made().scene, "-o", out, "--direction-width", "181"},
+      {"build", made().scene, "-o", out, "--views-per-direction", "9"},
+      {"build", made().scene, "-o", out, "--metric", "paper"},
+      {"build", made().scene, "-o", out, "--depart", "share"},
+      {"build", made().scene, "-o", out, "--metric", "printed", "--depart", "sideways"},
+      {"build", made().scene, "-o", out, "--metric", "printed", "--depart", "earlier,others"},
+      {"build", made().scene, "-o", out, "--order", "backwards"},
+      {"build", made().scene, "-o", out, "--choice", "best"},
+      {"build", made().scene, "-o", out, "--seed", "1"},
+      {"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "-1"},
+      {"build", made().scene, "-o", out, "--budget", "0"},
+      {"build", made().scene, "-o", out, "--budget", "-5"},
+      {"build", made().scene, "-o", out, "--budget", "MB"},
+      {"build", made().scene, "-o", out, "--budget", "1.5GiB"},
+      {"build", made().scene, "-o", out, "--budget", "12 parsecs"},
+      {"build", made().scene, "-o", out, "--budget", "99999999999TiB"},
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
@@ -184,8 +206,59 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
   check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
                 "--hold and --block");
   check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
+  check_failure(lumatlas({"build", made().scene, "-o", out, "--budget", "20KiB"}),
+                "takes 27648 bytes in the store, more than the budget of 20480");
   CHECK_FALSE(fs::exists(out));
   CHECK_FALSE(fs::exists(fs::path(made().model) / "report"));
+}
+
+TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told beside the model") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const std::uint64_t per_view = 64 * 48 * 9;
+  for (const auto& [size, bytes] : {std::pair<std::string, std::uint64_t>{"100000", 100000},
+                                    {"100kB", 100000},
+                                    {"97KiB", 97 * 1024},
+                                    {"1mb", 1000000}}) {
+    CAPTURE(size);
+    const Outcome outcome = lumatlas({"build", made().scene, "-o", model, "--budget", size, "--min-gain", "0",
+                                      "--refine", "none", "--json", "--quiet"});
+    REQUIRE(outcome.status == 0);
+    const nlohmann::json summary = nlohmann::json::parse(outcome.out);
+    CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
+    CHECK(options_beside(model)["budget"] == bytes);
+    CHECK(options_beside(model)["views"].is_null());
+  }
+  const Outcome both = lumatlas({"build", made().scene, "-o", model, "--budget", "1MiB", "--views", "2", "--min-gain",
+                                 "0", "--refine", "none", "--quiet"});
+  REQUIRE(both.status == 0);
+  CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("MB of 0.1\n"));
+}
+
+TEST_CASE(
+    "views may be offered in another order, chosen otherwise, and by another measure, which is told beside them") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const Arguments base{"build", made().scene, "-o", model, "--views", "3", "--refine", "none", "--json", "--quiet"};
+  const auto with = [&](const Arguments& more) {
+    Arguments arguments = base;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = lumatlas(arguments);
+    REQUIRE(outcome.status == 0);
+    return options_beside(model);
+  };
+  CHECK(with({})["metric"] == "directions");
+  CHECK(with({})["order"] == "given");
+  CHECK(with({"--order", "shuffled", "--seed", "7"})["seed"] == 7);
+  for (const char* const choice : {"offline", "uniform", "random"}) {
+    CHECK(with({"--choice", choice})["choice"] == choice);
+    CHECK(nlohmann::json::parse(bytes_of(fs::path(model) / "plan.json"))["summary"]["views"]["stored"] == 3);
+  }
+  CHECK(with({"--metric", "printed"})["depart"].empty());
+  CHECK(with({"--metric", "departures"})["depart"].size() == 5);
+  const nlohmann::json two = with({"--metric", "departures", "--depart", "others,first-view"});
+  CHECK(two["depart"] == nlohmann::json{"first-view", "others"});
+  CHECK(with({"--metric", "printed", "--depart", "others,first-view"})["depart"] == two["depart"]);
 }
 
 TEST_CASE("a folder that is not an earlier output is refused and left as it is") {

@@ -1,18 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The main job: a scene's photographs, offered to the planner one by one in order of their names, become a model.
+// The main job: a scene's photographs, offered to the planner one by one, become a model.
+//
+// Only photographs that are to be stored are read. Of the others the size is looked at and no more: one of them that is
+// cut off or damaged behind its header is not noticed, and does no harm.
 #pragma once
 
 #include <cstdint>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "atlas/atlas.h"
 #include "mesh/cells.h"
+#include "planner/offline_planner.h"
 #include "planner/planner.h"
 #include "tools/scene.h"
+#include "tools/view_stream.h"
 
 namespace lumatlas {
 
@@ -28,6 +32,15 @@ enum class RefineMode {
 // What to do about the intrinsics that the stored views ask for, after polishing.
 enum class IntrinsicsUse { ignore, report, apply };
 
+// Who chooses the views that are stored. All but the first are there to compare it with: they choose before anything is
+// stored.
+enum class ViewChoice {
+  online,   // the planner, view by view
+  offline,  // the offline planner, which looks through all cameras first: see planner/offline_planner.h
+  uniform,  // nobody: views evenly spaced along the stream
+  random,   // nobody: by chance
+};
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
@@ -35,15 +48,28 @@ struct BuildOptions {
   RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
   IntrinsicsUse intrinsics = IntrinsicsUse::ignore;
-  std::uint32_t max_views = 100;    // N, >= 1
-  std::optional<HoldOut> hold_out;  // none: every view is offered
+  std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
+  std::optional<HoldOut> hold_out;               // none: every view is offered
+  StreamOrder order = StreamOrder::given;
+  // With another choice than online, planner.max_bytes counts as so many of the largest view.
+  ViewChoice choice = ViewChoice::online;
+  std::uint64_t seed = 0;  // of StreamOrder::shuffled and ViewChoice::random
   bool quiet = false;
 };
 
 // What became of one view that was offered.
 struct PlannedView {
   std::string name;
-  Verdict verdict;
+  Verdict verdict;             // of a view that nobody looked at: rejected, and nothing else
+  double read_ms = 0;          // wall time of reading the photograph; 0: it was not read
+  double summed_coverage = 0;  // scov afterwards, in cells
+};
+
+// The choice that the offline planner made, and what it cost.
+struct OfflinePlan {
+  OfflineChoice choice;  // views by their place in the stream
+  double look_ms = 0;    // through all cameras
+  double choose_ms = 0;
 };
 
 struct BuildResult {
@@ -51,9 +77,11 @@ struct BuildResult {
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   PlannerOptions effective;                      // with every automatic value filled in
+  std::optional<OfflinePlan> offline;            // of ViewChoice::offline
   std::optional<IntrinsicsEstimate> intrinsics;  // none: ignored
   bool intrinsics_applied = false;
   double summed_coverage = 0;
+  std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
   std::vector<PolishStep> polish;  // of RefineMode::joint
   double polish_ms = 0;
   double total_ms = 0;
@@ -62,19 +90,8 @@ struct BuildResult {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const BuildOptions& options);
 
-// Checks the options before it reads anything. Throws InputError, and what check() throws.
+// Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans
+// anything. Throws InputError, and what check() throws.
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
-
-// What `build --json` prints (DESIGN: machine-readable results).
-[[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
-
-// One sentence, if the estimate is significant; else empty.
-[[nodiscard]] std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied);
-
-// The options as they were used, for the file beside the output.
-[[nodiscard]] nlohmann::json effective_options(const BuildResult& result, const BuildOptions& options);
-
-// One entry per offered view: its decision, gain and times.
-[[nodiscard]] nlohmann::json plan_json(const BuildResult& result);
 
 }  // namespace lumatlas

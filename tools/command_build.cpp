@@ -7,8 +7,10 @@
 
 #include "atlas/model_file.h"
 #include "tools/build_model.h"
+#include "tools/build_summary.h"
 #include "tools/cell_flags.h"
 #include "tools/commands.h"
+#include "tools/coverage_flags.h"
 #include "tools/number_flags.h"
 #include "tools/output_folder.h"
 #include "tools/refinement_json.h"
@@ -19,53 +21,41 @@ namespace {
 
 using nlohmann::json;
 
-// Delta_scov and Delta_fcov of section 3.2 in the paper's metric, by which a cell counts up to fcov_max and not up
-// to 1.
-constexpr double kPaperMinViewGain = 0.1;
-constexpr double kPaperMinReferenceGain = 0.01;
-
 struct BuildFlags {
   std::filesystem::path scene, output, mesh;
   BuildOptions options;
   HoldFlags hold;
   CellFlags cells;
   bool verbose = false;
-  std::string metric = "directions";
-  std::optional<double> min_view_gain, min_reference_gain;  // none: as the metric wants them
+  CoverageFlags coverage;
+  CLI::Option* views = nullptr;
+  CLI::Option* budget = nullptr;
+  CLI::Option* seed = nullptr;
   bool refine_intrinsics = false;
   bool json_output = false;
 };
 
-void print_summary(const json& s, const std::filesystem::path& output) {
-  const json& views = s["views"];
-  std::cout << output.string() << ": " << s["cells"] << " cells (" << s["cells_seen"] << " seen, "
-            << s["cells_referenced"] << " textured); of " << views["offered"] << " views " << views["kept"] << " kept, "
-            << views["replaced"] << " took another's place, " << views["rejected"] << " rejected, " << views["outliers"]
-            << " outliers; " << s["references"] << " references, " << s["texels"]["resident"] << " texels; "
-            << std::to_string(static_cast<long>(s["time_ms"]["total"].get<double>() / 1000)) << " s\n";
-}
-
-void run(const BuildFlags& flags) {
+BuildOptions options_of(const BuildFlags& flags) {
   BuildOptions options = flags.options;
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
-  CoverageOptions& coverage = options.planner.coverage;
-  if (flags.metric != "directions") {
-    coverage.metric = CoverageOptions::Metric::paper;
-    options.planner.min_view_gain = flags.min_view_gain.value_or(kPaperMinViewGain);
-    options.planner.min_reference_gain = flags.min_reference_gain.value_or(kPaperMinReferenceGain);
-  } else {
-    options.planner.min_view_gain = flags.min_view_gain.value_or(options.planner.min_view_gain);
-    options.planner.min_reference_gain = flags.min_reference_gain.value_or(options.planner.min_reference_gain);
+  flags.coverage.apply(options.planner);
+  if (flags.budget->count() > 0 && flags.views->count() == 0) options.max_views.reset();
+  if (flags.seed->count() > 0 && options.order != StreamOrder::shuffled && options.choice != ViewChoice::random) {
+    throw CLI::ValidationError("--seed", "needs --order shuffled or --choice random");
   }
-  if (flags.metric == "printed") coverage.departures = CoverageDepartures::none();
   if (options.refine == RefineMode::joint) {
     options.intrinsics = flags.refine_intrinsics ? IntrinsicsUse::apply : IntrinsicsUse::report;
   } else if (flags.refine_intrinsics) {
     throw CLI::ValidationError("--refine-intrinsics", "needs --refine joint");
   }
   check_usage(options);
+  return options;
+}
+
+void run(const BuildFlags& flags) {
+  const BuildOptions options = options_of(flags);
   OutputFolder output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
@@ -83,36 +73,51 @@ void run(const BuildFlags& flags) {
   if (flags.json_output) {
     std::cout << json_text(totals);
   } else {
-    print_summary(totals, flags.output);
+    std::cout << summary_text(totals, flags.output.string());
   }
+}
+
+void add_stream_options(CLI::App& command, BuildFlags& flags) {
+  const std::map<std::string, StreamOrder> orders = {
+      {"given", StreamOrder::given}, {"reversed", StreamOrder::reversed}, {"shuffled", StreamOrder::shuffled}};
+  const std::map<std::string, ViewChoice> choices = {{"online", ViewChoice::online},
+                                                     {"offline", ViewChoice::offline},
+                                                     {"uniform", ViewChoice::uniform},
+                                                     {"random", ViewChoice::random}};
+  command
+      .add_option("--order", flags.options.order,
+                  "Order in which photographs are offered: given (by name), reversed or shuffled")
+      ->transform(CLI::CheckedTransformer(orders).description("{given,reversed,shuffled}"))
+      ->default_str("given");
+  command
+      .add_option("--choice", flags.options.choice,
+                  "Who chooses: online (the planner, one by one), or, to compare with: offline (sees all cameras "
+                  "first), uniform (evenly spaced), random")
+      ->transform(CLI::CheckedTransformer(choices).description("{online,offline,uniform,random}"))
+      ->default_str("online");
+  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random");
+  flags.seed->check(CLI::NonNegativeNumber);
 }
 
 void add_planner_options(CLI::App& command, BuildFlags& flags) {
   PlannerOptions& planner = flags.options.planner;
-  command.add_option("--views", flags.options.max_views, "Photographs that the model may hold")
-      ->check(CLI::Range(1u, 1u << 20));
-  command.add_option("--references", planner.coverage.max_references, "Views that a cell may refer to")
-      ->check(CLI::Range(1u, 1u << 16));
+  flags.views = command.add_option("--views", flags.options.max_views,
+                                   "Photographs that the model may hold; with --budget alone as many as fit");
+  flags.views->check(CLI::Range(1u, 1u << 20))->default_str(std::to_string(*flags.options.max_views));
+  flags.budget =
+      command.add_option("--budget", planner.max_bytes,
+                         "Bytes that the stored photographs may take, with their depth and masks: 512MiB, 300MB, 2GiB");
+  flags.budget->transform(byte_size())->default_str("");
+  flags.coverage.add_to(command);
   command
-      .add_option("--coverage-lambda", planner.coverage.lambda,
-                  "Weight of direction against position when views are chosen")
-      ->check(number_between(0, 1));
-  command
-      .add_option("--ideal-distance", planner.coverage.ideal_distance,
-                  "Camera distance at which a cell is covered best, scene units; 0: the scene's median")
+      .add_option("--min-exchange-gain", planner.min_exchange_gain,
+                  "Coverage that a view must add to take another's place, as a share of what a stored view is worth on "
+                  "average; at 1 the store is never worth less than a quarter of the best (--metric directions)")
       ->check(finite_not_negative());
   command
-      .add_option("--distance-sigma", planner.coverage.distance_sigma,
-                  "How far from it coverage falls to 0.6, scene units; 0: half of it")
-      ->check(finite_not_negative());
-  command
-      .add_option("--max-cell-coverage", planner.coverage.max_cell_coverage,
-                  "Coverage above which a cell counts no further views; 0: half of --references")
-      ->check(finite_not_negative());
-  command
-      .add_option("--min-gain", flags.min_view_gain,
-                  "Coverage that a view must add, as a share of the cells that it sees")
-      ->check(finite_not_negative());
+      .add_option("--victims", planner.victims,
+                  "How many of the stored views that are missed least are considered for replacement; 0: all")
+      ->check(CLI::Range(0u, 1u << 20));
   command
       .add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
       ->check(CLI::Range(1u, 65536u));
@@ -120,16 +125,6 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 255u));
-  command
-      .add_option("--metric", flags.metric,
-                  "Coverage metric: directions, departures (from the paper's print) or printed")
-      ->check(CLI::IsMember({"directions", "departures", "printed"}));
-  command.add_option("--directions", planner.coverage.directions)->check(CLI::Range(1u, 4096u));
-  command.add_option("--direction-width", planner.coverage.direction_width)->check(number_between(1e-3, 180));
-  command.add_option("--views-per-direction", planner.coverage.views_per_direction)->check(CLI::Range(1u, 8u));
-  command.add_option("--exchange-gain", planner.min_exchange_gain)->check(finite_not_negative());
-  command.add_option("--reference-gain", flags.min_reference_gain)->check(finite_not_negative());
-  command.add_option("--victims", planner.victims)->check(CLI::Range(0u, 1u << 20));
 }
 
 void add_refinement_options(CLI::App& command, BuildFlags& flags) {
@@ -142,8 +137,9 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
   command
       .add_option("--refine", flags.options.refine,
                   "What is corrected in a view before it is stored: none, exposure, pose, all (and masks of what other "
-                  "views contradict), or joint (all, then every stored view again until they rest); default joint")
-      ->transform(CLI::CheckedTransformer(modes));
+                  "views contradict), or joint (all, then every stored view again until they rest)")
+      ->transform(CLI::CheckedTransformer(modes).description("{none,exposure,pose,all,joint}"))
+      ->default_str("joint");
   command.add_flag("--refine-intrinsics", flags.refine_intrinsics,
                    "With --refine joint: correct focal length and principal point where the photographs ask for it");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
@@ -181,6 +177,7 @@ void add_build_command(CLI::App& program) {
       ->required();
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
   flags->cells.add_to(*command);
+  add_stream_options(*command, *flags);
   add_planner_options(*command, *flags);
   add_refinement_options(*command, *flags);
   flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Checks of numbers on the command line: CLI11's own let NaN through, and infinity where there is no upper bound.
+// Checks of numbers on the command line: CLI11's own let NaN through, and infinity where there is no upper bound; and
+// sizes without a number.
 #pragma once
 
 #include <CLI/Validators.hpp>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
+#include <limits>
+#include <map>
+#include <optional>
 #include <sstream>
 #include <string>
 
@@ -20,6 +26,19 @@ CLI::Validator validator(const std::string& rule, Holds holds) {
   return {complaint, rule};
 }
 
+inline std::optional<std::uint64_t> bytes_of_size(const std::string& text) {
+  static const std::map<std::string, std::uint64_t> units = {
+      {"", 1},           {"b", 1},          {"kb", 1000},      {"mb", 1000'000},         {"gb", 1000'000'000},
+      {"kib", 1u << 10}, {"mib", 1u << 20}, {"gib", 1u << 30}, {"tb", 1000'000'000'000}, {"tib", 1ull << 40}};
+  std::uint64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit_begin, error] = std::from_chars(text.data(), end, number);
+  const auto unit = units.find(CLI::detail::to_lower(std::string(unit_begin, end)));
+  if (error != std::errc() || number == 0 || unit == units.end()) return std::nullopt;
+  if (number > std::numeric_limits<std::uint64_t>::max() / unit->second) return std::nullopt;
+  return number * unit->second;
+}
+
 }  // namespace number_flags
 
 [[nodiscard]] inline CLI::Validator number_between(double least, double most) {
@@ -30,6 +49,17 @@ CLI::Validator validator(const std::string& rule, Holds holds) {
 
 [[nodiscard]] inline CLI::Validator finite_not_negative() {
   return number_flags::validator("finite and >= 0", [](double value) { return std::isfinite(value) && value >= 0; });
+}
+
+// Turns a size into bytes, at least 1.
+[[nodiscard]] inline CLI::Validator byte_size() {
+  const auto to_bytes = [](std::string& text) -> std::string {
+    const std::optional<std::uint64_t> bytes = number_flags::bytes_of_size(text);
+    if (!bytes) return text + " is not a size: give bytes, or whole kB, MB, GB or TB, or KiB, MiB, GiB or TiB";
+    text = std::to_string(*bytes);
+    return {};
+  };
+  return {to_bytes, "SIZE"};
 }
 
 }  // namespace lumatlas
