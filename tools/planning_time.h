@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How long planning a view takes, as the planner reports it. Photographs are blank and nothing is refined, so only the
+// surface, the cameras and the planner's options matter.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility.h"
+#include "planner/planner.h"
+
+namespace lumatlas {
+
+// A surface, and the cameras of a stream of views of it.
+struct PlanningScene {
+  std::string name;
+  std::shared_ptr<const Surface> surface;
+  std::vector<Camera> cameras;
+};
+
+// A folder's mesh and evenly spaced ones of its views, `most_views` at most. Throws InputError.
+[[nodiscard]] PlanningScene load_planning_scene(const std::filesystem::path& folder, std::size_t most_views);
+
+// A walk through the furnished apartment of `lumatlas synth`, its surfaces made uneven as those of scanned rooms are.
+struct ApartmentOptions {
+  std::uint32_t triangles = 1'600'000;  // of the mesh, within 1 %
+  std::uint32_t views_per_lap = 500;    // >= 1
+  std::uint32_t laps = 1;               // >= 1; views at the same place in their laps are close, but none is the same
+  std::uint32_t width = 640;            // of the photographs, pixels
+  std::uint32_t height = 480;
+};
+
+// Says on stderr what it is doing, because large meshes take a minute. Throws std::invalid_argument if the walk is not
+// one that SynthOptions allow, std::runtime_error if the furniture cannot be had with so few triangles.
+[[nodiscard]] PlanningScene make_planning_scene(const ApartmentOptions& options);
+
+// What one view of the stream took: milliseconds of wall time, if nothing else is said.
+struct PlannedTime {
+  double visibility_ms = 0;
+  double decision_ms = 0;
+  double cpu_ms = 0;  // of the whole of it, storing included, by all threads of this process: other work does not count
+  Decision decision = Decision::rejected;
+  std::uint64_t resident_bytes = 0;  // of this process, afterwards
+
+  [[nodiscard]] double planning_ms() const { return visibility_ms + decision_ms; }
+};
+
+// Offers all views in their order to a store of `max_views`. coverage.ideal_distance is taken from the scene, and
+// nothing is refined, whatever the options say.
+[[nodiscard]] std::vector<PlannedTime> time_planning(const PlanningScene& scene, const Visibility& visibility,
+                                                     PlannerOptions options, std::uint32_t max_views);
+
+struct Spread {
+  double median = 0, p95 = 0;  // NaN for no views
+};
+[[nodiscard]] Spread spread(std::span<const PlannedTime> times, double (*value)(const PlannedTime&));
+
+}  // namespace lumatlas
