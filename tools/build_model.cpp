@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "blend/gl_visibility.h"
 #include "mesh/errors.h"
 #include "tools/percentile.h"
 #include "tools/photograph_stream.h"
@@ -43,6 +44,10 @@ std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optio
                      " views is left to build from: check --hold and --block");
   }
   return ranks;
+}
+
+std::unique_ptr<Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
+  return by == VisibilityBy::gl ? make_gl_visibility(surface.mesh, surface.cells) : make_ray_visibility(surface.mesh);
 }
 
 double median_distance(const std::filesystem::path& mesh_file, const std::vector<Camera>& cameras,
@@ -209,7 +214,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.mesh_file = input.mesh_file;
   const SceneViews views = read_scene_views(scene, input.surface->offset);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(input.surface->mesh);
+  const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);
   if (result.effective.coverage.ideal_distance == 0) {
@@ -288,6 +293,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
           {"min_reference_gain", result.effective.min_reference_gain},
           {"victims", result.effective.victims},
           {"visibility", result.effective.visibility_px},
+          {"visibility_by", options.visibility_by == VisibilityBy::gl ? "gl" : "rays"},
           {"refine_intrinsics", options.intrinsics == IntrinsicsUse::apply},
           {"depth_edge", result.effective.validity.depth_edge},
           {"edge_radius", result.effective.validity.edge_radius_px},

@@ -28,9 +28,16 @@ enum class RefineMode {
 // What to do about the intrinsics that the stored views ask for, after polishing.
 enum class IntrinsicsUse { ignore, report, apply };
 
+// What finds the visible surface; the two agree but at silhouettes.
+enum class VisibilityBy {
+  rays,  // mesh/visibility.h, on the processor
+  gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
+};
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
+  VisibilityBy visibility_by = VisibilityBy::rays;
   PlannerOptions planner;                 // coverage.ideal_distance 0: the median camera-surface distance of the scene
   RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
@@ -62,7 +69,8 @@ struct BuildResult {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const BuildOptions& options);
 
-// Checks the options before it reads anything. Throws InputError, and what check() throws.
+// Checks the options before it reads anything. Throws InputError, what check() throws, and with VisibilityBy::gl
+// GlError.
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
 
 // What `build --json` prints (DESIGN: machine-readable results).
