@@ -55,6 +55,25 @@ std::string gl_string(GLenum name) {
   return text ? reinterpret_cast<const char*>(text) : "unknown";
 }
 
+// What is current on a thread, whoever made it so.
+struct Binding {
+  EGLenum api = eglQueryAPI();
+  EGLDisplay display = eglGetCurrentDisplay();
+  EGLSurface draw = eglGetCurrentSurface(EGL_DRAW);
+  EGLSurface read = eglGetCurrentSurface(EGL_READ);
+  EGLContext context = eglGetCurrentContext();
+};
+
+// `display` is the one of the context that is current now.
+void bind_again(const Binding& binding, EGLDisplay display) {
+  if (binding.context == EGL_NO_CONTEXT) {
+    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  } else {
+    eglMakeCurrent(binding.display, binding.draw, binding.read, binding.context);
+  }
+  eglBindAPI(binding.api);
+}
+
 }  // namespace
 
 struct EglContext::State {
@@ -67,7 +86,9 @@ struct EglContext::State {
   State& operator=(const State&) = delete;
   ~State() {
     if (context == EGL_NO_CONTEXT) return;
-    eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    if (eglGetCurrentContext() == context) {
+      eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+    }
     eglDestroyContext(display, context);
     // The display is shared by every context of the process and is not terminated.
   }
@@ -108,6 +129,7 @@ struct EglContext::State {
 };
 
 EglContext::EglContext(const Options& options) : state_(std::make_unique<State>()) {
+  const Binding previous;
   std::string tried;
   for (const Platform& platform : platforms()) {
     const std::string reason = state_->open(platform, options.debug);
@@ -124,6 +146,7 @@ EglContext::EglContext(const Options& options) : state_(std::make_unique<State>(
     glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
     glDebugMessageCallback(remember_error, nullptr);
   }
+  if (!options.stays_current) bind_again(previous, state_->display);
 }
 
 EglContext::~EglContext() = default;
@@ -134,13 +157,32 @@ const std::string& EglContext::description() const {
   return state_->description;
 }
 
+struct CurrentContext::Previous {
+  Binding binding;
+  EGLDisplay display;  // of the context that is current meanwhile
+};
+
+CurrentContext::CurrentContext(const EglContext& context)
+    : previous_(std::make_unique<Previous>(Previous{{}, context.state_->display})) {
+  eglBindAPI(EGL_OPENGL_API);  // each thread begins with OpenGL ES
+  const EglContext::State& state = *context.state_;
+  if (eglMakeCurrent(state.display, EGL_NO_SURFACE, EGL_NO_SURFACE, state.context)) return;
+  eglBindAPI(previous_->binding.api);
+  throw GlError("the OpenGL context cannot be made current: another thread has it");
+}
+
+CurrentContext::~CurrentContext() {
+  bind_again(previous_->binding, previous_->display);
+}
+
 void check_gl(const char* doing) {
   const GLenum code = glGetError();
   if (!reported_error.empty()) {
     throw GlError("OpenGL failed while " + std::string(doing) + ": " + std::exchange(reported_error, {}));
   }
   if (code == GL_OUT_OF_MEMORY) {
-    throw GlError("OpenGL ran out of memory while " + std::string(doing) + ": use fewer views or smaller photographs");
+    throw GlError("OpenGL ran out of memory while " + std::string(doing) +
+                  ": use fewer views, smaller photographs or a coarser mesh");
   }
   if (code != GL_NO_ERROR)
     throw GlError("OpenGL failed while " + std::string(doing) + ": error " + std::to_string(code));

@@ -16,10 +16,13 @@ class GlError : public std::runtime_error {
 
 // Tries every EGL device in turn, then Mesa's surfaceless platform, and takes the first that gives a GL 4.5 context.
 // The context is current on the thread that made it, from construction to destruction; one at a time per thread.
+// Only a context that does not stay current may be used, and destroyed, on other threads: see CurrentContext.
 class EglContext {
  public:
   struct Options {
     bool debug = false;  // GL debug output on: an error reported by the driver becomes a GlError, see check_gl()
+    // Off: whatever was current on this thread before is so again once the context is made.
+    bool stays_current = true;
   };
   explicit EglContext(const Options& options);  // throws GlError: what was tried and why it failed
   EglContext() : EglContext(Options{}) {}
@@ -30,8 +33,22 @@ class EglContext {
   [[nodiscard]] const std::string& description() const;  // platform, renderer and version: "device 0: llvmpipe (...)"
 
  private:
+  friend class CurrentContext;
   struct State;
   std::unique_ptr<State> state_;
+};
+
+// Makes a context current on this thread for as long as it lives; then whatever was current before is so again.
+class CurrentContext {
+ public:
+  explicit CurrentContext(const EglContext& context);  // throws GlError if the context is current on another thread
+  ~CurrentContext();
+  CurrentContext(const CurrentContext&) = delete;
+  CurrentContext& operator=(const CurrentContext&) = delete;
+
+ private:
+  struct Previous;
+  std::unique_ptr<const Previous> previous_;
 };
 
 // Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when.

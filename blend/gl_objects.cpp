@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/gl_objects.h"
 
+#include <algorithm>
 #include <array>
+#include <limits>
 #include <string>
 
 #include "blend/egl_context.h"
@@ -60,6 +62,43 @@ GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsiz
   glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   check_gl("allocating a texture array");
   return texture;
+}
+
+GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer) {
+  GLuint name = 0;
+  glCreateFramebuffers(1, &name);
+  GlFramebuffer framebuffer(name);
+  std::vector<GLenum> attachments;
+  for (const GlTexture* color : colors) {
+    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
+    glNamedFramebufferTexture(name, attachments.back(), color->get(), 0);
+  }
+  if (z_buffer) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, z_buffer->get(), 0);
+  glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(attachments.size()), attachments.data());
+  const GLenum status = glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER);
+  if (status != GL_FRAMEBUFFER_COMPLETE) {
+    throw GlError("the driver refuses a framebuffer (status " + std::to_string(status) + ")");
+  }
+  return framebuffer;
+}
+
+GLint gl_limit(GLenum name) {
+  GLint value = 0;
+  glGetIntegerv(name, &value);
+  return value;
+}
+
+void require_picture_size(std::uint32_t width, std::uint32_t height) {
+  constexpr std::uint64_t kMostPixels = std::numeric_limits<GLsizei>::max() / 4;
+  const auto most = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
+  if (std::max(width, height) > most) {
+    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
+                  " is above this driver's limit of " + std::to_string(most) + " pixels a side: render it smaller");
+  }
+  if (std::uint64_t{width} * height > kMostPixels) {
+    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " has more than the " +
+                  std::to_string(kMostPixels) + " pixels that OpenGL reads back at once: render it smaller");
+  }
 }
 
 GlProgram make_program(std::string_view name, std::string_view vertex_source, std::string_view fragment_source) {

@@ -4,6 +4,8 @@
 
 #include <epoxy/gl.h>
 
+#include <cstdint>
+#include <initializer_list>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -75,6 +77,16 @@ template <typename T>
 
 [[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
 [[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter);
+
+// Color attachments in this order; `z_buffer` may be null. Throws GlError if the driver refuses it.
+[[nodiscard]] GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer);
+
+// What the driver says for, say, GL_MAX_TEXTURE_SIZE.
+[[nodiscard]] GLint gl_limit(GLenum name);
+
+// Throws GlError for a picture above the driver's texture size or 2^29 pixels: OpenGL counts the bytes that it reads
+// back, four a pixel, in 31 bits.
+void require_picture_size(std::uint32_t width, std::uint32_t height);
 
 // Compiles and links; throws GlError with the compiler's log and the shader's name.
 [[nodiscard]] GlProgram make_program(std::string_view name, std::string_view vertex_source,

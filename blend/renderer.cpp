@@ -8,7 +8,6 @@
 #include <array>
 #include <glm/glm.hpp>
 #include <glm/vec4.hpp>
-#include <limits>
 #include <stdexcept>
 #include <string>
 
@@ -34,9 +33,6 @@ static_assert(sizeof(ViewBlock) == 7 * sizeof(glm::vec4));
 // is reversed and a float, so its relative precision is the same however small this is.
 constexpr double kNearShare = 1e-8;
 
-// OpenGL counts a picture's bytes, four a pixel, in 31 bits.
-constexpr std::uint64_t kMostPixels = std::numeric_limits<GLsizei>::max() / 4;
-
 struct LayerSize {
   std::uint32_t width = 1;
   std::uint32_t height = 1;
@@ -53,14 +49,8 @@ LayerSize layer_size(const Snapshot& snapshot) {
   return size;
 }
 
-GLint limit(GLenum name) {
-  GLint value = 0;
-  glGetIntegerv(name, &value);
-  return value;
-}
-
 void require_limit(std::uint64_t needed, GLenum name, const char* what, const char* advice) {
-  const GLint most = limit(name);
+  const GLint most = gl_limit(name);
   if (needed > static_cast<std::uint64_t>(most)) {
     throw GlError("the model needs " + std::to_string(needed) + " " + what + ", this driver takes " +
                   std::to_string(most) + ": " + advice);
@@ -118,38 +108,8 @@ struct Targets {
   GlFramebuffer surface_pass, blend_pass;
 };
 
-void require_complete(const GlFramebuffer& framebuffer) {
-  const GLenum status = glCheckNamedFramebufferStatus(framebuffer.get(), GL_FRAMEBUFFER);
-  if (status != GL_FRAMEBUFFER_COMPLETE) {
-    throw GlError("the driver refuses the renderer's framebuffer (status " + std::to_string(status) + ")");
-  }
-}
-
-GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer) {
-  GLuint name = 0;
-  glCreateFramebuffers(1, &name);
-  GlFramebuffer framebuffer(name);
-  std::vector<GLenum> attachments;
-  for (const GlTexture* color : colors) {
-    attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
-    glNamedFramebufferTexture(name, attachments.back(), color->get(), 0);
-  }
-  if (z_buffer) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, z_buffer->get(), 0);
-  glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(attachments.size()), attachments.data());
-  require_complete(framebuffer);
-  return framebuffer;
-}
-
 Targets make_targets(std::uint32_t width, std::uint32_t height) {
-  const std::uint32_t most = static_cast<std::uint32_t>(limit(GL_MAX_TEXTURE_SIZE));
-  if (std::max(width, height) > most) {
-    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
-                  " is above this driver's limit of " + std::to_string(most) + " pixels a side: render it smaller");
-  }
-  if (std::uint64_t{width} * height > kMostPixels) {
-    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " has more than the " +
-                  std::to_string(kMostPixels) + " pixels that OpenGL reads back at once: render it smaller");
-  }
+  require_picture_size(width, height);
   const auto w = static_cast<GLsizei>(width);
   const auto h = static_cast<GLsizei>(height);
   Targets targets;

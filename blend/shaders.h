@@ -10,5 +10,7 @@ extern const std::string_view k_surface_vert;
 extern const std::string_view k_surface_frag;
 extern const std::string_view k_screen_vert;
 extern const std::string_view k_blend_frag;
+extern const std::string_view k_visibility_vert;
+extern const std::string_view k_visibility_frag;
 
 }  // namespace lumatlas

@@ -177,6 +177,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--budget", "1.5GiB"},
       {"build", made().scene, "-o", out, "--budget", "12 parsecs"},
       {"build", made().scene, "-o", out, "--budget", "99999999999TiB"},
+      {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
@@ -192,6 +193,29 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
     CHECK(outcome.out.empty());
     CHECK_FALSE(outcome.err.empty());
     CHECK_FALSE(fs::exists(out));
+  }
+}
+
+TEST_CASE("visibility on the GPU gives the model that rays give, but for a few pixels") {
+  const TemporaryFolder folder;
+  const auto build = [&](const std::string& way) {
+    return lumatlas({"build", made().scene, "-o", (folder / way).string(), "--refine", "none", "--visibility-by", way,
+                     "--json", "--quiet"});
+  };
+  const Outcome gl = build("gl");
+  if (gl.err.find("no OpenGL 4.5") != std::string::npos) {
+    WARN("skipped: " << gl.err);
+    return;
+  }
+  REQUIRE(gl.status == 0);
+  CHECK(options_beside(folder / "gl")["visibility_by"] == "gl");
+  const auto by_gl = nlohmann::json::parse(gl.out);
+  const auto by_rays = nlohmann::json::parse(build("rays").out);
+  CHECK(options_beside(folder / "rays")["visibility_by"] == "rays");
+  CHECK(by_gl["views"]["offered"] == by_rays["views"]["offered"]);
+  for (const char* key : {"cells_seen", "references", "summed_coverage"}) {
+    CAPTURE(key);
+    CHECK(by_gl[key].get<double>() == Approx(by_rays[key].get<double>()).epsilon(0.02));
   }
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/egl_context.h"
 
+#include <epoxy/egl.h>
+
 #include <catch2/catch.hpp>
 #include <optional>
+#include <thread>
 
 #include "tests/gl_test_context.h"
 
@@ -25,6 +28,59 @@ TEST_CASE("a context can be moved and stays current") {
   first.reset();
   CHECK_FALSE(second.description().empty());
   CHECK_NOTHROW(check_gl("doing nothing"));
+}
+
+TEST_CASE("a context that does not stay current is so only while it is asked for, on any thread") {
+  if (!context_or_skip()) return;
+  const EglContext aside({.debug = true, .stays_current = false});
+  CHECK(eglGetCurrentContext() == EGL_NO_CONTEXT);
+  const EglContext staying({.debug = true});
+  const auto before = eglGetCurrentContext();
+  REQUIRE(before != EGL_NO_CONTEXT);
+  {
+    const CurrentContext current(aside);
+    CHECK(eglGetCurrentContext() != before);
+    CHECK(eglGetCurrentContext() != EGL_NO_CONTEXT);
+    {
+      const EglContext third({.debug = true, .stays_current = false});
+      const CurrentContext nested(third);
+      CHECK_NOTHROW(check_gl("doing nothing"));
+    }
+    CHECK(eglGetCurrentContext() != before);
+    CHECK(eglGetCurrentContext() != EGL_NO_CONTEXT);
+  }
+  CHECK(eglGetCurrentContext() == before);
+  bool was_current = false;
+  bool is_current = true;
+  std::thread([&] {
+    {
+      const CurrentContext current(aside);
+      was_current = eglGetCurrentContext() != EGL_NO_CONTEXT;
+    }
+    is_current = eglGetCurrentContext() != EGL_NO_CONTEXT;
+  }).join();
+  CHECK(was_current);
+  CHECK_FALSE(is_current);
+  CHECK(eglGetCurrentContext() == before);
+}
+
+TEST_CASE("a context that another thread has is refused, and what was current stays so") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  bool refused = false;
+  bool kept = false;
+  std::thread([&] {
+    const EglContext own({.debug = true});
+    const auto before = eglGetCurrentContext();
+    try {
+      const CurrentContext current(*context);
+    } catch (const GlError&) {
+      refused = true;
+    }
+    kept = eglGetCurrentContext() == before;
+  }).join();
+  CHECK(refused);
+  CHECK(kept);
 }
 
 }  // namespace

@@ -5,10 +5,13 @@
 #include <filesystem>
 #include <optional>
 
+#include "blend/gl_visibility.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "tests/gl_test_context.h"
+#include "tests/visibility_agreement.h"
 #include "tools/build_model.h"
+#include "tools/surface_input.h"
 
 namespace lumatlas {
 namespace {
@@ -74,6 +77,30 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   const double share = static_cast<double>(total.different) / static_cast<double>(total.pixels);
   INFO("share of pixels that differ: " << share);
   CHECK(share <= 0.001);  // DESIGN; measured: below 1e-4
+}
+
+TEST_CASE("on a real scene the GPU sees what rays see, away from silhouettes") {
+  const char* const name = GENERATE("sceaux", "fox", "office");
+  CAPTURE(name);
+  const std::optional<std::filesystem::path> path = scene_or_skip(name);
+  if (!path || !context_or_skip()) return;
+  const SurfaceInput input = load_surface(*path, std::nullopt, {});
+  const Mesh& mesh = input.surface->mesh;
+  const SceneViews scene = read_scene_views(*path, input.surface->offset);
+  const auto rays = make_ray_visibility(mesh);
+  const auto gl = make_gl_visibility(mesh, input.surface->cells, {.debug = true});
+  for (const std::uint32_t pixels : {320u, 640u}) {
+    VisibilityAgreement agreement;
+    for (std::size_t rank = 0; rank < scene.views.size(); rank += 1 + scene.views.size() / 20) {
+      const Camera camera = scene.views[rank].camera.shrunk_to(pixels);
+      compare(rays->trace(camera), gl->trace(camera), agreement);
+    }
+    INFO(pixels << " pixels: away from silhouettes " << agreement.share_smooth() << ", equal of those "
+                << agreement.share_equal() << ", same face " << agreement.share_same_face());
+    CHECK(agreement.share_smooth() > 0.5);
+    CHECK(agreement.share_equal() >= 0.999);
+    CHECK(agreement.share_same_face() > 0.99);  // faces of about a pixel, and corners moved by 1/512 of one
+  }
 }
 
 }  // namespace

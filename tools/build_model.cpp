@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "blend/gl_visibility.h"
 #include "mesh/errors.h"
 #include "tools/progress.h"
 #include "tools/surface_input.h"
@@ -74,6 +75,10 @@ std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options) {
 
 double ms_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::unique_ptr<Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
+  return by == VisibilityBy::gl ? make_gl_visibility(surface.mesh, surface.cells) : make_ray_visibility(surface.mesh);
 }
 
 double median_distance(const std::filesystem::path& mesh_file, const std::vector<Camera>& cameras,
@@ -217,7 +222,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_room_for_each(stream, options.planner.max_bytes);
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(input.surface->mesh);
+  const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);
   if (result.effective.coverage.ideal_distance == 0) {

@@ -41,9 +41,16 @@ enum class ViewChoice {
   random,   // nobody: by chance
 };
 
+// What finds the visible surface; the two agree but at silhouettes.
+enum class VisibilityBy {
+  rays,  // mesh/visibility.h, on the processor
+  gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
+};
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
+  VisibilityBy visibility_by = VisibilityBy::rays;
   PlannerOptions planner;                 // coverage.ideal_distance 0: the median camera-surface distance of the scene
   RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
@@ -91,7 +98,7 @@ struct BuildResult {
 void check(const BuildOptions& options);
 
 // Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans
-// anything. Throws InputError, and what check() throws.
+// anything. Throws InputError, what check() throws, and with VisibilityBy::gl GlError.
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
 
 }  // namespace lumatlas

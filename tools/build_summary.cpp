@@ -304,6 +304,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"min_reference_gain", planner.min_reference_gain},
               {"victims", planner.victims},
               {"visibility", planner.visibility_px},
+              {"visibility_by", options.visibility_by == VisibilityBy::gl ? "gl" : "rays"},
               {"depth_edge", planner.validity.depth_edge},
               {"edge_radius", planner.validity.edge_radius_px},
               {"fade", planner.validity.fade_px}};

@@ -121,6 +121,12 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
   command
       .add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
       ->check(CLI::Range(1u, 65536u));
+  const std::map<std::string, VisibilityBy> ways = {{"rays", VisibilityBy::rays}, {"gl", VisibilityBy::gl}};
+  command
+      .add_option("--visibility-by", flags.options.visibility_by,
+                  "What finds the visible surface: rays (on the processor) or gl (on the GPU, through OpenGL); default "
+                  "rays")
+      ->transform(CLI::CheckedTransformer(ways));
   command
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")

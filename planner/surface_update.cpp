@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Planner::update_surface(): the geometry changes while the stream runs (Erat et al. 2019, section 5).
+#include <algorithm>
+#include <array>
+#include <glm/glm.hpp>
+#include <stdexcept>
+
+#include "planner/planner.h"
+
+namespace lumatlas {
+
+namespace {
+
+struct Sphere {
+  glm::dvec3 center;
+  double radius;
+};
+
+Sphere sphere_of(const Cell& cell) { return {cell.centroid, cell.radius}; }
+
+// Where the geometry is not as it was: around cells that are new or changed, as they are now and as they were, and
+// around those that are gone.
+std::vector<Sphere> spheres_of_change(const Cells& before, const Cells& now,
+                                      std::span<const std::uint32_t> previous_cell,
+                                      std::span<const std::uint8_t> changed) {
+  std::vector<std::uint8_t> kept(before.cells.size(), 0);
+  std::vector<Sphere> spheres;
+  for (std::size_t cell = 0; cell < now.cells.size(); ++cell) {
+    if (changed[cell] != 0) {
+      spheres.push_back(sphere_of(now.cells[cell]));
+    } else {
+      kept[previous_cell[cell]] = 1;
+    }
+  }
+  for (std::size_t cell = 0; cell < kept.size(); ++cell) {
+    if (kept[cell] == 0) spheres.push_back(sphere_of(before.cells[cell]));
+  }
+  return spheres;
+}
+
+// The planes of a camera's viewing pyramid through its centre, normals inwards, in the camera frame.
+std::array<glm::dvec3, 4> inward_normals(const Camera& camera) {
+  const double left = -camera.cx / camera.fx, right = (camera.width - camera.cx) / camera.fx;
+  const double top = -camera.cy / camera.fy, bottom = (camera.height - camera.cy) / camera.fy;
+  return {glm::normalize(glm::dvec3(1, 0, -left)), glm::normalize(glm::dvec3(-1, 0, right)),
+          glm::normalize(glm::dvec3(0, 1, -top)), glm::normalize(glm::dvec3(0, -1, bottom))};
+}
+
+// Never false for a sphere that shows in the image.
+bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, const Sphere& sphere) {
+  const glm::dvec3 center = camera.cam_from_world_rotation * sphere.center + camera.cam_from_world_translation;
+  if (center.z < -sphere.radius) return false;
+  return std::all_of(normals.begin(), normals.end(),
+                     [&](const glm::dvec3& normal) { return glm::dot(normal, center) >= -sphere.radius; });
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_t> previous_cell,
+                                                    std::span<const std::uint8_t> changed,
+                                                    const Surface& surface) const {
+  const Cells& before = atlas_.surface().cells;
+  const std::vector<Sphere> spheres = spheres_of_change(before, surface.cells, previous_cell, changed);
+  std::vector<std::uint8_t> stays(before.cells.size(), 0);
+  for (std::size_t cell = 0; cell < changed.size(); ++cell) {
+    if (changed[cell] == 0) stays[previous_cell[cell]] = 1;
+  }
+  std::vector<std::uint32_t> slots;
+  for (const std::uint32_t slot : stored_slots()) {
+    const Camera& camera = atlas_.view(slot)->camera;
+    const std::array<glm::dvec3, 4> normals = inward_normals(camera);
+    const std::span<const CellPart> seen = ledger_.parts(slot);
+    // Cells were counted at the given pose, the depth is that of the refined one: either may have changed.
+    if (std::any_of(seen.begin(), seen.end(), [&](const CellPart& entry) { return stays[entry.cell] == 0; }) ||
+        std::any_of(spheres.begin(), spheres.end(),
+                    [&](const Sphere& sphere) { return may_show(camera, normals, sphere); })) {
+      slots.push_back(slot);
+    }
+  }
+  return slots;
+}
+
+// Returns whether the view shows something else than before.
+bool Planner::make_depth_again(std::uint32_t slot) {
+  const std::shared_ptr<const StoredView> old = atlas_.view(slot);
+  VisibilityBuffer visible = visibility_->trace(old->camera);
+  if (visible.depth == old->depth) return false;
+  atlas_.replace(slot, make_stored_view(old->name, old->camera, old->photograph, std::move(visible), options_.validity,
+                                        old->trust));
+  refiner_.replaced(slot);
+  return true;
+}
+
+SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
+                                      std::span<const std::uint32_t> previous_cell,
+                                      std::span<const std::uint8_t> changed) {
+  const std::size_t cells = surface->cells.cells.size();
+  if (changed.size() != cells || previous_cell.size() != cells) {
+    throw std::invalid_argument("planner: what became of the cells is said of " + std::to_string(changed.size()) +
+                                " and " + std::to_string(previous_cell.size()) + " cells, must be of " +
+                                std::to_string(cells));
+  }
+  std::vector<std::uint32_t> unchanged(cells, kNoCell);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (changed[cell] != 0) continue;
+    if (previous_cell[cell] >= atlas_.surface().cells.cells.size()) {
+      throw std::invalid_argument("planner: cell " + std::to_string(cell) +
+                                  " is said to be as it was, but it was not there");
+    }
+    unchanged[cell] = previous_cell[cell];
+  }
+  const std::vector<std::uint32_t> again = views_of_change(previous_cell, changed, *surface);
+  atlas_.replace_surface(surface, previous_cell);
+  for (const std::uint32_t slot : again) ledger_.erase(slot);
+  ledger_.follow(*surface, unchanged);
+  visibility_ = &visibility;
+  refiner_.see_with(visibility);
+  SurfaceUpdate update;
+  update.views_seen_again = static_cast<std::uint32_t>(again.size());
+  for (const std::uint32_t slot : again) {
+    const Camera small = planning_camera(atlas_.view(slot)->camera);
+    const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), surface->cells);
+    atlas_.mark_seen(seen);
+    ledger_.insert(slot, parts(small, seen));
+    update.depths_made_again += make_depth_again(slot);
+  }
+  for (std::uint32_t cell = 0; cell < cells; ++cell) atlas_.set_references(cell, ledger_.references(cell));
+  return update;
+}
+
+}  // namespace lumatlas
