@@ -84,7 +84,7 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
 
 Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options)
     : atlas_(atlas),
-      visibility_(visibility),
+      visibility_(&visibility),
       options_(options),
       refiner_(atlas, visibility, options.refinement),
       ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain) {
@@ -110,7 +110,7 @@ std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPi
 std::vector<CellPart> Planner::parts_of(const Camera& camera) const {
   check(camera);
   const Camera small = planning_camera(camera);
-  return parts(small, count_cell_pixels(visibility_.trace(small), atlas_.surface().cells));
+  return parts(small, count_cell_pixels(visibility_->trace(small), atlas_.surface().cells));
 }
 
 // What an offered view sees, left in buffer_ too.
@@ -118,7 +118,7 @@ std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
   check(camera);
   const Stopwatch stopwatch(verdict.visibility_ms);
   const Camera small = planning_camera(camera);
-  visibility_.trace(small, buffer_);
+  visibility_->trace(small, buffer_);
   const std::vector<CellPixels> seen = count_cell_pixels(buffer_, atlas_.surface().cells);
   atlas_.mark_seen(seen);
   verdict.cells_seen = static_cast<std::uint32_t>(seen.size());
@@ -240,7 +240,7 @@ void Planner::take(const std::string& name, const Camera& camera, std::vector<Ce
   }
   const Stopwatch stopwatch(verdict.store_ms);
   StoredView view =
-      make_stored_view(name, refined, std::move(photograph), visibility_.trace(refined), options_.validity);
+      make_stored_view(name, refined, std::move(photograph), visibility_->trace(refined), options_.validity);
   verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
   for (const std::uint32_t victim : exchange.victims) {
     verdict.replaced.push_back(atlas_.view(victim)->name);

@@ -92,7 +92,7 @@ void check(const RefinementOptions& options) {
 
 Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options)
     : atlas_(atlas),
-      visibility_(visibility),
+      visibility_(&visibility),
       options_(options),
       views_(atlas.capacity()),
       given_(atlas.capacity()),
@@ -111,7 +111,7 @@ Refinement Refiner::refine(const Camera& camera, const Photograph& photograph, c
 
 std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {
   const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
-  const VisibilityBuffer visible = visibility_.trace(camera.shrunk_to(sample_px));
+  const VisibilityBuffer visible = visibility_->trace(camera.shrunk_to(sample_px));
   return choose_surface_samples(camera, photograph, visible, options_.samples);
 }
 
@@ -170,7 +170,12 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std:
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
   atlas_.replace(
-      slot, make_stored_view(old.name, camera, old.photograph, visibility_.trace(camera), validity, std::move(trust)));
+      slot, make_stored_view(old.name, camera, old.photograph, visibility_->trace(camera), validity, std::move(trust)));
+  replaced(slot);
+}
+
+void Refiner::replaced(std::uint32_t slot) {
+  if (!views_[slot]) return;
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
 }
@@ -180,7 +185,7 @@ void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
   const Camera& camera = view.view->camera;
   masked_with_[slot] = neighbours_[slot];
   std::vector<std::uint8_t> trust =
-      trust_mask(camera, view.pyramid, view.gain, visibility_.trace(camera.shrunk_to(options_.trust.grid_px)), atlas_,
+      trust_mask(camera, view.pyramid, view.gain, visibility_->trace(camera.shrunk_to(options_.trust.grid_px)), atlas_,
                  views_, slot, options_.trust);
   if (trust != view.view->trust) replace(slot, camera, std::move(trust), validity);
 }

@@ -65,6 +65,10 @@ class Refiner {
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
   // balanced anew, and masks are made where enough views have come since the last time.
   void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity);
+  // The atlas has put another depth and mask in the place of the slot's; the photograph is the same.
+  void replaced(std::uint32_t slot);
+  // The mesh has changed; `visibility` must outlive the refiner or the next call.
+  void see_with(const Visibility& visibility) { visibility_ = &visibility; }
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
@@ -91,7 +95,7 @@ class Refiner {
   void revisit(std::uint32_t newest, const ValidityOptions& validity);
 
   Atlas& atlas_;
-  const Visibility& visibility_;
+  const Visibility* visibility_;
   RefinementOptions options_;
   std::vector<std::optional<ComparedView>> views_;  // by slot
   std::vector<Camera> given_;                       // by slot
