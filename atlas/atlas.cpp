@@ -18,6 +18,19 @@ void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
   }
 }
 
+void require_previous_cells(std::span<const std::uint32_t> previous_cell, std::size_t cells, std::size_t cells_before) {
+  if (previous_cell.size() != cells) {
+    throw std::invalid_argument("atlas: previous_cell has " + std::to_string(previous_cell.size()) +
+                                " entries, must have one per cell of the new surface, " + std::to_string(cells));
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (previous_cell[cell] < cells_before || previous_cell[cell] == kNoCell) continue;
+    throw std::invalid_argument("atlas: previous_cell[" + std::to_string(cell) + "] is " +
+                                std::to_string(previous_cell[cell]) + ", must be below the number of cells before, " +
+                                std::to_string(cells_before));
+  }
+}
+
 }  // namespace
 
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
@@ -48,6 +61,11 @@ Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views)
       references_(surface_->cells.cells.size()),
       cell_seen_(surface_->cells.cells.size(), 0) {
   if (max_views == 0) throw std::invalid_argument("atlas: max_views is 0, must be at least 1");
+}
+
+const Surface& Atlas::surface() const {
+  const std::scoped_lock lock(mutex_);
+  return *surface_;
 }
 
 std::uint32_t Atlas::size() const {
@@ -118,11 +136,32 @@ void Atlas::mark_seen(std::span<const CellPixels> cells) {
   for (const CellPixels& seen : cells) cell_seen_.at(seen.cell) = 1;
 }
 
+void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
+  const std::scoped_lock lock(mutex_);
+  require_previous_cells(previous_cell, surface->cells.cells.size(), references_.size());
+  if (surface->offset != surface_->offset) {
+    throw std::invalid_argument("atlas: the new surface has another offset than the one before, must have the same");
+  }
+  std::vector<std::vector<std::uint32_t>> references(previous_cell.size());
+  std::vector<std::uint32_t> references_to_slot(views_.size(), 0);
+  std::vector<std::uint8_t> cell_seen(previous_cell.size(), 0);
+  for (std::size_t cell = 0; cell < previous_cell.size(); ++cell) {
+    if (previous_cell[cell] == kNoCell) continue;
+    references[cell] = references_[previous_cell[cell]];
+    cell_seen[cell] = cell_seen_[previous_cell[cell]];
+    for (const std::uint32_t slot : references[cell]) ++references_to_slot[slot];
+  }
+  surface_.swap(surface);  // so that the old one is freed after the lock
+  references_ = std::move(references);
+  references_to_slot_ = std::move(references_to_slot);
+  cell_seen_ = std::move(cell_seen);
+}
+
 Snapshot Atlas::snapshot() const {
   Snapshot snapshot;
-  snapshot.surface = surface_;
   {
     const std::scoped_lock lock(mutex_);
+    snapshot.surface = surface_;
     snapshot.views = views_;
     snapshot.gains = gains_;
     snapshot.cell_seen = cell_seen_;
@@ -131,7 +170,7 @@ Snapshot Atlas::snapshot() const {
       snapshot.references.offsets.push_back(static_cast<std::uint32_t>(snapshot.references.views.size()));
     }
   }
-  VertexColorMean colors(surface_->mesh);
+  VertexColorMean colors(snapshot.surface->mesh);
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (snapshot.views[slot]) colors.add(*snapshot.views[slot], snapshot.gains[slot]);
   }

@@ -80,7 +80,9 @@ class Atlas {
   // Throws std::invalid_argument unless max_views >= 1.
   Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views);
 
-  [[nodiscard]] const Surface& surface() const { return *surface_; }
+  // Good until the next replace_surface(): for the thread that calls that one, and for those that it waits for. Any
+  // other looks at a snapshot's.
+  [[nodiscard]] const Surface& surface() const;
   [[nodiscard]] std::uint32_t capacity() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t size() const;  // views stored
 
@@ -104,14 +106,23 @@ class Atlas {
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
   void mark_seen(std::span<const CellPixels> cells);
 
+  // Puts another surface under the stored views. `previous_cell` says for each of its cells which one it was, or
+  // kNoCell: see CellGrowth. A cell takes the references of the one that it was, and whether it was seen; a new one has
+  // none and is unseen; what no cell of the new surface was, is dropped. Several cells may have been one. Views and
+  // gains stay as they are: their depth and validity are those of the old surface until each is replaced by replace().
+  // Snapshots taken before keep the old surface. Throws std::invalid_argument, and changes nothing, if `previous_cell`
+  // has not one entry per cell, names a cell that is not there, or if the surfaces differ in offset, on which the
+  // views' cameras depend.
+  void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
+
   // Vertex colours are the mean of the stored views' colours (see vertex_colors.h), which costs a pass over them all.
   [[nodiscard]] Snapshot snapshot() const;
 
  private:
   void require_stored(std::uint32_t slot) const;
 
-  std::shared_ptr<const Surface> surface_;
   mutable std::mutex mutex_;
+  std::shared_ptr<const Surface> surface_;
   std::vector<std::shared_ptr<const StoredView>> views_;
   std::vector<glm::dvec3> gains_;
   std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each slot

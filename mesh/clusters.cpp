@@ -201,8 +201,7 @@ void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, 
 std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, const std::vector<double>& areas, double size,
                                           double normal_weight) {
   constexpr int kLloydSteps = 3;
-  constexpr double kSmoothingRadius = 1.0 / 6;  // of the size: small against a cell, several faces of a dense scan
-  const FaceGraph graph = make_face_graph(mesh, areas, kSmoothingRadius * size);
+  const FaceGraph graph = make_face_graph(mesh, areas, kNormalSmoothing * size);
   const Metric metric{static_cast<float>(1 / size), static_cast<float>(normal_weight)};
   std::vector<Center> centers = Seeding(graph, metric).run();
   std::vector<std::uint32_t> labels = grow(graph, centers, metric);

@@ -23,6 +23,9 @@ struct FaceNode {
 };
 using FaceGraph = std::vector<FaceNode>;
 
+// The smoothing radius for clusters, of their size: small against a cell, several faces of a dense scan.
+inline constexpr double kNormalSmoothing = 1.0 / 6;
+
 // Normals are averaged over faces up to about `smoothing_radius` away, because those of scanned surfaces are noisy;
 // neighbours whose centroids are further apart than that keep theirs, so that coarse meshes keep their creases.
 [[nodiscard]] FaceGraph make_face_graph(const Mesh& mesh, const std::vector<double>& areas, double smoothing_radius);

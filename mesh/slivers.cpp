@@ -32,8 +32,8 @@ struct Cluster {
 
 class SliverMerger {
  public:
-  SliverMerger(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels)
-      : graph_(graph), size_(size), labels_(labels) {}
+  SliverMerger(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels, std::uint32_t first)
+      : graph_(graph), size_(size), labels_(labels), first_(first) {}
 
   void run() {
     gather();
@@ -45,8 +45,9 @@ class SliverMerger {
       if (clusters_[index].faces.empty() || clusters_[index].area != area) continue;  // merged since it was queued
       const std::uint32_t host = best_host(index);
       if (host == kNoNeighbor) continue;
-      merge(index, host);
-      enqueue_if_small(host, slivers);
+      const bool stays = index < first_;
+      merge(stays ? host : index, stays ? index : host);
+      enqueue_if_small(stays ? index : host, slivers);
     }
   }
 
@@ -94,13 +95,15 @@ class SliverMerger {
     return radius;
   }
 
-  // The neighbour with which the sliver makes the most compact and flat cluster, or kNoNeighbor.
+  // The neighbour with which the sliver makes the most compact and flat cluster, or kNoNeighbor. One of the two can be
+  // given away.
   [[nodiscard]] std::uint32_t best_host(std::uint32_t sliver) const {
     std::uint32_t best = kNoNeighbor;
     double least_cost = std::numeric_limits<double>::infinity();
     const bool is_crumb = clusters_[sliver].area < kCrumbArea * size_ * size_;
     const double least_flatness = is_crumb ? kCrumbFlatness : kLeastFlatness;
     for (const std::uint32_t host : neighbors(sliver)) {
+      if (sliver < first_ && host < first_) continue;
       const Cluster merged = sums_of(clusters_[sliver], clusters_[host]);
       if (merged.area > kLargestArea * size_ * size_ || merged.flatness() < least_flatness) continue;
       const glm::dvec3 centroid = merged.centroid();
@@ -114,27 +117,28 @@ class SliverMerger {
     return best;
   }
 
-  void merge(std::uint32_t sliver, std::uint32_t host) {
-    Cluster merged = sums_of(clusters_[sliver], clusters_[host]);
-    merged.faces = std::move(clusters_[host].faces);
-    for (const std::uint32_t face : clusters_[sliver].faces) {
-      labels_[face] = host;
+  void merge(std::uint32_t from, std::uint32_t into) {
+    Cluster merged = sums_of(clusters_[from], clusters_[into]);
+    merged.faces = std::move(clusters_[into].faces);
+    for (const std::uint32_t face : clusters_[from].faces) {
+      labels_[face] = into;
       merged.faces.push_back(face);
     }
-    clusters_[sliver] = {};
-    clusters_[host] = std::move(merged);
+    clusters_[from] = {};
+    clusters_[into] = std::move(merged);
   }
 
   const FaceGraph& graph_;
   double size_;
   std::vector<std::uint32_t>& labels_;
+  std::uint32_t first_;  // of those that may be given to another
   std::vector<Cluster> clusters_;
 };
 
 }  // namespace
 
-void merge_slivers(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels) {
-  SliverMerger(graph, size, labels).run();
+void merge_slivers(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels, std::uint32_t first) {
+  SliverMerger(graph, size, labels, first).run();
 }
 
 }  // namespace lumatlas

@@ -351,6 +351,117 @@ TEST_CASE("the books balance after any sequence of calls") {
   }
 }
 
+TEST_CASE("under another surface, references and what was seen follow the cells") {
+  Atlas atlas(wall_and_panel(kCells), 3);
+  for (const char* name : {"a", "b", "c"}) atlas.insert(tiny_view(name));
+  atlas.set_gain(1, {2, 3, 4});
+  atlas.set_references(0, {2});
+  atlas.set_references(1, {1, 0});
+  atlas.set_references(4, {0});
+  const std::vector<CellPixels> seen{{0, 1}, {1, 1}, {3, 1}};
+  atlas.mark_seen(seen);
+  const auto surface = wall_and_panel(6);
+  atlas.replace_surface(surface, Slots{4, kNoCell, 1, 3, 1, kNoCell});
+  CHECK(&atlas.surface() == surface.get());
+  const std::vector<Slots> expected{{0}, {}, {1, 0}, {}, {1, 0}, {}};
+  for (std::uint32_t cell = 0; cell < expected.size(); ++cell) CHECK(atlas.references(cell) == expected[cell]);
+  CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0});
+  CHECK(atlas.size() == 3);
+  CHECK(atlas.view(1)->name == "b");
+  CHECK(atlas.gain(1) == glm::dvec3(2, 3, 4));
+  const auto refused = [&](std::uint32_t slot, const std::string& cells) {
+    CHECK_THROWS_MATCHES(
+        atlas.erase(slot), std::logic_error,
+        Catch::Message("atlas: erase of slot " + std::to_string(slot) + ", which " + cells + " cells refer to"));
+  };
+  refused(0, "3");
+  refused(1, "2");
+  atlas.erase(2);  // the one cell that referred to it is gone
+}
+
+TEST_CASE("snapshots taken before keep the old surface, and nobody else does") {
+  const auto surface_with = [](float z) {
+    const auto surface = std::make_shared<Surface>(*wall_and_panel(kCells));
+    add_wall(surface->mesh, 1, 1, 1, z);
+    Slots cell_of_face = surface->cells.cell_of_face;
+    cell_of_face.resize(surface->mesh.faces.size(), kCells);
+    surface->cells = measure_cells(surface->mesh, cell_of_face, surface->cells.size);
+    return surface;
+  };
+  std::shared_ptr<const Surface> old = wall_and_panel(kCells);
+  const std::weak_ptr<const Surface> watched = old;
+  Atlas atlas(std::move(old), 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(2, {0});
+  {
+    const Snapshot before = atlas.snapshot();
+    atlas.replace_surface(surface_with(6), Slots{0, kNoCell, kNoCell, kNoCell, kNoCell, 2});
+    CHECK(before.surface == watched.lock());
+    CHECK(before.references.offsets == Slots{0, 0, 0, 1, 1, 1});
+    CHECK(before.cell_seen.size() == kCells);
+    const Snapshot after = atlas.snapshot();
+    CHECK(after.surface.get() == &atlas.surface());
+    CHECK(after.references.offsets == Slots{0, 0, 0, 0, 0, 0, 1});
+    CHECK(after.vertex_colors.size() == before.vertex_colors.size() + 4);
+  }
+  CHECK(watched.expired());
+}
+
+TEST_CASE("a surface that does not go with the store is refused, and the old one stays") {
+  const auto surface = wall_and_panel(kCells);
+  Atlas atlas(surface, 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(2, {0});
+  const auto refused = [&](const std::shared_ptr<const Surface>& next, const Slots& previous_cell,
+                           const std::string& sentence) {
+    CHECK_THROWS_MATCHES(atlas.replace_surface(next, previous_cell), std::invalid_argument, Catch::Message(sentence));
+    CHECK(&atlas.surface() == surface.get());
+    CHECK(atlas.references(2) == Slots{0});
+  };
+  refused(wall_and_panel(2), {0}, "atlas: previous_cell has 1 entries, must have one per cell of the new surface, 2");
+  refused(wall_and_panel(2), {0, 5}, "atlas: previous_cell[1] is 5, must be below the number of cells before, 5");
+  const auto elsewhere = std::make_shared<Surface>(*wall_and_panel(1));
+  elsewhere->offset.x += 1;
+  refused(elsewhere, {2}, "atlas: the new surface has another offset than the one before, must have the same");
+}
+
+TEST_CASE("the books balance after any sequence of surfaces") {
+  std::mt19937 random(8);
+  Atlas atlas(wall_and_panel(kCells), 4);
+  for (const char* name : {"a", "b", "c", "d"}) atlas.insert(tiny_view(name));
+  std::vector<Slots> ledger(kCells);
+  for (int step = 0; step < 500; ++step) {
+    if (random() % 2 == 0) {
+      const auto cell = static_cast<std::uint32_t>(random() % ledger.size());
+      ledger[cell].clear();
+      for (std::uint32_t slot = 0; slot < 4; ++slot) {
+        if (random() % 3 == 0) ledger[cell].push_back(slot);
+      }
+      atlas.set_references(cell, ledger[cell]);
+    } else {
+      const auto cells = static_cast<std::uint32_t>(1 + random() % 8);
+      Slots previous_cell;
+      std::vector<Slots> next;
+      for (std::uint32_t cell = 0; cell < cells; ++cell) {
+        const bool is_new = random() % 3 == 0;
+        previous_cell.push_back(is_new ? kNoCell : static_cast<std::uint32_t>(random() % ledger.size()));
+        next.push_back(is_new ? Slots{} : ledger[previous_cell.back()]);
+      }
+      atlas.replace_surface(wall_and_panel(cells), previous_cell);
+      ledger = next;
+    }
+    const auto slot = static_cast<std::uint32_t>(random() % 4);
+    const auto refers = [&](const Slots& slots) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
+    if (std::any_of(ledger.begin(), ledger.end(), refers)) {
+      CHECK_THROWS_AS(atlas.erase(slot), std::logic_error);
+    } else {
+      atlas.erase(slot);
+      REQUIRE(atlas.insert(tiny_view("again")) == slot);
+    }
+    for (std::uint32_t cell = 0; cell < ledger.size(); ++cell) REQUIRE(atlas.references(cell) == ledger[cell]);
+  }
+}
+
 // Every part of view `number` says which one it is.
 StoredView numbered_view(std::uint32_t number) {
   StoredView view = tiny_view(std::to_string(number));
@@ -422,6 +533,34 @@ TEST_CASE("snapshots are consistent while another thread writes") {
   CHECK_FALSE(goes_back);
   CHECK(std::all_of(kept.begin(), kept.end(), is_consistent));  // also after all that they show was replaced
   CHECK(atlas.size() == 4);
+}
+
+TEST_CASE("snapshots are of one surface while another thread replaces it") {
+  Atlas atlas(wall_and_panel(1), 1);
+  atlas.insert(tiny_view("a"));
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    Slots previous_cell;
+    for (std::uint32_t step = 0; step < 5000; ++step) {
+      const auto surface = std::make_shared<Surface>(*wall_and_panel(1 + step % 7));
+      surface->mesh.positions.resize(surface->mesh.positions.size() + surface->cells.cells.size());
+      previous_cell.assign(surface->cells.cells.size(), 0);
+      atlas.replace_surface(surface, previous_cell);
+      atlas.set_references(0, {0});
+    }
+    done = true;
+  });
+  std::size_t taken = 0, inconsistent = 0;
+  while (!done || taken == 0) {
+    const Snapshot snapshot = atlas.snapshot();
+    const std::size_t cells = snapshot.surface->cells.cells.size();
+    const bool fits = snapshot.references.offsets.size() == cells + 1 && snapshot.cell_seen.size() == cells &&
+                      snapshot.vertex_colors.size() == snapshot.surface->mesh.positions.size();
+    inconsistent += fits ? 0 : 1;
+    ++taken;
+  }
+  writer.join();
+  CHECK(inconsistent == 0);
 }
 
 }  // namespace
