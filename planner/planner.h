@@ -74,8 +74,8 @@ struct Verdict {
 
 // What a change of the geometry made necessary.
 struct SurfaceUpdate {
-  std::uint32_t views_seen_again = 0;    // whose cells were counted anew
-  std::uint32_t depths_made_again = 0;   // of those, how many show something else than before
+  std::uint32_t views_seen_again = 0;   // whose cells were counted anew
+  std::uint32_t depths_made_again = 0;  // of those, how many show something else than before
 };
 
 // Gives the photograph of the view that is offered, when it is asked for: at most once, before offer() returns.
@@ -83,7 +83,8 @@ using PhotographSource = std::function<Photograph()>;
 
 class Planner {
  public:
-  // Writes to `atlas` alone; both must outlive the planner (or, for `visibility`, be replaced by update_surface()). The atlas must be empty (std::invalid_argument).
+  // Writes to `atlas` alone; both must outlive the planner (or, for `visibility`, be replaced by update_surface()). The
+  // atlas must be empty (std::invalid_argument).
   Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options);
 
   // The photograph must be as large as its camera says (std::invalid_argument); it is asked for only if the view is to
@@ -108,10 +109,10 @@ class Planner {
   }
   void set_cameras(const IntrinsicsEstimate& estimate) { refiner_.set_cameras(estimate, options_.validity); }
 
-  // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say what
-  // became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it was.
-  // Views that can see a cell that is new, changed or gone are counted again, at the poses that they are stored with,
-  // and their depths and masks made again; nothing else is. References are then those of the new cells. Throws
+  // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say
+  // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it
+  // was. Views that can see a cell that is new, changed or gone are counted again, at the poses that they are stored
+  // with, and their depths and masks made again; nothing else is. References are then those of the new cells. Throws
   // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
                                std::span<const std::uint32_t> previous_cell, std::span<const std::uint8_t> changed);
