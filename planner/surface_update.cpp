@@ -16,7 +16,9 @@ struct Sphere {
   double radius;
 };
 
-Sphere sphere_of(const Cell& cell) { return {cell.centroid, cell.radius}; }
+Sphere sphere_of(const Cell& cell) {
+  return {cell.centroid, cell.radius};
+}
 
 // Where the geometry is not as it was: around cells that are new or changed, as they are now and as they were, and
 // around those that are gone.
