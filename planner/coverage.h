@@ -46,7 +46,7 @@ struct CoverageOptions {
   };
   Metric metric = Metric::directions;
   CoverageDepartures departures;      // of Metric::paper; bounded_share of both
-  double lambda = 0.5;                // weight of direction against position, [0, 1]
+  double lambda = 0.35;               // weight of direction against position, [0, 1]
   double ideal_distance = 0;          // d_max, scene units, > 0; see median_surface_distance()
   double distance_sigma = 0;          // sigma of g, scene units, > 0; 0: half of ideal_distance
   std::uint32_t max_references = 16;  // R_max per cell, >= 1
@@ -54,7 +54,7 @@ struct CoverageOptions {
   static constexpr std::uint32_t kMostViewsPerDirection = 8;
   // Of Metric::directions.
   std::uint32_t directions = 32;  // novel directions per cell, >= 1
-  double direction_width = 40;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
+  double direction_width = 90;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
   std::uint32_t views_per_direction =
       3;  // how many of its best views a novel direction counts, [1, 8]; 3: those blended
 

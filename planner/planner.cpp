@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "mesh/errors.h"
-#include "planner/surface_samples.h"
 
 namespace lumatlas {
 
@@ -91,9 +90,9 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
   if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
 }
 
-// The camera whose image cells are counted in. Refinement chooses its points in the same image.
+// The camera whose image cells are counted in.
 Camera Planner::planning_camera(const Camera& camera) const {
-  return camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), options_.visibility_px));
+  return camera.shrunk_to(options_.visibility_px);
 }
 
 std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPixels> seen) const {
@@ -113,7 +112,6 @@ std::vector<CellPart> Planner::parts_of(const Camera& camera) const {
   return parts(small, count_cell_pixels(visibility_->trace(small), atlas_.surface().cells));
 }
 
-// What an offered view sees, left in buffer_ too.
 std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
   check(camera);
   const Stopwatch stopwatch(verdict.visibility_ms);
@@ -231,7 +229,7 @@ void Planner::take(const std::string& name, const Camera& camera, std::vector<Ce
   Camera refined = camera;
   if (options_.refinement.any()) {
     const Stopwatch stopwatch(verdict.refine_ms);
-    verdict.refinement = refiner_.refine(camera, photograph, buffer_);
+    verdict.refinement = refiner_.refine(camera, photograph);
     refined = verdict.refinement->alignment.camera;
     if (verdict.refinement->outlier) {
       verdict.decision = Decision::outlier;

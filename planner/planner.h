@@ -38,7 +38,7 @@ struct PlannerOptions {
   // for.
   std::uint64_t max_bytes = 0;
   // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
-  std::uint32_t visibility_px = 320;
+  std::uint32_t visibility_px = 160;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

@@ -103,10 +103,9 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
   check(options);
 }
 
-Refinement Refiner::refine(const Camera& camera, const Photograph& photograph, const VisibilityBuffer& visible) const {
+Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) const {
   const Pyramid pyramid(photograph);
-  return compare(camera, camera, pyramid, choose_surface_samples(camera, pyramid, visible, options_.samples),
-                 std::nullopt);
+  return compare(camera, camera, pyramid, samples_of(camera, pyramid), std::nullopt);
 }
 
 std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {

@@ -23,7 +23,7 @@ struct RefinementOptions {
   TrustOptions trust;
   AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
   std::size_t samples = 2000;     // surface points at which views are compared, >= 1
-  std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in when polishing, >= 1
+  std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
   // After each view that is stored, this many stored ones are refined again, those first whose turn was longest ago, so
   // that they learn from the views that came after them.
   std::uint32_t revisits = 2;
@@ -57,10 +57,8 @@ class Refiner {
   // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
   Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
 
-  // Compares the photograph with the stored views. Changes nothing. `visible` is what the camera sees at any
-  // resolution.
-  [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph,
-                                  const VisibilityBuffer& visible) const;
+  // Compares the photograph with the stored views. Changes nothing.
+  [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
   // balanced anew, and masks are made where enough views have come since the last time.

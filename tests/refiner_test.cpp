@@ -231,9 +231,8 @@ TEST_CASE("refining changes neither the store nor what refining again says") {
   Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
   const Frame next = stream.frame(7, 2, 0.5);
   const Photograph photograph = stream.relief.photograph(next.truth, next.exposure);
-  const VisibilityBuffer visible = stream.relief.visibility->trace(next.given.shrunk_to(110));
-  const Refinement once = refiner.refine(next.given, photograph, visible);
-  const Refinement twice = refiner.refine(next.given, photograph, visible);
+  const Refinement once = refiner.refine(next.given, photograph);
+  const Refinement twice = refiner.refine(next.given, photograph);
   CHECK(same_camera(once.alignment.camera, twice.alignment.camera));
   check_same_store(stream.atlas, untouched.atlas);
 }
