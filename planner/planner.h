@@ -26,10 +26,10 @@ struct PlannerOptions {
   // Delta_scov: a view is kept if it raises scov by more than this share of the number of cells that it sees; >= 0.
   // 0 keeps whatever helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell counts
   // up to fcov_max and not up to 1, 0.1 is right.
-  double min_view_gain = 0.005;
+  double min_view_gain = 0.001;
   // While the store is full: by more than this share of what its views are worth on average, scov / N; >= 0. At 1 the
   // store is never worth less than a quarter of the best, whatever the stream (see direction_coverage.h).
-  double min_exchange_gain = 0;
+  double min_exchange_gain = 0.05;
   // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0. For Metric::paper 0.01 is right.
   double min_reference_gain = 0.001;
   // How many of the lowest-ranked views are considered for replacement; 0: all of them.
