@@ -31,18 +31,24 @@ void require_previous_cells(std::span<const std::uint32_t> previous_cell, std::s
   }
 }
 
+void require_size(const std::string& view, const char* what, std::uint32_t width, std::uint32_t height,
+                  const Camera& camera) {
+  if (width == camera.width && height == camera.height) return;
+  throw std::invalid_argument("view " + view + ": the " + what + " is " + std::to_string(width) + "x" +
+                              std::to_string(height) + ", must be as large as its camera, " +
+                              std::to_string(camera.width) + "x" + std::to_string(camera.height));
+}
+
 }  // namespace
+
+void require_photograph_of(const std::string& view, const Camera& camera, const Photograph& photograph) {
+  require_size(view, "photograph", photograph.width, photograph.height, camera);
+}
 
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
                             const ValidityOptions& options, std::vector<std::uint8_t> trust) {
-  const auto require_size = [&](const char* what, std::uint32_t width, std::uint32_t height) {
-    if (width == camera.width && height == camera.height) return;
-    throw std::invalid_argument("view " + name + ": the " + what + " is " + std::to_string(width) + "x" +
-                                std::to_string(height) + ", must be as large as its camera, " +
-                                std::to_string(camera.width) + "x" + std::to_string(camera.height));
-  };
-  require_size("photograph", photograph.width, photograph.height);
-  require_size("visibility buffer", visible.width, visible.height);
+  require_photograph_of(name, camera, photograph);
+  require_size(name, "visibility buffer", visible.width, visible.height, camera);
   StoredView view;
   view.name = std::move(name);
   view.camera = camera;

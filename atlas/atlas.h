@@ -42,6 +42,9 @@ struct StoredView {
   std::vector<std::uint8_t> validity;  // see validity_mask()
 };
 
+// Throws std::invalid_argument, naming the view, unless the photograph is as large as its camera says.
+void require_photograph_of(const std::string& view, const Camera& camera, const Photograph& photograph);
+
 // Completes a view with its depth and its mask. Throws std::invalid_argument if photograph and camera differ in size,
 // or if `trust`, as in StoredView, is neither empty nor of one value per pixel. `visible` is what the camera sees at
 // its own resolution.

@@ -106,12 +106,6 @@ double directional_coverage(double gamma, bool alone, const CoverageOptions& opt
   return std::clamp((1 - gamma) / (1 - tammes_cosine_bound(options)), 0.0, 1.0);
 }
 
-double coverage(const Contribution& view, std::span<const Contribution> others, const CoverageOptions& options) {
-  double gamma = -1;
-  for (const Contribution& other : others) gamma = std::max(gamma, glm::dot(view.direction, other.direction));
-  return options.lambda * directional_coverage(gamma, others.empty(), options) + (1 - options.lambda) * view.positional;
-}
-
 double set_coverage(std::span<const SetMember> views, bool newcomer, const CoverageOptions& options) {
   double sum = 0;
   for (std::size_t i = 0; i < views.size(); ++i) {

@@ -8,7 +8,8 @@
 //   cov_d = min(1, (1 - gamma) / (1 - cos theta(R_max)))     directional
 //   cov_p = g(d) min(1, pix_vis / pix_total)                 positional
 //   cov   = lambda cov_d + (1 - lambda) cov_p                in [0, 1]
-//   fcov  = min(fcov_max, sum of cov over a cell's views)
+//   fcov  = sum of cov over a cell's views
+//   scov  = sum of min(fcov_max, fcov) over the cells
 //
 // Metric::directions, the default, keeps cov_p and replaces the rest: see direction_coverage.h.
 #pragma once
@@ -55,8 +56,8 @@ struct CoverageOptions {
   // Of Metric::directions.
   std::uint32_t directions = 32;  // novel directions per cell, >= 1
   double direction_width = 90;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
-  std::uint32_t views_per_direction =
-      3;  // how many of its best views a novel direction counts, [1, 8]; 3: those blended
+  // How many of its best views a novel direction counts, [1, 8]; 3: those blended.
+  std::uint32_t views_per_direction = 3;
 
   [[nodiscard]] static CoverageOptions printed();
 };
@@ -86,19 +87,15 @@ struct CellPart {
 // cov_d from gamma, in [0, 1]; `alone`: there is no view to compare with.
 [[nodiscard]] double directional_coverage(double gamma, bool alone, const CoverageOptions& options);
 
-// cov(f, b) in [0, 1] (with an unbounded share: no upper bound) against `others`.
-[[nodiscard]] double coverage(const Contribution& view, std::span<const Contribution> others,
-                              const CoverageOptions& options);
-
 // A view of the set whose coverage is asked for.
 struct SetMember {
   Contribution part;
   bool referenced = false;
 };
 
-// fcov of the stored views that see a cell, in order of their arrival, in [0, max_cell_coverage]; 0 for none. With all
-// departures on it is never smaller for a referenced view more. `newcomer`: the last of them has just arrived and is
-// compared with those before it alone, which makes a difference for Comparison::everyone.
+// A cell's part in scov: min(fcov_max, fcov) of the stored views that see it, in order of their arrival; 0 for none.
+// With all departures on it is never smaller for a referenced view more. `newcomer`: the last of them has just arrived
+// and is compared with those before it alone, which makes a difference for Comparison::everyone.
 [[nodiscard]] double set_coverage(std::span<const SetMember> views, bool newcomer, const CoverageOptions& options);
 
 }  // namespace lumatlas

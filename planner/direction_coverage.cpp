@@ -90,7 +90,8 @@ const std::vector<glm::vec3>& DirectionCoverage::novel(std::uint32_t cell) const
 }
 
 float DirectionCoverage::quality(const Member& member, const glm::vec3& novel_direction) const {
-  const float k = std::max(0.0f, 1 - (1 - glm::dot(member.direction, novel_direction)) * cosine_scale_);
+  // Rounding can make the dot product exceed 1, by much where the width is small.
+  const float k = std::min(1.0f, std::max(0.0f, 1 - (1 - glm::dot(member.direction, novel_direction)) * cosine_scale_));
   return member.positional * (lambda_ * k + 1 - lambda_);
 }
 

@@ -13,7 +13,8 @@
 // A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
 // falls as others come: value(), and so scov, is monotone submodular. For such a measure choosing offline by greedy
 // selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a quarter of it, if an
-// exchange must gain scov / N (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain.
+// exchange must gain scov / N, whatever gains at all is taken while there is room, and views are bounded by number
+// alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain.
 //
 // All stored views that see a cell count, not its references alone, which are chosen by the same measure: a
 // newcomer takes the place of the reference that is missed least.

@@ -5,6 +5,7 @@
 #include "planner/offline_planner.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <queue>
 #include <stdexcept>
@@ -109,6 +110,10 @@ class OfflinePlanner {
 OfflineChoice plan_offline(const Surface& surface, std::span<const std::vector<CellPart>> views, std::uint32_t count,
                            const OfflineOptions& options) {
   check(options.coverage);
+  if (!(std::isfinite(options.min_reference_gain) && options.min_reference_gain >= 0)) {
+    throw std::invalid_argument("offline planner: min_reference_gain is " + std::to_string(options.min_reference_gain) +
+                                ", must be finite and not negative");
+  }
   if (count < 1) throw std::invalid_argument("offline planner: count is 0, must be at least 1");
   return OfflinePlanner(surface, views, count, options).plan(options.max_passes);
 }

@@ -2,6 +2,7 @@
 #include "planner/paper_coverage.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace lumatlas {
 
@@ -17,8 +18,10 @@ std::vector<SetMember> without(std::vector<SetMember> members, std::size_t index
   return members;
 }
 
+// fcov(R(b)), which only scov clamps.
 CoverageOptions counting_references(CoverageOptions options) {
   options.departures.references = true;
+  options.max_cell_coverage = std::numeric_limits<double>::infinity();
   return options;
 }
 

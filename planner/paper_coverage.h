@@ -41,7 +41,7 @@ class PaperCoverage final : public CellCoverage {
   void refill(State& state) const;
 
   CoverageOptions options_;
-  CoverageOptions selection_;  // the same, with fcov over R(b): by which references are selected
+  CoverageOptions selection_;  // the same, with fcov over R(b), unclamped: by which references are selected
   double min_reference_gain_;
   std::vector<State> cells_;
 };

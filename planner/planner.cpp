@@ -150,13 +150,17 @@ Planner::Exchange Planner::best_exchange(std::span<const CellPart> parts, std::u
   std::vector<std::uint32_t> candidates = stored_slots();
   std::erase_if(candidates, [&](std::uint32_t slot) { return !fits(bytes, bytes_of(slot), 1); });
   if (candidates.empty()) return joint_exchange(parts, bytes);
+  const bool each_makes_room = candidates.size() == atlas_.size();
   if (options_.victims > 0) candidates = lowest_ranked(std::move(candidates), options_.victims);
   const std::vector<double> gains = ledger_.exchange_gains(parts, candidates);
   const auto best = std::max_element(gains.begin(), gains.end());
-  return {{candidates[static_cast<std::size_t>(best - gains.begin())]}, *best};
+  Exchange single{{candidates[static_cast<std::size_t>(best - gains.begin())]}, *best};
+  if (each_makes_room) return single;
+  Exchange joint = joint_exchange(parts, bytes);  // views too small to make room alone may be worth less together
+  return joint.gain > single.gain ? joint : single;
 }
 
-// No single view makes enough room: those that are worth least for their size leave together.
+// Those views leave together that are worth least for their size, as many as it takes.
 Planner::Exchange Planner::joint_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const {
   std::vector<std::uint32_t> slots = stored_slots();
   const auto density = [&](std::uint32_t slot) {
@@ -169,6 +173,13 @@ Planner::Exchange Planner::joint_exchange(std::span<const CellPart> parts, std::
   while (!fits(bytes, freed, static_cast<std::uint32_t>(exchange.victims.size()))) {
     exchange.victims.push_back(slots[exchange.victims.size()]);
     freed += bytes_of(exchange.victims.back());
+  }
+  // A large one that came late may make room enough without some that came before it.
+  for (std::size_t i = exchange.victims.size(); i-- > 0;) {
+    const std::uint64_t less = freed - bytes_of(exchange.victims[i]);
+    if (!fits(bytes, less, static_cast<std::uint32_t>(exchange.victims.size() - 1))) continue;
+    freed = less;
+    exchange.victims.erase(exchange.victims.begin() + static_cast<std::ptrdiff_t>(i));
   }
   exchange.gain = ledger_.joint_exchange_gain(parts, exchange.victims);
   return exchange;
@@ -226,6 +237,7 @@ Verdict Planner::keep(const std::string& name, const Camera& camera, const Photo
 // Stores the view unless it is an outlier. `seen` was counted at the given pose, and stays.
 void Planner::take(const std::string& name, const Camera& camera, std::vector<CellPart> seen, const Exchange& exchange,
                    Photograph photograph, Verdict& verdict) {
+  require_photograph_of(name, camera, photograph);
   Camera refined = camera;
   if (options_.refinement.any()) {
     const Stopwatch stopwatch(verdict.refine_ms);

@@ -27,8 +27,9 @@ struct PlannerOptions {
   // 0 keeps whatever helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell counts
   // up to fcov_max and not up to 1, 0.1 is right.
   double min_view_gain = 0.001;
-  // While the store is full: by more than this share of what its views are worth on average, scov / N; >= 0. At 1 the
-  // store is never worth less than a quarter of the best, whatever the stream (see direction_coverage.h).
+  // While the store is full: by more than this share of what its views are worth on average, scov / N; >= 0. At 1, with
+  // a min_view_gain of 0, without max_bytes and without outliers, a store by Metric::directions is never worth less
+  // than a quarter of the best, whatever the stream (see direction_coverage.h).
   double min_exchange_gain = 0.05;
   // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0. For Metric::paper 0.01 is right.
   double min_reference_gain = 0.001;

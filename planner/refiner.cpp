@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <glm/matrix.hpp>
 #include <stdexcept>
@@ -104,6 +105,7 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
 }
 
 Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) const {
+  assert(photograph.width == camera.width && photograph.height == camera.height);
   const Pyramid pyramid(photograph);
   return compare(camera, camera, pyramid, samples_of(camera, pyramid), std::nullopt);
 }
@@ -136,15 +138,18 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   given_[slot] = given;
-  exposures_.set(slot, refinement.ratios);
+  // The views that left for this one were compared with it too.
+  std::vector<ExposureRatio> ratios = refinement.ratios;
+  std::erase_if(ratios, [&](const ExposureRatio& ratio) { return ratio.slot == slot || !views_[ratio.slot]; });
+  exposures_.set(slot, ratios);
   visited_[slot] = ++visits_;
   revisit(slot, validity);
   balance_exposures();
   if (!options_.trust.enabled) return;
-  neighbours_[slot] = static_cast<std::uint32_t>(refinement.ratios.size());
+  neighbours_[slot] = static_cast<std::uint32_t>(ratios.size());
   mask(slot, validity);
   // Its neighbours can be judged better now. Doing so whenever they have twice as many costs each view a logarithm.
-  for (const ExposureRatio& ratio : refinement.ratios) {
+  for (const ExposureRatio& ratio : ratios) {
     if (++neighbours_[ratio.slot] >= 2 * std::max(1u, masked_with_[ratio.slot])) mask(ratio.slot, validity);
   }
 }

@@ -57,7 +57,8 @@ class Refiner {
   // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
   Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
 
-  // Compares the photograph with the stored views. Changes nothing.
+  // Compares the photograph, which must be as large as its camera says (require_photograph_of()), with the stored
+  // views. Changes nothing.
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are

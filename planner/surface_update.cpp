@@ -103,11 +103,16 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
                                 std::to_string(cells));
   }
   std::vector<std::uint32_t> unchanged(cells, kNoCell);
+  std::vector<std::uint8_t> taken(atlas_.surface().cells.cells.size(), 0);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (changed[cell] != 0) continue;
-    if (previous_cell[cell] >= atlas_.surface().cells.cells.size()) {
+    if (previous_cell[cell] >= taken.size()) {
       throw std::invalid_argument("planner: cell " + std::to_string(cell) +
                                   " is said to be as it was, but it was not there");
+    }
+    if (taken[previous_cell[cell]]++ != 0) {
+      throw std::invalid_argument("planner: cell " + std::to_string(cell) + " is said to be as cell " +
+                                  std::to_string(previous_cell[cell]) + " was, but another is already");
     }
     unchanged[cell] = previous_cell[cell];
   }

@@ -155,6 +155,25 @@ TEST_CASE("by the paper's metric, an exchange's gain is that of erasing and inse
   }
 }
 
+TEST_CASE("fcov_max clamps what a cell counts for, not which views it refers to") {
+  for (CoverageOptions options : {options_of(Metric::paper), printed()}) {
+    options.max_cell_coverage = 0.5;
+    const std::shared_ptr<const Surface> surface = room_surface();
+    CoverageLedger ledger(*surface, kSlots, options, kMinReferenceGain);
+    const glm::dvec3 normal = surface->cells.cells[0].normal;
+    for (std::uint32_t slot = 0; slot < options.max_references; ++slot) {
+      ledger.insert(slot, {{0, {normal, 0.9}}});  // one of them is worth 0.585 or more
+      CHECK(ledger.coverage(0) == 0.5);
+    }
+    CHECK(ledger.references(0).size() == options.max_references);
+    // A full cell swaps by Delta_fcov for a better one.
+    ledger.insert(options.max_references, {{0, {normal, 1}}});
+    const std::vector<std::uint32_t> references = ledger.references(0);
+    CHECK(std::count(references.begin(), references.end(), options.max_references) == 1);
+    CHECK(ledger.coverage(0) == 0.5);
+  }
+}
+
 TEST_CASE("references stay within their bound, refer to stored views that see the cell, and free places are taken") {
   for (const Metric metric : {Metric::directions, Metric::paper}) {
     const CoverageOptions options = options_of(metric);

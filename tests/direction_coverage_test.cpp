@@ -93,6 +93,24 @@ TEST_CASE("a cell's value is the same after a rigid motion, and in [0, 1]") {
   }
 }
 
+TEST_CASE(
+    "a cell's value is at most 1 however narrow the directions, where rounding makes unit vectors longer than 1") {
+  for (const double width : {1e-9, 1e-3, 0.1, 1.0, 90.0, 180.0}) {
+    CoverageOptions options = options_of(64, 1);
+    options.direction_width = width;
+    options.lambda = 1;
+    const Surface surface = square();
+    DirectionCoverage coverage(surface, options, 0);
+    const glm::dmat3 world_from_cell = glm::transpose(cell_frames(surface)[0].cell_from_world);
+    std::uint32_t slot = 0;
+    for (const glm::vec3& direction : novel_directions(64, false)) {
+      coverage.insert(0, slot++, {world_from_cell * glm::dvec3(direction), 1});
+    }
+    CHECK(coverage.value(0) >= 0);
+    CHECK(coverage.value(0) <= 1);
+  }
+}
+
 TEST_CASE("a cell without a mean normal is served from all around") {
   Surface surface = square();
   // The same square from both sides: the normals cancel.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/glm.hpp>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -197,6 +198,11 @@ TEST_CASE("an offline choice of no view, or by options that break a rule, is ref
   CHECK_THROWS_WITH(plan_offline(room(), {}, 0, options), "offline planner: count is 0, must be at least 1");
   options.coverage.lambda = 2;
   CHECK_THROWS_WITH(plan_offline(room(), {}, 1, options), Catch::Contains("lambda"));
+  options = options_of(CoverageOptions::Metric::directions);
+  for (const double gain : {-0.1, std::numeric_limits<double>::quiet_NaN()}) {
+    options.min_reference_gain = gain;
+    CHECK_THROWS_WITH(plan_offline(room(), {}, 1, options), Catch::Contains("min_reference_gain is "));
+  }
 }
 
 }  // namespace

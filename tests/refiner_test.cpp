@@ -378,6 +378,31 @@ TEST_CASE("the exposure of a view that has left says nothing about the one that 
   CHECK(stream.atlas.gain(1) == glm::dvec3(1));
 }
 
+TEST_CASE("the exposures of views that leave for one say nothing about it, nor about those that take their slots") {
+  Stream stream(2, options_for_relief());
+  Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
+  const auto store = [&](std::size_t number, std::vector<ExposureRatio> ratios) {
+    const Frame f = stream.frame(number, 0, 0);
+    Refinement refinement;
+    refinement.ratios = std::move(ratios);
+    refiner.stored(stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
+                                                        stream.relief.visibility->trace(f.given), ValidityOptions{})),
+                   f.given, refinement, ValidityOptions{});
+  };
+  store(0, {});
+  store(1, {});
+  for (const std::uint32_t slot : {0u, 1u}) {
+    refiner.erased(slot);
+    stream.atlas.erase(slot);
+  }
+  // It was compared with both while they were there.
+  const glm::dvec3 brighter(0.5);
+  store(2, {{0, brighter, brighter, 400}, {1, brighter, brighter, 400}});
+  store(3, {});
+  CHECK(stream.atlas.gain(0) == glm::dvec3(1));
+  CHECK(stream.atlas.gain(1) == glm::dvec3(1));
+}
+
 TEST_CASE("a store of three views goes on refining while others are offered and take their places") {
   Stream stream(3, options_for_relief());
   std::vector<Frame> frames;

@@ -196,6 +196,10 @@ TEST_CASE("what is said of the cells must fit the surface") {
   unknown[3] = kNoCell;
   CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, unknown, same.growth.changed),
                     Catch::Contains("cell 3"));
+  std::vector<std::uint32_t> twice = same.growth.previous_cell;
+  twice[4] = twice[3];
+  CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
+                    Catch::Contains("cell 4") && Catch::Contains("another is already"));
   CHECK(scene.planner.summed_coverage() == before);
 }
 

@@ -112,7 +112,9 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
   command
       .add_option("--min-exchange-gain", planner.min_exchange_gain,
                   "Coverage that a view must add to take another's place, as a share of what a stored view is worth on "
-                  "average; at 1 the store is never worth less than a quarter of the best (--metric directions)")
+                  "average; at 1, with --min-gain 0, --metric directions, no --budget and no outliers, the store is "
+                  "never worth "
+                  "less than a quarter of the best")
       ->check(finite_not_negative());
   command
       .add_option("--victims", planner.victims,
