@@ -77,6 +77,10 @@ void check(const CoverageOptions& options) {
   require(options.directions >= 1, "directions", options.directions, "at least 1");
   require(options.direction_width > 0 && options.direction_width <= 180, "direction_width", options.direction_width,
           "above 0 and at most 180");
+  require(options.reference_width > 0 && options.reference_width <= 180, "reference_width", options.reference_width,
+          "above 0 and at most 180");
+  require(options.reference_lambda >= 0 && options.reference_lambda <= 1, "reference_lambda", options.reference_lambda,
+          "in [0, 1]");
   require(options.views_per_direction >= 1 && options.views_per_direction <= CoverageOptions::kMostViewsPerDirection,
           "views_per_direction", options.views_per_direction, "in [1, 8]");
 }

@@ -64,12 +64,16 @@ std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided) {
   return directions;
 }
 
+DirectionCoverage::Kernel::Kernel(double lambda_share, double width)
+    : lambda(static_cast<float>(lambda_share)),
+      cosine_scale(static_cast<float>(1 / (1 - std::cos(glm::radians(width))))) {}
+
 DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain)
     : options_(options),
       min_reference_gain_(min_reference_gain),
-      lambda_(static_cast<float>(options.lambda)),
+      value_kernel_(options.lambda, options.direction_width),
+      reference_kernel_(options.reference_lambda, options.reference_width),
       kept_(options.views_per_direction + 1),
-      cosine_scale_(static_cast<float>(1 / (1 - std::cos(glm::radians(options.direction_width))))),
       above_(novel_directions(options.directions, false)),
       around_(novel_directions(options.directions, true)),
       frames_(cell_frames(surface)),
@@ -89,17 +93,18 @@ const std::vector<glm::vec3>& DirectionCoverage::novel(std::uint32_t cell) const
   return frames_[cell].two_sided ? around_ : above_;
 }
 
-float DirectionCoverage::quality(const Member& member, const glm::vec3& novel_direction) const {
+float DirectionCoverage::quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const {
   // Rounding can make the dot product exceed 1, by much where the width is small.
-  const float k = std::min(1.0f, std::max(0.0f, 1 - (1 - glm::dot(member.direction, novel_direction)) * cosine_scale_));
-  return member.positional * (lambda_ * k + 1 - lambda_);
+  const float k =
+      std::min(1.0f, std::max(0.0f, 1 - (1 - glm::dot(member.direction, novel_direction)) * kernel.cosine_scale));
+  return member.positional * (kernel.lambda * k + 1 - kernel.lambda);
 }
 
-void DirectionCoverage::qualities(std::uint32_t cell, const Member& member,
+void DirectionCoverage::qualities(std::uint32_t cell, const Member& member, const Kernel& kernel,
                                   std::vector<float>& quality_by_direction) const {
   const std::vector<glm::vec3>& directions = novel(cell);
   quality_by_direction.resize(directions.size());
-  for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s]);
+  for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s], kernel);
 }
 
 // By how much a view of that quality would raise what one direction is worth.
@@ -125,12 +130,13 @@ void DirectionCoverage::admit(std::span<Served> best, Served newcomer) const {
 
 // Of each direction the best K + 1 of the wanted members.
 template <typename Wanted>
-std::vector<DirectionCoverage::Served> DirectionCoverage::best_of(std::uint32_t cell, const Wanted& is_wanted) const {
+std::vector<DirectionCoverage::Served> DirectionCoverage::best_of(std::uint32_t cell, const Kernel& kernel,
+                                                                  const Wanted& is_wanted) const {
   std::vector<Served> best(options_.directions * kept_);
   std::vector<float> quality;
   for (const Member& member : cells_[cell].members) {
     if (!is_wanted(member)) continue;
-    qualities(cell, member, quality);
+    qualities(cell, member, kernel, quality);
     for (std::size_t s = 0; s < quality.size(); ++s) {
       admit(std::span(best).subspan(s * kept_, kept_), {quality[s], member.slot});
     }
@@ -186,7 +192,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
 double DirectionCoverage::gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
                                std::span<double> corrections) const {
   thread_local std::vector<float> quality;
-  qualities(cell, member(cell, kNobody, part), quality);
+  qualities(cell, member(cell, kNobody, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, corrections);
 }
 
@@ -196,11 +202,12 @@ void DirectionCoverage::add_losses(std::uint32_t cell, double factor, std::span<
 
 double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                               const Contribution* newcomer) const {
-  std::vector<Served> best = best_of(
-      cell, [&](const Member& member) { return std::find(gone.begin(), gone.end(), member.slot) == gone.end(); });
+  std::vector<Served> best = best_of(cell, value_kernel_, [&](const Member& member) {
+    return std::find(gone.begin(), gone.end(), member.slot) == gone.end();
+  });
   if (newcomer) {
     std::vector<float> quality;
-    qualities(cell, member(cell, kNobody, *newcomer), quality);
+    qualities(cell, member(cell, kNobody, *newcomer), value_kernel_, quality);
     for (std::size_t s = 0; s < quality.size(); ++s) {
       admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNobody});
     }
@@ -213,7 +220,7 @@ void DirectionCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Con
   state.members.push_back(member(cell, slot, part));
   state.best.resize(options_.directions * kept_);
   std::vector<float> quality;
-  qualities(cell, state.members.back(), quality);
+  qualities(cell, state.members.back(), value_kernel_, quality);
   for (std::size_t s = 0; s < quality.size(); ++s) {
     admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], slot});
   }
@@ -243,7 +250,8 @@ void DirectionCoverage::serve_without(std::uint32_t cell, std::uint32_t slot) {
     const std::span<Served> served = std::span(state.best).subspan(s * kept_, kept_);
     if (std::none_of(served.begin(), served.end(), [&](const Served& view) { return view.slot == slot; })) continue;
     std::fill(served.begin(), served.end(), Served{});
-    for (const Member& member : state.members) admit(served, {quality(member, novel(cell)[s]), member.slot});
+    for (const Member& member : state.members)
+      admit(served, {quality(member, novel(cell)[s], value_kernel_), member.slot});
   }
 }
 
@@ -257,9 +265,10 @@ void DirectionCoverage::reference_newest(std::uint32_t cell) {
     newest.referenced = true;
     return;
   }
-  const std::vector<Served> best = best_of(cell, [](const Member& member) { return member.referenced; });
+  const std::vector<Served> best =
+      best_of(cell, reference_kernel_, [](const Member& member) { return member.referenced; });
   std::vector<float> quality;
-  qualities(cell, newest, quality);
+  qualities(cell, newest, reference_kernel_, quality);
   std::vector<double> exchange(
       std::max_element(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.slot < b.slot; })
           ->slot +
@@ -279,13 +288,14 @@ void DirectionCoverage::reference_newest(std::uint32_t cell) {
 void DirectionCoverage::refill(std::uint32_t cell) {
   std::vector<Member>& members = cells_[cell].members;
   if (std::all_of(members.begin(), members.end(), [](const Member& m) { return m.referenced; })) return;
-  const std::vector<Served> best = best_of(cell, [](const Member& member) { return member.referenced; });
+  const std::vector<Served> best =
+      best_of(cell, reference_kernel_, [](const Member& member) { return member.referenced; });
   std::vector<float> quality;
   Member* choice = nullptr;
   double most = -1;
   for (Member& member : members) {
     if (member.referenced || !(member.positional > 0)) continue;
-    qualities(cell, member, quality);
+    qualities(cell, member, reference_kernel_, quality);
     const double gain = gain_over(best, quality, {});
     if (gain > most) {
       most = gain;

@@ -16,8 +16,9 @@
 // exchange must gain scov / N, whatever gains at all is taken while there is room, and views are bounded by number
 // alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain.
 //
-// All stored views that see a cell count, not its references alone, which are chosen by the same measure: a
-// newcomer takes the place of the reference that is missed least.
+// All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
+// narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
+// among them: a newcomer takes the place of the reference that is missed least.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -73,12 +74,18 @@ class DirectionCoverage final : public CellCoverage {
   };
   [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
   [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
-  [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction) const;
-  void qualities(std::uint32_t cell, const Member& member, std::vector<float>& quality) const;
+  // lambda and direction_width, of the value or of the choice of references.
+  struct Kernel {
+    Kernel(double lambda_share, double width);
+    float lambda;
+    float cosine_scale;  // 1 / (1 - cos width)
+  };
+  [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const;
+  void qualities(std::uint32_t cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
   [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
   void admit(std::span<Served> best, Served newcomer) const;
   template <typename Wanted>
-  [[nodiscard]] std::vector<Served> best_of(std::uint32_t cell, const Wanted& is_wanted) const;
+  [[nodiscard]] std::vector<Served> best_of(std::uint32_t cell, const Kernel& kernel, const Wanted& is_wanted) const;
   [[nodiscard]] double value_of(std::span<const Served> best) const;
   [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality,
                                  std::span<double> corrections) const;
@@ -89,10 +96,9 @@ class DirectionCoverage final : public CellCoverage {
 
   CoverageOptions options_;
   double min_reference_gain_;
-  float lambda_;
+  Kernel value_kernel_, reference_kernel_;
   std::size_t kept_;               // K + 1
   std::vector<float> rank_value_;  // v_j, and 0 for the last
-  float cosine_scale_;             // 1 / (1 - cos direction_width)
   std::vector<glm::vec3> above_;   // novel directions of a cell with a normal,
   std::vector<glm::vec3> around_;  // and of one without
   std::vector<CellFrame> frames_;

@@ -217,6 +217,8 @@ json coverage_options_json(const CoverageOptions& coverage) {
            coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
           {"directions", coverage.directions},
           {"direction_width", coverage.direction_width},
+          {"reference_width", coverage.reference_width},
+          {"reference_lambda", coverage.reference_lambda},
           {"views_per_direction", coverage.views_per_direction}};
 }
 

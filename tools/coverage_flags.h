@@ -103,6 +103,15 @@ struct CoverageFlags {
                     "With --metric directions: degrees from a novel direction beyond which a view does not serve it")
         ->check(number_between(1e-3, 180));
     command
+        .add_option("--reference-width", values.reference_width,
+                    "With --metric directions: the same where a cell's references are chosen")
+        ->check(number_between(1e-3, 180));
+    command
+        .add_option(
+            "--reference-lambda", values.reference_lambda,
+            "With --metric directions: weight of direction against position where a cell's references are chosen")
+        ->check(number_between(0, 1));
+    command
         .add_option("--views-per-direction", values.views_per_direction,
                     "With --metric directions: how many of its best views a novel direction counts")
         ->check(CLI::Range(1u, CoverageOptions::kMostViewsPerDirection));
