@@ -57,8 +57,8 @@ struct CoverageOptions {
   std::uint32_t directions = 32;  // novel directions per cell, >= 1
   double direction_width = 90;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
   // How many of its best views a novel direction counts, [1, 8]; 3: those blended.
-  double reference_width = 30;    // the same where a cell's references are chosen, (0, 180]
-  double reference_lambda = 1;    // weight of direction against position there, [0, 1]
+  double reference_width = 30;  // the same where a cell's references are chosen, (0, 180]
+  double reference_lambda = 1;  // weight of direction against position there, [0, 1]
   std::uint32_t views_per_direction = 3;
 
   [[nodiscard]] static CoverageOptions printed();
