@@ -11,12 +11,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
-#include <stdexcept>
-#include <string>
 
 #include "atlas/srgb.h"
 #include "planner/median.h"
 #include "planner/photometry.h"
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -289,12 +288,7 @@ double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& 
   return *quartile;
 }
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (!holds) {
-    throw std::invalid_argument("alignment: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
-                                rule);
-  }
-}
+constexpr Requirement require{"alignment"};
 
 void solve(Disagreement& cost, Eigen::VectorXd& parameters, std::uint32_t max_iterations) {
   cost.estimate_noise(parameters);

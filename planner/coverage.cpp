@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <stdexcept>
-#include <string>
+
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -21,12 +21,7 @@ double max_cell_coverage(const CoverageOptions& options) {
   return options.max_cell_coverage > 0 ? options.max_cell_coverage : options.max_references / 2.0;
 }
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (!holds) {
-    throw std::invalid_argument("coverage: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
-                                rule);
-  }
-}
+constexpr Requirement require{"coverage"};
 
 // pix_total of section 3.2. A_px is one pixel's area at unit distance, 1 / (fx fy); A_cell a cell's face, size^2.
 double total_pixels(const Cell& cell, double cell_size, double distance, const Camera& camera) {

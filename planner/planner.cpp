@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "mesh/errors.h"
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -31,12 +32,7 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_;
 };
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (!holds) {
-    throw std::invalid_argument("planner: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
-                                rule);
-  }
-}
+constexpr Requirement require{"planner"};
 
 const PlannerOptions& checked(const PlannerOptions& options) {
   check(options);

@@ -9,22 +9,16 @@
 #include <cassert>
 #include <cmath>
 #include <glm/matrix.hpp>
-#include <stdexcept>
-#include <string>
 #include <utility>
 
+#include "planner/requirement.h"
 #include "planner/surface_samples.h"
 
 namespace lumatlas {
 
 namespace {
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (!holds) {
-    throw std::invalid_argument("refinement: " + std::string(field) + " is " + std::to_string(value) + ", must be " +
-                                rule);
-  }
-}
+constexpr Requirement require{"refinement"};
 
 glm::dvec3 world_from_cam(const Camera& camera, const glm::dvec3& cam) {
   return glm::transpose(camera.cam_from_world_rotation) * (cam - camera.cam_from_world_translation);

@@ -10,10 +10,9 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <stdexcept>
-#include <string>
 
 #include "planner/median.h"
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -231,11 +230,7 @@ std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, con
   return mask;
 }
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (!holds) {
-    throw std::invalid_argument("trust: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
-  }
-}
+constexpr Requirement require{"trust"};
 
 }  // namespace
 

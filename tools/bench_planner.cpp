@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <exception>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -21,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/bench_program.h"
 #include "tools/number_flags.h"
 #include "tools/planning_time.h"
 
@@ -241,13 +241,5 @@ int main(int argc, char** argv) {
   lumatlas::StreamFlags stream;
   lumatlas::add_time_command(program, time);
   lumatlas::add_stream_command(program, stream);
-  try {
-    program.parse(argc, argv);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : 2;
-  } catch (const std::exception& error) {
-    std::cerr << "bench_planner: " << error.what() << '\n';
-    return 1;
-  }
+  return lumatlas::run_program(program, "bench_planner", argc, argv);
 }

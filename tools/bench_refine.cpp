@@ -6,7 +6,6 @@
 #include <CLI/Error.hpp>
 #include <CLI/Formatter.hpp>
 #include <cmath>
-#include <exception>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
@@ -16,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench_program.h"
 #include "tools/json_fields.h"
 #include "tools/number_flags.h"
 #include "tools/output_folder.h"
@@ -174,13 +174,5 @@ int main(int argc, char** argv) {
   lumatlas::TimeFlags time;
   lumatlas::add_exact_command(program, exact);
   lumatlas::add_time_command(program, time);
-  try {
-    program.parse(argc, argv);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : 2;
-  } catch (const std::exception& error) {
-    std::cerr << "bench_refine: " << error.what() << '\n';
-    return 1;
-  }
+  return lumatlas::run_program(program, "bench_refine", argc, argv);
 }

@@ -9,7 +9,6 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <exception>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -25,6 +24,7 @@
 #include "blend/gl_visibility.h"
 #include "mesh/cells.h"
 #include "mesh/visibility.h"
+#include "tools/bench_program.h"
 #include "tools/percentile.h"
 #include "tools/scene.h"
 #include "tools/surface_input.h"
@@ -166,14 +166,5 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false)
       ->check(CLI::Range(1u, 65536u));
   program.add_option("--seed", flags.seed, "Of the sphere's cameras");
-  try {
-    program.parse(argc, argv);
-    lumatlas::run(flags);
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : 2;
-  } catch (const std::exception& error) {
-    std::cerr << "bench_visibility: " << error.what() << '\n';
-    return 1;
-  }
+  return lumatlas::run_program(program, "bench_visibility", argc, argv, [&] { lumatlas::run(flags); });
 }
