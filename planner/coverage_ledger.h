@@ -20,10 +20,12 @@ namespace lumatlas {
 
 class CoverageLedger {
  public:
+  // `slots`: how many views it can hold at once. The options must have passed check(); `min_reference_gain` as in
+  // PlannerOptions.
   CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                  double min_reference_gain);
 
-  // By how much scov would rise with the view.
+  // By how much scov, in cells, would rise with the view.
   [[nodiscard]] double gain(std::span<const CellPart> parts) const;
   // The same for each slot in `victims`, if its view left first: less what is lost with it.
   [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
@@ -38,7 +40,7 @@ class CoverageLedger {
 
   [[nodiscard]] double summed_coverage() const { return summed_coverage_; }    // scov, in cells
   [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
-  [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }
+  [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }  // its part in scov
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
   [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
   [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }

@@ -41,6 +41,7 @@ struct CellFrame {
 
 class DirectionCoverage final : public CellCoverage {
  public:
+  // The options must have passed check(). `min_reference_gain`: in cells, see make_cell_coverage().
   DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
 
   [[nodiscard]] double value(std::uint32_t cell) const override { return cells_[cell].value; }
@@ -82,6 +83,7 @@ class DirectionCoverage final : public CellCoverage {
   };
   [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const;
   void qualities(std::uint32_t cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
+  // Of one novel direction: `best` are its K + 1, or K, best.
   [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
   void admit(std::span<Served> best, Served newcomer) const;
   template <typename Wanted>
@@ -98,7 +100,7 @@ class DirectionCoverage final : public CellCoverage {
   double min_reference_gain_;
   Kernel value_kernel_, reference_kernel_;
   std::size_t kept_;               // K + 1
-  std::vector<float> rank_value_;  // v_j, and 0 for the last
+  std::vector<float> rank_value_;  // v_j
   std::vector<glm::vec3> above_;   // novel directions of a cell with a normal,
   std::vector<glm::vec3> around_;  // and of one without
   std::vector<CellFrame> frames_;
