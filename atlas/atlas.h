@@ -11,11 +11,13 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "atlas/photograph.h"
+#include "atlas/tiles.h"
 #include "atlas/validity.h"
 #include "mesh/camera.h"
 #include "mesh/cells.h"
@@ -52,6 +54,15 @@ void require_photograph_of(const std::string& view, const Camera& camera, const 
                                           VisibilityBuffer visible, const ValidityOptions& options,
                                           std::vector<std::uint8_t> trust = {});
 
+// The same, and which cells each of its tiles shows.
+struct TiledView {
+  StoredView view;
+  std::vector<ShownCell> shown;
+};
+[[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph,
+                                        VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
+                                        const ValidityOptions& options, std::vector<std::uint8_t> trust = {});
+
 // Every channel of a view's gain is in this range.
 inline constexpr double kLeastExposureGain = 1e-6;
 inline constexpr double kMostExposureGain = 1e6;
@@ -75,13 +86,14 @@ struct Snapshot {
   ReferenceTable references;
   std::vector<std::uint8_t> cell_seen;     // 1: some offered view saw the cell, kept or not
   std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
+  TileTable tiles;                         // which parts of the views are resident
 };
 
 // A store of at most `max_views` views. Every call is safe from any thread.
 class Atlas {
  public:
-  // Throws std::invalid_argument unless max_views >= 1.
-  Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views);
+  // Throws std::invalid_argument unless max_views >= 1 and the layout passes check().
+  Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views, const TileOptions& layout = kWholeViews);
 
   // Good until the next replace_surface(): for the thread that calls that one, and for those that it waits for. Any
   // other looks at a snapshot's.
@@ -89,12 +101,14 @@ class Atlas {
   [[nodiscard]] std::uint32_t capacity() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t size() const;  // views stored
 
-  // Puts a view in the lowest free slot, with a gain of 1, and returns the slot. Throws std::logic_error if there is
-  // none.
-  std::uint32_t insert(StoredView view);
+  [[nodiscard]] const TileOptions& layout() const { return layout_; }
+
+  // Puts a view in the lowest free slot, with a gain of 1, and returns the slot. `shown` has the cells of the surface
+  // that each of its tiles shows; tiles without any are never resident. Throws std::logic_error if there is no slot.
+  std::uint32_t insert(StoredView view, std::vector<ShownCell> shown = {});
   // Puts a view in the place of the one in a slot, which must hold one (std::logic_error): the same photograph with
   // another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view.
-  void replace(std::uint32_t slot, StoredView view);
+  void replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
   // Frees a slot. References to it must have been replaced before (std::logic_error).
   void erase(std::uint32_t slot);
   [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;  // null: free
@@ -119,18 +133,25 @@ class Atlas {
   void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
 
   // Vertex colours are the mean of the stored views' colours (see vertex_colors.h), which costs a pass over them all.
+  // Tiles that were resident in the snapshot before, and still are, keep their slots. If the tiles that the references
+  // need are more than the layout has, those are resident that serve the stored cameras best, and the snapshot's
+  // references are to them: see tile_choice.h.
   [[nodiscard]] Snapshot snapshot() const;
 
  private:
   void require_stored(std::uint32_t slot) const;
+  void assign_tiles(Snapshot& snapshot) const;
 
   mutable std::mutex mutex_;
   std::shared_ptr<const Surface> surface_;
+  TileOptions layout_;
   std::vector<std::shared_ptr<const StoredView>> views_;
   std::vector<glm::dvec3> gains_;
   std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each slot
   std::vector<std::vector<std::uint32_t>> references_;
   std::vector<std::uint8_t> cell_seen_;
+  std::vector<std::vector<ShownCell>> shown_;    // by slot
+  mutable std::optional<TileSlots> tile_slots_;  // of the last snapshot; none: whole views
 };
 
 }  // namespace lumatlas

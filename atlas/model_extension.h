@@ -6,6 +6,6 @@ namespace lumatlas {
 
 inline constexpr const char* kLumigraphExtension = "LUMATLAS_lumigraph";
 inline constexpr const char* kUnlitExtension = "KHR_materials_unlit";
-inline constexpr int kLumigraphVersion = 1;
+inline constexpr int kLumigraphVersion = 2;
 
 }  // namespace lumatlas

@@ -57,6 +57,7 @@ class ModelReader {
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   [[nodiscard]] ValidityOptions validity() const;
+  [[nodiscard]] TileTable tiles(const std::vector<ViewEntry>& views) const;
   [[nodiscard]] Camera camera(const GltfFile::Object& view, const std::string& where) const;
   [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
   [[nodiscard]] std::vector<ViewEntry> view_entries() const;
@@ -170,6 +171,37 @@ ValidityOptions ModelReader::validity() const {
     file_.refuse(error.what());
   }
   return options;
+}
+
+// Slots are given anew, in order.
+TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
+  TileTable table;
+  table.options = kWholeViews;
+  if (!lumigraph_.Has("tiles")) return table;
+  const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "tiles");
+  table.options.tile_px = file_.whole_number(object, "tiles", "size", 8, 1024);
+  table.options.gutter_px = file_.whole_number(object, "tiles", "gutter", 1, 8);
+  try {
+    check(table.options);
+  } catch (const std::invalid_argument& error) {
+    file_.refuse(error.what());
+  }
+  table.first_tile.push_back(0);
+  for (const ViewEntry& view : views) {
+    const TileGrid grid(view.camera.width, view.camera.height, table.options.tile_px);
+    table.first_tile.push_back(table.first_tile.back() + grid.tiles());
+  }
+  std::vector<std::uint8_t> resident;
+  if (object.Has("resident")) {
+    resident = file_.values<std::uint8_t>(file_.accessor(object, "tiles", "resident"), "resident", kFlags);
+  }
+  if (resident.size() != table.first_tile.back()) {
+    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
+                 " tiles whether they are there, its views have " + std::to_string(table.first_tile.back()));
+  }
+  std::uint32_t next = 0;
+  for (const std::uint8_t there : resident) table.slots.push_back(there ? next++ : kNotResident);
+  return table;
 }
 
 Camera ModelReader::camera(const GltfFile::Object& view, const std::string& where) const {
@@ -298,6 +330,7 @@ Model ModelReader::model() const {
   snapshot.surface = surface;
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
+  snapshot.tiles = tiles(entries);
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   snapshot.views = load_all(entries, surface->mesh, model.validity);

@@ -175,6 +175,20 @@ std::vector<std::uint32_t> renumbered(const Snapshot& snapshot) {
   return references;
 }
 
+// How the views are cut, and which of their tiles are there: 1 or 0 for each, views in their order in the file.
+Json tiles_json(tinygltf::Model& model, const Snapshot& snapshot) {
+  const TileTable& tiles = snapshot.tiles;
+  std::vector<std::uint8_t> resident;
+  for (const std::uint32_t slot : tiles.slots) resident.push_back(slot == kNotResident ? 0 : 1);
+  Json::Object object{{"size", Json(static_cast<int>(tiles.options.tile_px))},
+                      {"gutter", Json(static_cast<int>(tiles.options.gutter_px))}};
+  if (!resident.empty()) {
+    object["resident"] =
+        Json(add_accessor(model, resident, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
+  }
+  return Json(std::move(object));
+}
+
 void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const ValidityOptions& validity) {
   const Cells& cells = snapshot.surface->cells;
   Json::Object extension;
@@ -191,6 +205,7 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
   extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});
+  if (!snapshot.tiles.whole_views()) extension["tiles"] = tiles_json(model, snapshot);
   Json::Array views;
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
@@ -210,17 +225,29 @@ Photograph grey_image(const Camera& camera, std::span<const std::uint8_t> values
   return image;
 }
 
+// Black where no tile is resident.
+Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot) {
+  const StoredView& view = *snapshot.views[slot];
+  Photograph part = view.photograph;
+  if (snapshot.tiles.whole_views()) return part;
+  const std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
+  for (std::size_t pixel = 0; pixel < resident.size(); ++pixel) {
+    if (!resident[pixel]) std::fill_n(&part.rgb[3 * pixel], 3, 0);
+  }
+  return part;
+}
+
 void write_images(const std::filesystem::path& folder, const Snapshot& snapshot) {
   std::error_code error;
   std::filesystem::create_directories(folder / "images", error);
   if (error) throw InputError((folder / "images").string() + ": cannot be made: " + error.message());
-  std::vector<const StoredView*> views;
-  for (const auto& view : snapshot.views) {
-    if (view) views.push_back(view.get());
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) slots.push_back(slot);
   }
-  tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t index) {
-    const StoredView& view = *views[index];
-    write_image(folder / (image_name(index) + ".png"), view.photograph);
+  tbb::parallel_for(std::size_t{0}, slots.size(), [&](std::size_t index) {
+    const StoredView& view = *snapshot.views[slots[index]];
+    write_image(folder / (image_name(index) + ".png"), resident_part(snapshot, slots[index]));
     for (const Mask& mask : masks_of(view)) {
       write_image(folder / (image_name(index) + mask.ending), grey_image(view.camera, mask.values));
     }

@@ -21,6 +21,7 @@ BlendOptions BlendOptions::printed() {
   BlendOptions options;
   options.position = Position::printed;
   options.fade_last = false;
+  options.prefilter = false;
   options.exposure = Exposure::model;
   options.occlusion_tolerance = 0;
   return options;

@@ -30,6 +30,7 @@ struct BlendOptions {
   double lambda = 0.8;      // weight of direction against position, [0, 1]
   Position position = Position::ratio;
   bool fade_last = true;                 // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
   double occlusion_tolerance = 0.02;     // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 

@@ -51,12 +51,15 @@ GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height) {
   return texture;
 }
 
-GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter) {
+GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
+                             GLsizei levels) {
   GLuint name = 0;
   glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
   GlTexture texture(name);
-  glTextureStorage3D(name, 1, format, width, height, layers);
-  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
+  glTextureStorage3D(name, levels, format, width, height, layers);
+  const bool between_levels = levels > 1 && filter == GL_LINEAR;
+  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER,
+                      between_levels ? GL_LINEAR_MIPMAP_LINEAR : static_cast<GLint>(filter));
   glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
   glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);

@@ -76,7 +76,9 @@ template <typename T>
 }
 
 [[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
-[[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter);
+// With several levels, `filter` acts between them too, if it is linear.
+[[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
+                                           GLsizei levels = 1);
 
 // Color attachments in this order; `z_buffer` may be null. Throws GlError if the driver refuses it.
 [[nodiscard]] GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer);

@@ -11,6 +11,7 @@
 #include <glm/glm.hpp>
 #include <stdexcept>
 
+#include "atlas/image_levels.h"
 #include "atlas/srgb.h"
 #include "blend/exposure.h"
 
@@ -29,11 +30,30 @@ struct Candidate {
   glm::dvec3 color{0.0};
 };
 
-// Before its gain: bilinear between pixel centres, held at the image's border.
-Sample bilinear(const StoredView& view, const glm::dvec2& image) {
+// A snapshot, and its views with their coarser levels.
+struct Source {
+  const Snapshot& snapshot;
+  std::vector<std::vector<ImageLevel>> levels;  // by slot; of free slots none
+
+  Source(const Snapshot& from, const BlendOptions& options);
+};
+
+Source::Source(const Snapshot& from, const BlendOptions& options) : snapshot(from), levels(from.views.size()) {
+  const std::uint32_t count = options.prefilter ? levels_of_gutter(snapshot.tiles.options.gutter_px) : 1;
+  const std::uint32_t unit = 1u << (count - 1);
+  tbb::parallel_for(std::size_t{0}, levels.size(), [&](std::size_t slot) {
+    if (!snapshot.views[slot]) return;
+    const Camera& camera = snapshot.views[slot]->camera;
+    const ImageRect whole{0, 0, (camera.width + unit - 1) / unit * unit, (camera.height + unit - 1) / unit * unit};
+    levels[slot] = image_levels(*snapshot.views[slot], whole, count);
+  });
+}
+
+// Before its gain: bilinear between texel centres, held at the border.
+Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
   const auto& linear = linear_from_srgb8();
-  const glm::dvec2 last(view.camera.width - 1.0, view.camera.height - 1.0);
-  const glm::dvec2 at = glm::clamp(image - 0.5, glm::dvec2(0), last);
+  const glm::dvec2 last(level.width - 1.0, level.height - 1.0);
+  const glm::dvec2 at = glm::clamp(position - 0.5, glm::dvec2(0), last);
   const glm::dvec2 base = glm::floor(at);
   const glm::dvec2 f = at - base;
   Sample sample;
@@ -41,11 +61,23 @@ Sample bilinear(const StoredView& view, const glm::dvec2& image) {
     const auto x = static_cast<std::size_t>(std::min(base.x + corner.x, last.x));
     const auto y = static_cast<std::size_t>(std::min(base.y + corner.y, last.y));
     const double weight = (corner.x > 0 ? f.x : 1 - f.x) * (corner.y > 0 ? f.y : 1 - f.y);
-    const std::size_t pixel = y * view.camera.width + x;
-    const std::uint8_t* rgb = &view.photograph.rgb[3 * pixel];
-    sample.color += weight * glm::dvec3(linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]);
-    sample.validity += weight * view.validity[pixel] / 255.0;
+    const std::uint8_t* rgba = &level.rgba[4 * (y * level.width + x)];
+    sample.color += weight * glm::dvec3(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]);
+    sample.validity += weight * rgba[3] / 255.0;
   }
+  return sample;
+}
+
+// Between the two levels whose texels are next to the footprint: how many pixels one of the picture's covers.
+Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint) {
+  const double level = std::clamp(std::log2(std::max(footprint, 1.0)), 0.0, static_cast<double>(levels.size() - 1));
+  const auto fine = static_cast<std::size_t>(level);
+  const double share = level - std::floor(level);
+  Sample sample = bilinear(levels[fine], image / std::exp2(std::floor(level)));
+  if (!(share > 0)) return sample;
+  const Sample coarse = bilinear(levels[fine + 1], image / std::exp2(std::floor(level) + 1));
+  sample.color = glm::mix(sample.color, coarse.color, share);
+  sample.validity = glm::mix(sample.validity, coarse.validity, share);
   return sample;
 }
 
@@ -60,28 +92,32 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
   return options.lambda * w_dir + (1 - options.lambda) * w_pos;
 }
 
-Candidate candidate(const Snapshot& snapshot, std::uint32_t slot, const glm::dvec3& world,
-                    const glm::dvec3& novel_center, const BlendOptions& options) {
+// `z` is the point's depth in the novel camera.
+Candidate candidate(const Source& source, std::uint32_t slot, const glm::dvec3& world, double z, const Camera& novel,
+                    const BlendOptions& options) {
+  const Snapshot& snapshot = source.snapshot;
   const StoredView& view = *snapshot.views[slot];
-  const double weight = geometric_weight(world, novel_center, view.camera.center(), options);
+  const double weight = geometric_weight(world, novel.center(), view.camera.center(), options);
   const glm::dvec3 cam = view.camera.cam_from_world(world);
   if (cam.z <= 0) return {};
   const glm::dvec2 image = view.camera.image_from_cam(cam);
   const glm::dvec2 size(view.camera.width, view.camera.height);
   if (!(image.x >= 0 && image.y >= 0 && image.x < size.x && image.y < size.y)) return {};
+  if (!snapshot.tiles.whole_views() && !snapshot.tiles.resident(slot, view.camera, image.x, image.y)) return {};
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
-  const Sample sample = bilinear(view, image);
+  const double footprint = z * view.camera.fx / (novel.fx * cam.z);
+  const Sample sample = filtered(source.levels[slot], image, footprint);
   return {weight * sample.validity, snapshot.gains[slot] * sample.color};
 }
 
 // The K best candidates' mean colour, by their weights above the next best one's. False where no view is valid.
-bool blend(const Snapshot& snapshot, std::span<const std::uint32_t> slots, const glm::dvec3& world,
-           const glm::dvec3& novel_center, const BlendOptions& options, glm::dvec3& color) {
+bool blend(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
+           const Camera& novel, const BlendOptions& options, glm::dvec3& color) {
   std::array<Candidate, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
   for (const std::uint32_t slot : slots) {
-    Candidate next = candidate(snapshot, slot, world, novel_center, options);
+    Candidate next = candidate(source, slot, world, z, novel, options);
     for (std::size_t rank = 0; rank < kept; ++rank) {
       if (next.weight > best[rank].weight) std::swap(next, best[rank]);
     }
@@ -123,17 +159,19 @@ glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm:
   return color / (weights.x + weights.y + weights.z);
 }
 
-void shade(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible, const BlendOptions& options,
+void shade(const Source& source, const Camera& camera, const VisibilityBuffer& visible, const BlendOptions& options,
            const glm::dvec3& exposure, std::size_t pixel, Rendering& rendering) {
+  const Snapshot& snapshot = source.snapshot;
   const std::uint32_t face = visible.face[pixel];
   if (face == kNoFace) return;
   const std::size_t x = pixel % camera.width;
   const std::size_t y = pixel / camera.width;
   const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
-  const glm::dvec3 world = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);
+  const auto z = static_cast<double>(visible.depth[pixel]);
+  const glm::dvec3 world = camera.center() + z * camera.ray(image);
   const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
   glm::dvec3 color;
-  if (blend(snapshot, snapshot.references.of_cell(cell), world, camera.center(), options, color)) {
+  if (blend(source, snapshot.references.of_cell(cell), world, z, camera, options, color)) {
     rendering.state[pixel] = PixelState::textured;
   } else {
     color = vertex_color(snapshot, face, world);
@@ -154,6 +192,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   if (visible.width != camera.width || visible.height != camera.height) {
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
+  const Source source(snapshot, options);
   const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Rendering rendering;
@@ -164,7 +203,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-                        shade(snapshot, camera, visible, options, exposure, pixel, rendering);
+                        shade(source, camera, visible, options, exposure, pixel, rendering);
                       }
                     });
   return rendering;

@@ -13,6 +13,7 @@
 
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
+#include "blend/photograph_array.h"
 #include "blend/shaders.h"
 
 namespace lumatlas {
@@ -26,28 +27,13 @@ struct ViewBlock {
   glm::vec4 center;
   glm::vec4 gain;
   glm::vec4 size;
+  glm::uvec4 tiles;
 };
-static_assert(sizeof(ViewBlock) == 7 * sizeof(glm::vec4));
+static_assert(sizeof(ViewBlock) == 8 * sizeof(glm::vec4));
 
 // The nearest surface drawn, as a share of the mesh's box, which stray faces may make far larger than the scene. Depth
 // is reversed and a float, so its relative precision is the same however small this is.
 constexpr double kNearShare = 1e-8;
-
-struct LayerSize {
-  std::uint32_t width = 1;
-  std::uint32_t height = 1;
-};
-
-// Every layer has the size of the largest photograph.
-LayerSize layer_size(const Snapshot& snapshot) {
-  LayerSize size;
-  for (const auto& view : snapshot.views) {
-    if (!view) continue;
-    size.width = std::max(size.width, view->camera.width);
-    size.height = std::max(size.height, view->camera.height);
-  }
-  return size;
-}
 
 void require_limit(std::uint64_t needed, GLenum name, const char* what, const char* advice) {
   const GLint most = gl_limit(name);
@@ -72,7 +58,7 @@ glm::vec4 intrinsics_of(const Camera& camera) {
   return glm::vec4(glm::dvec4(camera.fx, camera.fy, camera.cx, camera.cy));
 }
 
-std::vector<ViewBlock> view_blocks(const Snapshot& snapshot) {
+std::vector<ViewBlock> view_blocks(const Snapshot& snapshot, const PhotographArray& photographs) {
   std::vector<ViewBlock> blocks(snapshot.views.size());
   for (std::size_t slot = 0; slot < blocks.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
@@ -82,22 +68,11 @@ std::vector<ViewBlock> view_blocks(const Snapshot& snapshot) {
     blocks[slot].intrinsics = intrinsics_of(view.camera);
     blocks[slot].center = glm::vec4(glm::dvec4(view.camera.center(), 0));
     blocks[slot].gain = glm::vec4(glm::dvec4(snapshot.gains[slot], 0));
-    blocks[slot].size = glm::vec4(view.camera.width, view.camera.height, 0, 0);
+    const auto number = static_cast<std::uint32_t>(slot);
+    blocks[slot].size = glm::vec4(view.camera.width, view.camera.height, photographs.depth_scale(number), 0);
+    blocks[slot].tiles = glm::uvec4(photographs.first_tile(number), photographs.columns_of(view), 0, 0);
   }
   return blocks;
-}
-
-void upload_layer(GLuint photographs, GLuint depths, GLint layer, const StoredView& view) {
-  const std::size_t pixels = view.validity.size();
-  std::vector<std::uint8_t> rgba(4 * pixels);
-  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    std::copy_n(&view.photograph.rgb[3 * pixel], 3, &rgba[4 * pixel]);
-    rgba[4 * pixel + 3] = view.validity[pixel];
-  }
-  const auto width = static_cast<GLsizei>(view.camera.width);
-  const auto height = static_cast<GLsizei>(view.camera.height);
-  glTextureSubImage3D(photographs, 0, 0, 0, layer, width, height, 1, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
-  glTextureSubImage3D(depths, 0, 0, 0, layer, width, height, 1, GL_RED, GL_FLOAT, view.depth.data());
 }
 
 // What the first pass leaves for the second, and the picture.
@@ -143,10 +118,8 @@ void set_pose(const GlProgram& program, const Camera& camera) {
 
 }  // namespace
 
-std::uint64_t layer_bytes(const Snapshot& snapshot) {
-  const LayerSize size = layer_size(snapshot);
-  constexpr std::uint64_t kBytesPerTexel = 4 + 4;  // sRGB and validity, depth
-  return kBytesPerTexel * size.width * size.height * snapshot.views.size();
+std::uint64_t array_bytes(const Snapshot& snapshot) {
+  return array_shape(snapshot).bytes();
 }
 
 struct Renderer::State {
@@ -155,7 +128,7 @@ struct Renderer::State {
   GlVertexArray no_vertices;
   GlVertexArray mesh;
   GlBuffer positions, colors, faces, cell_of_face, offsets, slots, views, cell_seen;
-  GlTexture photographs, depths;
+  PhotographArray photographs;
   GLsizei index_count = 0;
   double near_depth = 0;
   NearbyExposure nearby_exposure;
@@ -163,7 +136,6 @@ struct Renderer::State {
   Targets targets;
 
   void load_mesh(const Snapshot& snapshot);
-  void load_views(const Snapshot& snapshot);
   void load_tables(const Snapshot& snapshot);
   void draw_surface(const Camera& camera) const;
   void draw_blend(const Camera& camera, const BlendOptions& options) const;
@@ -192,26 +164,6 @@ void Renderer::State::load_mesh(const Snapshot& snapshot) {
   near_depth = kNearShare * glm::length(box.max - box.min);
 }
 
-void Renderer::State::load_views(const Snapshot& snapshot) {
-  const LayerSize size = layer_size(snapshot);
-  require_limit(std::max(size.width, size.height), GL_MAX_TEXTURE_SIZE, "pixels a side for its photographs",
-                "scale the photographs down");
-  require_limit(snapshot.views.size(), GL_MAX_ARRAY_TEXTURE_LAYERS, "views", "build it with fewer (--views)");
-  const auto width = static_cast<GLsizei>(size.width);
-  const auto height = static_cast<GLsizei>(size.height);
-  const auto layers = static_cast<GLsizei>(std::max<std::size_t>(snapshot.views.size(), 1));
-  photographs = {};  // give the earlier ones back before asking for more
-  depths = {};
-  photographs = make_texture_array(GL_SRGB8_ALPHA8, width, height, layers, GL_LINEAR);
-  depths = make_texture_array(GL_R32F, width, height, layers, GL_NEAREST);
-  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (!snapshot.views[slot]) continue;
-    upload_layer(photographs.get(), depths.get(), static_cast<GLint>(slot), *snapshot.views[slot]);
-    check_gl("uploading a photograph");
-  }
-}
-
 void Renderer::State::load_tables(const Snapshot& snapshot) {
   const std::vector<std::uint32_t>& face_cells = snapshot.surface->cells.cell_of_face;
   const char* const advice = "decimate the mesh or lower --references";
@@ -222,7 +174,7 @@ void Renderer::State::load_tables(const Snapshot& snapshot) {
   cell_of_face = make_buffer(face_cells);
   offsets = make_buffer(snapshot.references.offsets);
   slots = make_buffer(snapshot.references.views);
-  views = make_buffer(view_blocks(snapshot));
+  views = make_buffer(view_blocks(snapshot, photographs));
   cell_seen = make_buffer(std::vector<std::uint32_t>(snapshot.cell_seen.begin(), snapshot.cell_seen.end()));
 }
 
@@ -272,11 +224,12 @@ void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& optio
   glProgramUniform1f(name, location(program, "occlusion_tolerance"), static_cast<float>(options.occlusion_tolerance));
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
+  glProgramUniform1i(name, location(program, "prefilter"), options.prefilter);
   const std::array buffers{cell_of_face.get(), offsets.get(), slots.get(), views.get(), cell_seen.get()};
   glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
-  const std::array textures{photographs.get(), depths.get(), targets.face.get(), targets.depth.get(),
-                            targets.fallback.get()};
-  glBindTextures(0, static_cast<GLsizei>(textures.size()), textures.data());
+  photographs.bind(program);
+  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get()};
+  glBindTextures(2, static_cast<GLsizei>(textures.size()), textures.data());
   glBindVertexArray(no_vertices.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   check_gl("blending views");
@@ -319,7 +272,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::load(const Snapshot& snapshot) {
   state_->loaded = false;
   state_->load_mesh(snapshot);
-  state_->load_views(snapshot);
+  state_->photographs.load(snapshot);
   state_->load_tables(snapshot);
   state_->nearby_exposure = NearbyExposure(snapshot);
   state_->loaded = true;

@@ -14,8 +14,9 @@
 
 namespace lumatlas {
 
-// GL memory, bytes, that a snapshot's photographs and depths need as layers of a texture array.
-[[nodiscard]] std::uint64_t layer_bytes(const Snapshot& snapshot);
+// GL memory, bytes, of the texture arrays of a snapshot's photographs and depths. Needs a current context, whose limits
+// they are laid out by.
+[[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
 class Renderer {
  public:
@@ -25,8 +26,9 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  // Copies the snapshot to the GPU in place of an earlier one. Throws GlError if the driver's limits (layers, texture
-  // size, buffer size) are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
+  // Copies the snapshot to the GPU in place of an earlier one; photographs or tiles that it shares with that one are
+  // not copied again. Throws GlError if the driver's limits (layers, texture size, buffer size) are exceeded, naming
+  // the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument for bad options

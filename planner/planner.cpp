@@ -245,14 +245,14 @@ void Planner::take(const std::string& name, const Camera& camera, std::vector<Ce
     }
   }
   const Stopwatch stopwatch(verdict.store_ms);
-  StoredView view =
-      make_stored_view(name, refined, std::move(photograph), visibility_->trace(refined), options_.validity);
+  TiledView tiled = make_tiled_view(name, refined, std::move(photograph), visibility_->trace(refined),
+                                    atlas_.surface().cells, atlas_.layout(), options_.validity);
   verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
   for (const std::uint32_t victim : exchange.victims) {
     verdict.replaced.push_back(atlas_.view(victim)->name);
     evict(victim);
   }
-  verdict.slot = atlas_.insert(std::move(view));
+  verdict.slot = atlas_.insert(std::move(tiled.view), std::move(tiled.shown));
   stored_bytes_ += bytes_of(*verdict.slot);
   ledger_.insert(*verdict.slot, std::move(seen));
   publish(ledger_.parts(*verdict.slot));

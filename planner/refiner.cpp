@@ -167,8 +167,9 @@ void Refiner::balance_exposures() {
 void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
-  atlas_.replace(
-      slot, make_stored_view(old.name, camera, old.photograph, visibility_->trace(camera), validity, std::move(trust)));
+  TiledView tiled = make_tiled_view(old.name, camera, old.photograph, visibility_->trace(camera),
+                                    atlas_.surface().cells, atlas_.layout(), validity, std::move(trust));
+  atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   replaced(slot);
 }
 

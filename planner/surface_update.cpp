@@ -86,11 +86,13 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_
 bool Planner::make_depth_again(std::uint32_t slot) {
   const std::shared_ptr<const StoredView> old = atlas_.view(slot);
   VisibilityBuffer visible = visibility_->trace(old->camera);
-  if (visible.depth == old->depth) return false;
-  atlas_.replace(slot, make_stored_view(old->name, old->camera, old->photograph, std::move(visible), options_.validity,
-                                        old->trust));
+  const bool same_depth = visible.depth == old->depth;
+  if (same_depth && atlas_.layout().whole_views()) return false;
+  TiledView tiled = make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), atlas_.surface().cells,
+                                    atlas_.layout(), options_.validity, old->trust);
+  atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   refiner_.replaced(slot);
-  return true;
+  return !same_depth;
 }
 
 SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,

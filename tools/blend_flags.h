@@ -15,7 +15,8 @@ namespace lumatlas {
 struct BlendFlags {
   BlendOptions values;
   std::string weights = "ratio";
-  std::string exposure;  // empty: as the weights have it
+  std::string prefilter;  // empty: as the weights have it
+  std::string exposure;   // empty: as the weights have it
 
   void add_to(CLI::App& command) {
     command.add_option("--blend-views", values.views, "K: how many views are blended at a pixel")
@@ -24,6 +25,11 @@ struct BlendFlags {
         ->check(number_between(0, 1));
     command.add_option("--weights", weights, "Distance term: ratio, or printed (the paper's formulas to the letter)")
         ->check(CLI::IsMember({"ratio", "printed"}));
+    command
+        .add_option("--prefilter", prefilter,
+                    "Sample photographs that were taken from nearer at their coarser levels: on or off; without it on, "
+                    "with --weights printed off")
+        ->check(CLI::IsMember({"on", "off"}));
     command
         .add_option(
             "--exposure", exposure,
@@ -36,6 +42,7 @@ struct BlendFlags {
     BlendOptions options = weights == "printed" ? BlendOptions::printed() : BlendOptions{};
     options.views = values.views;
     options.lambda = values.lambda;
+    if (!prefilter.empty()) options.prefilter = prefilter == "on";
     if (exposure == "nearby") options.exposure = BlendOptions::Exposure::nearby;
     if (exposure == "model") options.exposure = BlendOptions::Exposure::model;
     check(options);
@@ -47,6 +54,7 @@ struct BlendFlags {
     return {{"blend_views", values.views},
             {"lambda", values.lambda},
             {"weights", weights},
+            {"prefilter", options().prefilter},
             {"exposure", nearby ? "nearby" : "model"}};
   }
 };

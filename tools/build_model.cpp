@@ -73,6 +73,12 @@ std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options) {
   return static_cast<std::uint32_t>(capacity);
 }
 
+TileOptions layout_of(const BuildOptions& options) {
+  TileOptions layout = options.tiles;
+  if (options.array_bytes > 0) layout.max_tiles = slots_within(options.array_bytes, options.tiles);
+  return layout;
+}
+
 double ms_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
@@ -209,6 +215,14 @@ void check(const BuildOptions& options) {
   if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
   if (options.max_views == 0u) throw std::invalid_argument("build: max_views is 0, must be at least 1");
   if (options.hold_out) check(*options.hold_out);
+  check(options.tiles);
+  if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
+  if (options.array_bytes == 0) return;
+  if (options.tiles.whole_views()) throw std::invalid_argument("build: array_bytes is given, but no tiles");
+  if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {
+    throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
+                                ", must be at least what a tile takes, " + std::to_string(least));
+  }
 }
 
 BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options) {
@@ -230,7 +244,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     result.effective.coverage.ideal_distance =
         median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   }
-  Atlas atlas(input.surface, capacity_for(stream, options));
+  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options));
   Planner planner(atlas, *visibility, result.effective);
   const auto chosen = chosen_places(planner, atlas, stream, options, random, result);
   run_stream(planner, stream, chosen, options.quiet, result);

@@ -56,6 +56,8 @@ struct BuildOptions {
   std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
   IntrinsicsUse intrinsics = IntrinsicsUse::ignore;
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
+  TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
+  std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
   std::optional<HoldOut> hold_out;               // none: every view is offered
   StreamOrder order = StreamOrder::given;
   // With another choice than online, planner.max_bytes counts as so many of the largest view.

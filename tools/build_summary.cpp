@@ -99,34 +99,58 @@ std::uint64_t bytes_per_texel() {
   return stored_bytes(one);
 }
 
-// What the stored views are and may become.
+// What the stored views take, and may take.
 struct Holding {
   std::size_t views = 0;
-  std::uint64_t texels = 0;             // resident
-  std::optional<std::uint64_t> budget;  // texels; none: unbounded
+  std::uint64_t texels = 0;                    // resident, those of gutters included
+  std::optional<std::uint64_t> texels_budget;  // none: unbounded
+  std::uint64_t bytes = 0;
+  std::optional<std::uint64_t> bytes_budget;
 };
 
-// A bound by count allows so many of the largest stored view.
-Holding holding_of(const BuildResult& result, const BuildOptions& options) {
-  Holding holding;
+// Whole views; a bound by count allows so many of the largest.
+void hold_layers(const BuildResult& result, const BuildOptions& options, Holding& holding) {
   std::uint64_t largest = 0;
   for (const auto& view : result.snapshot.views) {
     if (!view) continue;
     const std::uint64_t pixels = std::uint64_t{view->camera.width} * view->camera.height;
-    ++holding.views;
     holding.texels += pixels;
     largest = std::max(largest, pixels);
   }
-  if (options.max_views) holding.budget = largest * *options.max_views;
+  holding.bytes = result.stored_bytes;
+  if (options.max_views) holding.texels_budget = largest * *options.max_views;
   if (const std::uint64_t bytes = options.planner.max_bytes; bytes > 0) {
-    holding.budget = std::min(holding.budget.value_or(bytes), bytes / bytes_per_texel());
+    holding.texels_budget = std::min(holding.texels_budget.value_or(bytes), bytes / bytes_per_texel());
   }
+  if (holding.texels_budget) holding.bytes_budget = *holding.texels_budget * bytes_per_texel();
+}
+
+void hold_tiles(const BuildResult& result, const BuildOptions& options, Holding& holding) {
+  const TileTable& tiles = result.snapshot.tiles;
+  const std::uint64_t slot_texels = std::uint64_t{options.tiles.slot_px()} * options.tiles.slot_px();
+  holding.texels = slot_texels * tiles.resident_tiles();
+  holding.bytes = slot_bytes(options.tiles) * tiles.resident_tiles();
+  if (options.array_bytes == 0) return;
+  holding.texels_budget = slot_texels * tiles.options.max_tiles;
+  holding.bytes_budget = options.array_bytes;
+}
+
+Holding holding_of(const BuildResult& result, const BuildOptions& options) {
+  Holding holding;
+  holding.views = static_cast<std::size_t>(std::count_if(result.snapshot.views.begin(), result.snapshot.views.end(),
+                                                         [](const auto& view) { return view != nullptr; }));
+  options.tiles.whole_views() ? hold_layers(result, options, holding) : hold_tiles(result, options, holding);
   return holding;
 }
 
-json bytes_json(const BuildResult& result, const std::optional<std::uint64_t>& budget) {
-  return {{"resident", result.stored_bytes},
-          {"budget", budget ? json(*budget * bytes_per_texel()) : json()},
+json or_null(const std::optional<std::uint64_t>& value) {
+  return value ? json(*value) : json();
+}
+
+json bytes_json(const BuildResult& result, const Holding& holding) {
+  return {{"resident", holding.bytes},
+          {"budget", or_null(holding.bytes_budget)},
+          {"photographs", result.stored_bytes},
           {"peak_rss", peak_resident_bytes()}};
 }
 
@@ -234,6 +258,11 @@ json refinement_options_json(const RefinementOptions& refinement, const BuildOpt
           {"outlier", refinement.least_correlation}};
 }
 
+json budget_of(const BuildOptions& options) {
+  const std::uint64_t bytes = options.tiles.whole_views() ? options.planner.max_bytes : options.array_bytes;
+  return bytes > 0 ? json(bytes) : json();
+}
+
 }  // namespace
 
 std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) {
@@ -277,8 +306,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"summed_coverage", result.summed_coverage},
           {"offline", offline_json(result)},
           {"intrinsics", intrinsics_json(result)},
-          {"texels", {{"resident", holding.texels}, {"budget", holding.budget ? json(*holding.budget) : json()}}},
-          {"bytes", bytes_json(result, holding.budget)},
+          {"texels", {{"resident", holding.texels}, {"budget", or_null(holding.texels_budget)}}},
+          {"bytes", bytes_json(result, holding)},
           {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};
 }
 
@@ -297,7 +326,11 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"choice", name_of(options.choice)},
               {"seed", options.seed},
               {"views", options.max_views ? json(*options.max_views) : json()},
-              {"budget", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
+              {"layout", options.tiles.whole_views() ? "layers" : "tiles"},
+              {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
+              {"gutter", options.tiles.gutter_px},
+              {"budget", budget_of(options)},
+              {"photographs", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},
               {"normal_weight", options.cells.normal_weight},

@@ -30,10 +30,34 @@ struct BuildFlags {
   CoverageFlags coverage;
   CLI::Option* views = nullptr;
   CLI::Option* budget = nullptr;
+  CLI::Option* tile = nullptr;
+  CLI::Option* photographs = nullptr;
+  std::string layout = "tiles";
+  std::uint64_t budget_bytes = 0;      // 0: unbounded
+  std::uint64_t photograph_bytes = 0;  // 0: unbounded
   CLI::Option* seed = nullptr;
   bool refine_intrinsics = false;
   bool json_output = false;
 };
+
+// Of tiles, the budget bounds the texture array; the photographs that they are cut from are bounded by their number, or
+// by bytes of their own.
+void set_budget(const BuildFlags& flags, BuildOptions& options) {
+  constexpr std::uint64_t kPhotographsPerArray = 4;
+  const bool tiles = flags.layout == "tiles";
+  if (!tiles) {
+    if (flags.tile->count() > 0) throw CLI::ValidationError("--tile", "needs --layout tiles");
+    if (flags.photographs->count() > 0) throw CLI::ValidationError("--photographs", "needs --layout tiles");
+    options.tiles.tile_px = 0;
+  }
+  options.planner.max_bytes = tiles ? flags.photograph_bytes : flags.budget_bytes;
+  if (tiles) options.array_bytes = flags.budget_bytes;
+  if (flags.views->count() > 0) return;
+  if (tiles && flags.budget->count() > 0 && flags.photographs->count() == 0) {
+    options.planner.max_bytes = kPhotographsPerArray * flags.budget_bytes;
+  }
+  if (options.planner.max_bytes > 0) options.max_views.reset();
+}
 
 BuildOptions options_of(const BuildFlags& flags) {
   BuildOptions options = flags.options;
@@ -41,7 +65,7 @@ BuildOptions options_of(const BuildFlags& flags) {
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   flags.coverage.apply(options.planner);
-  if (flags.budget->count() > 0 && flags.views->count() == 0) options.max_views.reset();
+  set_budget(flags, options);
   if (flags.seed->count() > 0 && options.order != StreamOrder::shuffled && options.choice != ViewChoice::random) {
     throw CLI::ValidationError("--seed", "needs --order shuffled or --choice random");
   }
@@ -105,9 +129,21 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
                                    "Photographs that the model may hold; with --budget alone as many as fit");
   flags.views->check(CLI::Range(1u, 1u << 20))->default_str(std::to_string(*flags.options.max_views));
   flags.budget =
-      command.add_option("--budget", planner.max_bytes,
-                         "Bytes that the stored photographs may take, with their depth and masks: 512MiB, 300MB, 2GiB");
+      command.add_option("--budget", flags.budget_bytes,
+                         "Bytes that the model may take on the GPU, with depth and masks: 512MiB, 300MB, 2GiB");
   flags.budget->transform(byte_size())->default_str("");
+  command.add_option("--layout", flags.layout, "Parts of photographs that cells refer to, or whole photographs")
+      ->check(CLI::IsMember({"tiles", "layers"}));
+  flags.tile = command.add_option("--tile", flags.options.tiles.tile_px, "Side of a tile, pixels: 8, 16, ... 1024");
+  flags.tile->check(CLI::Range(8u, 1024u) & divisible_by(8));
+  command
+      .add_option("--gutter", flags.options.tiles.gutter_px,
+                  "Pixels around a tile; 2 to the number of its coarser levels")
+      ->check(CLI::IsMember({1, 2, 4, 8}));
+  flags.photographs = command.add_option("--photographs", flags.photograph_bytes,
+                                         "Bytes of the photographs that tiles are cut from while the model is built; "
+                                         "with --budget and without --views four times that");
+  flags.photographs->transform(byte_size())->default_str("");
   flags.coverage.add_to(command);
   command
       .add_option("--min-exchange-gain", planner.min_exchange_gain,

@@ -52,6 +52,14 @@ inline std::optional<std::uint64_t> bytes_of_size(const std::string& text) {
 }
 
 // Turns a size into bytes, at least 1.
+[[nodiscard]] inline CLI::Validator divisible_by(std::uint32_t divisor) {
+  const auto check = [divisor](std::string& text) -> std::string {
+    if (std::stoul(text) % divisor == 0) return {};
+    return text + " is not a multiple of " + std::to_string(divisor);
+  };
+  return {check, "MULTIPLE OF " + std::to_string(divisor)};
+}
+
 [[nodiscard]] inline CLI::Validator byte_size() {
   const auto to_bytes = [](std::string& text) -> std::string {
     const std::optional<std::uint64_t> bytes = number_flags::bytes_of_size(text);

@@ -8,7 +8,8 @@ struct View {
   vec4 intrinsics;         // fx, fy, cx, cy
   vec4 center;             // of the camera in the world
   vec4 gain;               // exposure, R G B
-  vec4 size;               // width, height in pixels
+  vec4 size;               // width, height in pixels; what its depths are shares of
+  uvec4 tiles;             // number of the first, how many are in a row
 };
 
 layout(std430, binding = 0) readonly buffer CellOfFace { uint cell_of_face[]; };
@@ -17,8 +18,10 @@ layout(std430, binding = 2) readonly buffer References { uint slots[]; };
 layout(std430, binding = 3) readonly buffer Views { View views[]; };         // by slot = layer
 layout(std430, binding = 4) readonly buffer CellSeen { uint cell_seen[]; };
 
+layout(std430, binding = 5) readonly buffer TileSlots { uint tile_slots[]; };  // by tile: where it is in the array
+
 layout(binding = 0) uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
-layout(binding = 1) uniform sampler2DArray depths;       // z
+layout(binding = 1) uniform sampler2DArray depths;       // z as a share of the view's size.z
 layout(binding = 2) uniform usampler2D faces;
 layout(binding = 3) uniform sampler2D surface_depth;
 layout(binding = 4) uniform sampler2D fallback_color;
@@ -32,9 +35,14 @@ uniform float lambda;
 uniform float occlusion_tolerance;
 uniform bool printed_position;
 uniform bool fade_last;
+uniform bool prefilter;
+uniform uvec2 tile_size;   // pixels, without the gutter
+uniform uint gutter;       // pixels
+uniform uvec2 page_slots;  // columns and rows of slots in a page of the array
 uniform vec3 exposure;  // of the picture: linear light of the model times this is shown
 
 const uint kNoFace = 0xFFFFFFFFu;
+const uint kNotResident = 0xFFFFFFFFu;
 const float kEmpty = 0.0, kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
 
 layout(location = 0) out vec4 picture;  // sRGB; alpha: PixelState / 255
@@ -57,25 +65,40 @@ float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
   return lambda * w_dir + (1.0 - lambda) * w_pos;
 }
 
-// Image position in a stored view; false where valid() is 0 whatever the mask says.
-bool project(uint slot, vec3 world, out vec2 image) {
+// Where in the texture array an image position of a view is: texels, page. False: that tile is not resident.
+bool locate(uint view, vec2 image, out vec3 texel) {
+  uvec2 tile = uvec2(image) / tile_size;
+  uint slot = tile_slots[views[view].tiles.x + tile.y * views[view].tiles.y + tile.x];
+  if (slot == kNotResident) return false;
+  uint in_page = slot % (page_slots.x * page_slots.y);
+  uvec2 place = uvec2(in_page % page_slots.x, in_page / page_slots.x);
+  uvec2 origin = place * (tile_size + 2u * gutter) + gutter;
+  texel = vec3(vec2(origin) + (image - vec2(tile * tile_size)), float(slot / (page_slots.x * page_slots.y)));
+  return true;
+}
+
+// Place in the texture array of what a stored view shows of a point, and how many of its pixels one of the picture's
+// covers; false where valid() is 0 whatever the mask says.
+bool project(uint view, vec3 world, float z, out vec3 texel, out float footprint) {
   vec4 at = vec4(world, 1.0);
-  vec3 cam = vec3(dot(views[slot].cam_from_world[0], at), dot(views[slot].cam_from_world[1], at),
-                  dot(views[slot].cam_from_world[2], at));
+  vec3 cam = vec3(dot(views[view].cam_from_world[0], at), dot(views[view].cam_from_world[1], at),
+                  dot(views[view].cam_from_world[2], at));
   if (!(cam.z > 0.0)) return false;
-  image = views[slot].intrinsics.xy * cam.xy / cam.z + views[slot].intrinsics.zw;
-  if (!all(greaterThanEqual(image, vec2(0.0))) || !all(lessThan(image, views[slot].size.xy))) return false;
-  float stored = texelFetch(depths, ivec3(ivec2(image), int(slot)), 0).x;
+  vec2 image = views[view].intrinsics.xy * cam.xy / cam.z + views[view].intrinsics.zw;
+  if (!all(greaterThanEqual(image, vec2(0.0))) || !all(lessThan(image, views[view].size.xy))) return false;
+  if (!locate(view, image, texel)) return false;
+  float stored = texelFetch(depths, ivec3(texel), 0).x * views[view].size.z;
+  footprint = z * views[view].intrinsics.x / (intrinsics.x * cam.z);
   return cam.z <= stored * (1.0 + occlusion_tolerance);
 }
 
-vec4 sample_photograph(uint slot, vec2 image) {
-  vec2 inside = clamp(image, vec2(0.5), views[slot].size.xy - 0.5);
-  vec4 texel = textureLod(photographs, vec3(inside / vec2(textureSize(photographs, 0).xy), float(slot)), 0.0);
-  return vec4(texel.rgb * views[slot].gain.rgb, texel.a);
+vec4 sample_photograph(uint view, vec3 texel, float footprint) {
+  float level = prefilter ? log2(max(footprint, 1.0)) : 0.0;  // the texture has no more levels than its gutter allows
+  vec4 color = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level);
+  return vec4(color.rgb * views[view].gain.rgb, color.a);
 }
 
-bool blend(uint cell, vec3 world, out vec3 color) {
+bool blend(uint cell, vec3 world, float z, out vec3 color) {
   vec4 best[MAX_BLENDED_VIEWS + 1];  // colour, weight; best first
   for (uint rank = 0u; rank <= blended_views; ++rank) best[rank] = vec4(0.0);
   vec3 to_novel = center - world;
@@ -84,9 +107,10 @@ bool blend(uint cell, vec3 world, out vec3 color) {
     uint slot = slots[reference];
     float weight = geometric_weight(to_novel, o, views[slot].center.xyz - world);
     if (weight <= best[blended_views].w) continue;  // validity can only lower it
-    vec2 image;
-    if (!project(slot, world, image)) continue;
-    vec4 next = sample_photograph(slot, image);
+    vec3 texel;
+    float footprint;
+    if (!project(slot, world, z, texel, footprint)) continue;
+    vec4 next = sample_photograph(slot, texel, footprint);
     next.w *= weight;
     for (uint rank = 0u; rank <= blended_views; ++rank) {
       if (next.w > best[rank].w) {
@@ -117,11 +141,12 @@ void main() {
     return;
   }
   vec2 image = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
-  vec3 world = world_from_pixel(image, texelFetch(surface_depth, pixel, 0).x);
+  float z = texelFetch(surface_depth, pixel, 0).x;
+  vec3 world = world_from_pixel(image, z);
   uint cell = cell_of_face[face];
   vec3 color;
   float state = kTextured;
-  if (!blend(cell, world, color)) {
+  if (!blend(cell, world, z, color)) {
     color = texelFetch(fallback_color, pixel, 0).rgb;
     state = cell_seen[cell] != 0u ? kUntextured : kUnseen;
   }

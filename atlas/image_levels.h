@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A part of a stored view as texels, with coarser levels for cameras that are farther away than it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "atlas/atlas.h"
+
+namespace lumatlas {
+
+// In pixels of the view; may reach beyond its image, where the pixels at the image's border go on.
+struct ImageRect {
+  std::int64_t x = 0;
+  std::int64_t y = 0;
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+};
+
+// Row by row from the top left: sRGB and validity, 8 bit each.
+struct ImageLevel {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
+// Levels of a photograph with so much gutter around its parts, the finest among them.
+[[nodiscard]] std::uint32_t levels_of_gutter(std::uint32_t gutter_px);
+
+// The finest level is the view's pixels. A texel of the next one is the mean of four, in linear light and by their
+// validity, so that what may not be shown does not bleed into it. The sides of `rect` must be multiples of
+// 2^(levels - 1) (std::invalid_argument).
+[[nodiscard]] std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& rect, std::uint32_t levels);
+
+}  // namespace lumatlas

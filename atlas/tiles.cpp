@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/tiles.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "atlas/atlas.h"
+
+namespace lumatlas {
+
+namespace {
+
+void require(bool holds, const char* field, std::uint32_t value, const char* rule) {
+  if (holds) return;
+  throw std::invalid_argument(std::string("tiles: ") + field + " is " + std::to_string(value) + ", must be " + rule);
+}
+
+// Counts pixels by tile and cell, in any order, merged at the end.
+class ShownCount {
+ public:
+  void add(std::uint32_t tile, std::uint32_t cell, std::uint32_t pixels) {
+    if (!counts_.empty() && counts_.back().tile == tile && counts_.back().cell == cell) {
+      counts_.back().pixels += pixels;  // neighbouring pixels mostly show the same
+    } else {
+      counts_.push_back({tile, cell, pixels});
+    }
+  }
+
+  [[nodiscard]] std::vector<ShownCell> merged() {
+    std::sort(counts_.begin(), counts_.end(), [](const ShownCell& a, const ShownCell& b) {
+      return std::tie(a.tile, a.cell) < std::tie(b.tile, b.cell);
+    });
+    std::vector<ShownCell> merged;
+    for (const ShownCell& count : counts_) {
+      if (!merged.empty() && merged.back().tile == count.tile && merged.back().cell == count.cell) {
+        merged.back().pixels += count.pixels;
+      } else {
+        merged.push_back(count);
+      }
+    }
+    return merged;
+  }
+
+ private:
+  std::vector<ShownCell> counts_;
+};
+
+// The tiles along one axis whose tile or gutter holds a pixel.
+struct TileRange {
+  std::uint32_t first, last;
+
+  TileRange(std::uint32_t pixel, std::uint32_t tiles, const TileOptions& options)
+      : first(pixel < options.gutter_px ? 0 : (pixel - options.gutter_px) / options.tile_px),
+        last(std::min((pixel + options.gutter_px) / options.tile_px, tiles - 1)) {}
+};
+
+}  // namespace
+
+void check(const TileOptions& options) {
+  if (options.whole_views()) return;
+  require(options.tile_px % 8 == 0 && options.tile_px <= 1024, "tile_px", options.tile_px,
+          "a multiple of 8 from 8 to 1024, or 0 for whole views");
+  const std::uint32_t gutter = options.gutter_px;
+  require(gutter == 1 || gutter == 2 || gutter == 4 || gutter == 8, "gutter_px", gutter, "1, 2, 4 or 8");
+}
+
+std::uint64_t slot_bytes(const TileOptions& options) {
+  constexpr std::uint64_t kColor = 4, kDepth = 2;
+  const std::uint64_t side = options.slot_px();
+  std::uint64_t bytes = kDepth * side * side;
+  for (std::uint64_t step = 1; step <= options.gutter_px; step *= 2) bytes += kColor * (side / step) * (side / step);
+  return bytes;
+}
+
+PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns) {
+  slots = std::max(slots, 1u);
+  std::uint32_t side = 8;
+  while (std::uint64_t{side} * side * most_pages < slots && 2 * side <= most_columns) side *= 2;
+  PageLayout layout{std::min(side, slots), 1, 1};
+  layout.rows = std::min(side, (slots + layout.columns - 1) / layout.columns);
+  layout.pages = (slots + layout.columns * layout.rows - 1) / (layout.columns * layout.rows);
+  return layout;
+}
+
+std::uint32_t slots_within(std::uint64_t bytes, const TileOptions& options) {
+  constexpr std::uint64_t kMost = 1u << 30;
+  // GL 4.5 promises 2048 layers and 16384 pixels a side: what any driver lays out alike.
+  constexpr std::uint32_t kPromisedPages = 2048, kPromisedSide = 16384;
+  const auto fit = static_cast<std::uint32_t>(std::min(bytes / slot_bytes(options), kMost));
+  if (fit == 0) return 0;
+  const PageLayout layout = pages_for(fit, kPromisedPages, kPromisedSide / options.slot_px());
+  if (layout.pages > 1) return fit / (layout.columns * layout.rows) * (layout.columns * layout.rows);
+  return fit / layout.columns * layout.columns;
+}
+
+std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::uint32_t> face, const Cells& cells,
+                                   const TileOptions& options) {
+  if (options.whole_views()) return {};
+  const std::uint32_t width = view.camera.width;
+  const TileGrid grid(width, view.camera.height, options.tile_px);
+  ShownCount inside, around;
+  for (std::uint32_t y = 0; y < view.camera.height; ++y) {
+    const TileRange rows(y, grid.rows, options);
+    for (std::uint32_t x = 0; x < width; ++x) {
+      const std::size_t pixel = std::size_t{y} * width + x;
+      if (view.validity[pixel] == 0 || face[pixel] == kNoFace) continue;
+      const std::uint32_t cell = cells.cell_of_face[face[pixel]];
+      const std::uint32_t own = y / options.tile_px * grid.columns + x / options.tile_px;
+      inside.add(own, cell, 1);
+      const TileRange columns(x, grid.columns, options);
+      for (std::uint32_t row = rows.first; row <= rows.last; ++row) {
+        for (std::uint32_t column = columns.first; column <= columns.last; ++column) {
+          if (const std::uint32_t tile = row * grid.columns + column; tile != own) around.add(tile, cell, 0);
+        }
+      }
+    }
+  }
+  for (const ShownCell& shown : around.merged()) inside.add(shown.tile, shown.cell, 0);
+  return inside.merged();
+}
+
+bool TileTable::resident(std::uint32_t view, const Camera& camera, double x, double y) const {
+  const TileGrid grid(camera.width, camera.height, options.tile_px);
+  const auto column = static_cast<std::uint32_t>(x) / options.tile_px;
+  const auto row = static_cast<std::uint32_t>(y) / options.tile_px;
+  return slots[first_tile[view] + row * grid.columns + column] != kNotResident;
+}
+
+std::vector<std::uint8_t> TileTable::resident_pixels(std::uint32_t view, const Camera& camera) const {
+  const TileGrid grid(camera.width, camera.height, options.tile_px);
+  std::vector<std::uint8_t> mask(std::size_t{camera.width} * camera.height, 0);
+  for (std::uint32_t tile = 0; tile < grid.tiles(); ++tile) {
+    if (slots[first_tile[view] + tile] == kNotResident) continue;
+    const std::uint32_t x = tile % grid.columns * options.tile_px;
+    const std::uint32_t y = tile / grid.columns * options.tile_px;
+    const std::uint32_t first_x = x - std::min(x, options.gutter_px);
+    const std::uint32_t end_x = std::min(x + options.tile_px + options.gutter_px, camera.width);
+    const std::uint32_t end_y = std::min(y + options.tile_px + options.gutter_px, camera.height);
+    for (std::uint32_t row = y - std::min(y, options.gutter_px); row < end_y; ++row) {
+      std::fill_n(mask.begin() + static_cast<std::ptrdiff_t>(std::size_t{row} * camera.width + first_x),
+                  end_x - first_x, 1);
+    }
+  }
+  return mask;
+}
+
+std::uint32_t TileTable::resident_tiles() const {
+  return static_cast<std::uint32_t>(
+      std::count_if(slots.begin(), slots.end(), [](std::uint32_t slot) { return slot != kNotResident; }));
+}
+
+std::uint32_t TileTable::slots_needed() const {
+  std::uint32_t needed = 0;
+  for (const std::uint32_t slot : slots) needed = slot == kNotResident ? needed : std::max(needed, slot + 1);
+  return needed;
+}
+
+std::vector<ViewTile> needed_tiles(const ReferenceTable& references, std::span<const std::vector<ShownCell>> shown) {
+  const auto cells = static_cast<std::uint32_t>(references.offsets.size() - 1);
+  std::vector<std::vector<std::uint32_t>> referring(shown.size());  // cells, by view
+  for (std::uint32_t cell = 0; cell < cells; ++cell) {
+    for (const std::uint32_t view : references.of_cell(cell)) referring[view].push_back(cell);
+  }
+  std::vector<ViewTile> needed;
+  std::vector<std::uint8_t> refers(cells, 0);  // to the view at hand
+  for (std::uint32_t view = 0; view < shown.size(); ++view) {
+    for (const std::uint32_t cell : referring[view]) refers[cell] = 1;
+    for (const ShownCell& part : shown[view]) {
+      if (refers[part.cell] == 0) continue;
+      const bool known = !needed.empty() && needed.back().view == view && needed.back().tile == part.tile;
+      if (!known) needed.push_back({view, part.tile});
+    }
+    for (const std::uint32_t cell : referring[view]) refers[cell] = 0;
+  }
+  return needed;
+}
+
+TileSlots::TileSlots(const TileOptions& options) {
+  check(options);
+  require(!options.whole_views(), "tile_px", options.tile_px, "above 0 to give tiles their slots");
+  table_.options = options;
+}
+
+// Gives the slots of tiles back whose views are gone, or have another number of tiles than before.
+void TileSlots::resize(std::span<const std::uint32_t> tiles_of_view) {
+  TileTable table;
+  table.options = table_.options;
+  table.first_tile.push_back(0);
+  for (std::size_t view = 0; view < tiles_of_view.size(); ++view) {
+    table.first_tile.push_back(table.first_tile.back() + tiles_of_view[view]);
+    table.slots.resize(table.first_tile.back(), kNotResident);
+    if (view + 1 >= table_.first_tile.size()) continue;
+    const std::span<const std::uint32_t> before =
+        std::span(table_.slots).subspan(table_.first_tile[view], table_.first_tile[view + 1] - table_.first_tile[view]);
+    if (before.size() == tiles_of_view[view]) {
+      std::copy(before.begin(), before.end(), table.slots.begin() + table.first_tile[view]);
+    } else {
+      std::copy_if(before.begin(), before.end(), std::back_inserter(free_),
+                   [](std::uint32_t slot) { return slot != kNotResident; });
+    }
+  }
+  table_ = std::move(table);
+}
+
+void TileSlots::assign(std::span<const ViewTile> tiles, std::span<const std::uint32_t> tiles_of_view) {
+  const std::uint32_t most = table_.options.max_tiles;
+  if (most > 0 && tiles.size() > most) {
+    throw std::logic_error("tiles: " + std::to_string(tiles.size()) + " are to be resident, at most " +
+                           std::to_string(most) + " can be");
+  }
+  resize(tiles_of_view);
+  std::vector<std::uint8_t> stays(table_.slots.size(), 0);
+  for (const ViewTile& tile : tiles) stays[table_.first_tile[tile.view] + tile.tile] = 1;
+  for (std::size_t tile = 0; tile < stays.size(); ++tile) {
+    if (stays[tile] || table_.slots[tile] == kNotResident) continue;
+    free_.push_back(table_.slots[tile]);
+    table_.slots[tile] = kNotResident;
+  }
+  std::sort(free_.begin(), free_.end(), std::greater<>());
+  for (std::size_t tile = 0; tile < stays.size(); ++tile) {
+    if (!stays[tile] || table_.slots[tile] != kNotResident) continue;
+    if (free_.empty()) free_.push_back(used_++);
+    table_.slots[tile] = free_.back();
+    free_.pop_back();
+  }
+}
+
+}  // namespace lumatlas

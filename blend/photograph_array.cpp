@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/photograph_array.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/packing.hpp>
+#include <string>
+
+#include "blend/egl_context.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::uint32_t kBytesPerTexel = 4;  // sRGB and validity
+constexpr std::uint32_t kBytesPerDepth = 2;  // half precision
+
+std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
+  return (value + unit - 1) / unit * unit;
+}
+
+ArrayShape layers_of(const Snapshot& snapshot, std::uint32_t levels) {
+  ArrayShape shape;
+  shape.levels = levels;
+  shape.pages = std::max<std::uint32_t>(static_cast<std::uint32_t>(snapshot.views.size()), 1);
+  std::uint32_t width = 1, height = 1;
+  for (const auto& view : snapshot.views) {
+    if (!view) continue;
+    width = std::max(width, view->camera.width);
+    height = std::max(height, view->camera.height);
+  }
+  shape.slot_width = round_up(width, 1u << (levels - 1));
+  shape.slot_height = round_up(height, 1u << (levels - 1));
+  return shape;
+}
+
+ArrayShape pages_of(std::uint32_t slots, const TileOptions& options, std::uint32_t levels) {
+  const auto most_pages = static_cast<std::uint32_t>(gl_limit(GL_MAX_ARRAY_TEXTURE_LAYERS));
+  const auto most_side = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
+  const PageLayout pages = pages_for(slots, most_pages, most_side / options.slot_px());
+  return {options.slot_px(), options.slot_px(), pages.columns, pages.rows, pages.pages, levels};
+}
+
+void require_limit(std::uint64_t needed, GLenum name, const char* what, const char* advice) {
+  const GLint most = gl_limit(name);
+  if (needed > static_cast<std::uint64_t>(most)) {
+    throw GlError("the model needs " + std::to_string(needed) + " " + what + ", this driver takes " +
+                  std::to_string(most) + ": " + advice);
+  }
+}
+
+void require_limits(const ArrayShape& shape, bool whole_views) {
+  const std::uint64_t side =
+      std::max(std::uint64_t{shape.columns} * shape.slot_width, std::uint64_t{shape.rows} * shape.slot_height);
+  require_limit(side, GL_MAX_TEXTURE_SIZE, "pixels a side for its photographs", "scale the photographs down");
+  require_limit(shape.pages, GL_MAX_ARRAY_TEXTURE_LAYERS, whole_views ? "views" : "pages of tiles",
+                whole_views ? "build it with fewer (--views)" : "build it with a smaller --budget");
+}
+
+bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const StoredView>& b) {
+  return !a.owner_before(b) && !b.owner_before(a);
+}
+
+// A power of two near the median of a view's finite depths, 1 if it has none.
+float depth_scale_of(const StoredView& view) {
+  std::vector<float> depths;
+  for (const float depth : view.depth) {
+    if (std::isfinite(depth) && depth > 0) depths.push_back(depth);
+  }
+  if (depths.empty()) return 1;
+  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+  std::nth_element(depths.begin(), middle, depths.end());
+  return std::exp2(std::floor(std::log2(*middle)));
+}
+
+// In half precision, rounded up, so that what a view shows is never found behind itself.
+std::uint16_t half_above(float depth) {
+  const std::uint16_t half = glm::packHalf1x16(depth);
+  return glm::unpackHalf1x16(half) < depth ? static_cast<std::uint16_t>(half + 1) : half;
+}
+
+// Depth of the part of a view, as a share of `scale`.
+std::vector<std::uint16_t> depth_of(const StoredView& view, const ImageRect& rect, float scale) {
+  std::vector<std::uint16_t> depth;
+  depth.reserve(std::size_t{rect.width} * rect.height);
+  for (std::uint32_t row = 0; row < rect.height; ++row) {
+    const std::int64_t y = std::clamp<std::int64_t>(rect.y + row, 0, std::int64_t{view.camera.height} - 1);
+    for (std::uint32_t column = 0; column < rect.width; ++column) {
+      const std::int64_t x = std::clamp<std::int64_t>(rect.x + column, 0, std::int64_t{view.camera.width} - 1);
+      depth.push_back(half_above(view.depth[static_cast<std::size_t>(y * view.camera.width + x)] / scale));
+    }
+  }
+  return depth;
+}
+
+}  // namespace
+
+std::uint64_t ArrayShape::bytes() const {
+  std::uint64_t texels = 0;
+  for (std::uint32_t level = 0; level < levels; ++level) {
+    texels += (std::uint64_t{columns} * slot_width >> level) * (std::uint64_t{rows} * slot_height >> level) * pages;
+  }
+  const std::uint64_t finest = std::uint64_t{columns} * slot_width * rows * slot_height * pages;
+  return kBytesPerTexel * texels + kBytesPerDepth * finest;
+}
+
+ArrayShape array_shape(const Snapshot& snapshot) {
+  const TileOptions& options = snapshot.tiles.options;
+  const std::uint32_t levels = levels_of_gutter(options.gutter_px);
+  if (snapshot.tiles.whole_views()) return layers_of(snapshot, levels);
+  return pages_of(options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed(), options, levels);
+}
+
+std::uint32_t PhotographArray::columns_of(const StoredView& view) const {
+  return (view.camera.width + tile_width_ - 1) / tile_width_;
+}
+
+void PhotographArray::allocate(const ArrayShape& shape) {
+  if (shape == shape_ && photographs_.get() != 0) return;
+  held_.clear();
+  photographs_ = {};  // give the earlier ones back before asking for more
+  depths_ = {};
+  const auto width = static_cast<GLsizei>(shape.columns * shape.slot_width);
+  const auto height = static_cast<GLsizei>(shape.rows * shape.slot_height);
+  const auto pages = static_cast<GLsizei>(shape.pages);
+  photographs_ =
+      make_texture_array(GL_SRGB8_ALPHA8, width, height, pages, GL_LINEAR, static_cast<GLsizei>(shape.levels));
+  depths_ = make_texture_array(GL_R16F, width, height, pages, GL_NEAREST);
+  shape_ = shape;
+}
+
+void PhotographArray::load(const Snapshot& snapshot) {
+  const TileTable& tiles = snapshot.tiles;
+  const bool whole_views = tiles.whole_views();
+  const ArrayShape shape = array_shape(snapshot);
+  require_limits(shape, whole_views);
+  allocate(shape);
+  tile_width_ = whole_views ? shape.slot_width : tiles.options.tile_px;
+  tile_height_ = whole_views ? shape.slot_height : tiles.options.tile_px;
+  gutter_ = whole_views ? 0 : tiles.options.gutter_px;
+  held_.resize(std::size_t{shape.columns} * shape.rows * shape.pages);
+  std::vector<std::uint32_t> slots = tiles.slots;
+  first_tile_ = tiles.first_tile;
+  if (whole_views) {
+    for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) slots.push_back(view);
+    first_tile_ = slots;
+  }
+  measure_depths(snapshot);
+  uploaded_ = 0;
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) {
+    if (!snapshot.views[view]) continue;
+    const std::uint32_t end = view + 1 < first_tile_.size() ? first_tile_[view + 1] : view + 1;
+    for (std::uint32_t tile = first_tile_[view]; tile < end; ++tile) {
+      if (slots[tile] == kNotResident) continue;
+      hold(slots[tile], snapshot.views[view], tile - first_tile_[view], scaled_[view].scale);
+    }
+  }
+  check_gl("uploading photographs");
+  tile_slots_ = make_buffer(slots);
+}
+
+void PhotographArray::measure_depths(const Snapshot& snapshot) {
+  scaled_.resize(snapshot.views.size());
+  for (std::size_t view = 0; view < scaled_.size(); ++view) {
+    if (!snapshot.views[view] || same(scaled_[view].view, snapshot.views[view])) continue;
+    scaled_[view] = {snapshot.views[view], depth_scale_of(*snapshot.views[view])};
+  }
+}
+
+// Leaves a slot alone that holds the tile already.
+void PhotographArray::hold(std::uint32_t slot, const std::shared_ptr<const StoredView>& view, std::uint32_t tile,
+                           float scale) {
+  if (same(held_[slot].view, view) && held_[slot].tile == tile) return;
+  const std::uint32_t columns = columns_of(*view);
+  const ImageRect rect{std::int64_t{tile % columns} * tile_width_ - gutter_,
+                       std::int64_t{tile / columns} * tile_height_ - gutter_, shape_.slot_width, shape_.slot_height};
+  upload(slot, *view, rect, scale);
+  held_[slot] = {view, tile};
+  ++uploaded_;
+}
+
+void PhotographArray::upload(std::uint32_t slot, const StoredView& view, const ImageRect& rect, float scale) const {
+  const std::uint32_t in_page = shape_.columns * shape_.rows;
+  const auto page = static_cast<GLint>(slot / in_page);
+  const auto x = static_cast<GLint>(slot % in_page % shape_.columns * shape_.slot_width);
+  const auto y = static_cast<GLint>(slot % in_page / shape_.columns * shape_.slot_height);
+  const std::vector<ImageLevel> levels = image_levels(view, rect, shape_.levels);
+  for (GLint number = 0; number < static_cast<GLint>(levels.size()); ++number) {
+    const ImageLevel& level = levels[static_cast<std::size_t>(number)];
+    glTextureSubImage3D(photographs_.get(), number, x >> number, y >> number, page, static_cast<GLsizei>(level.width),
+                        static_cast<GLsizei>(level.height), 1, GL_RGBA, GL_UNSIGNED_BYTE, level.rgba.data());
+  }
+  glTextureSubImage3D(depths_.get(), 0, x, y, page, static_cast<GLsizei>(rect.width), static_cast<GLsizei>(rect.height),
+                      1, GL_RED, GL_HALF_FLOAT, depth_of(view, rect, scale).data());
+}
+
+void PhotographArray::bind(const GlProgram& program) const {
+  const GLuint name = program.get();
+  const auto uniform = [&](const char* uniform_name) { return glGetUniformLocation(name, uniform_name); };
+  glProgramUniform2ui(name, uniform("tile_size"), tile_width_, tile_height_);
+  glProgramUniform1ui(name, uniform("gutter"), gutter_);
+  glProgramUniform2ui(name, uniform("page_slots"), shape_.columns, shape_.rows);
+  glBindTextureUnit(0, photographs_.get());
+  glBindTextureUnit(1, depths_.get());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, tile_slots_.get());
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the slots of a texture array or, as the
+// baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> slot -> texel.
+//
+// Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows; depth has none.
+// It is stored in half precision, relative to a power of two near the view's median depth: see docs/measurements.md for
+// what that changes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "atlas/image_levels.h"
+#include "blend/gl_objects.h"
+
+namespace lumatlas {
+
+// Where the slots are in the pages of the array.
+struct ArrayShape {
+  std::uint32_t slot_width = 0;   // texels, gutter included
+  std::uint32_t slot_height = 0;  // texels, gutter included
+  std::uint32_t columns = 1;      // slots in a page
+  std::uint32_t rows = 1;
+  std::uint32_t pages = 1;
+  std::uint32_t levels = 1;
+
+  [[nodiscard]] std::uint64_t bytes() const;  // that the array takes, all levels of colour and depth
+  [[nodiscard]] bool operator==(const ArrayShape&) const = default;
+};
+
+// The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not.
+[[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot);
+
+class PhotographArray {
+ public:
+  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched.
+  // Throws GlError if a limit of the driver is exceeded, naming the limit, the number and what to do; what was there is
+  // then gone.
+  void load(const Snapshot& snapshot);
+
+  // Sets the uniforms and binds the textures (units 0 and 1) and the buffer (5) that shaders/blend.frag reads.
+  void bind(const GlProgram& program) const;
+  // Of a view: the number of its first tile in that buffer, and of its columns of tiles.
+  [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
+  [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
+  // Of a view: what its stored depths are shares of. A power of two near its median depth.
+  [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
+  [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }  // by the last load()
+
+ private:
+  // What a slot holds. The view may be gone from memory.
+  struct Held {
+    std::weak_ptr<const StoredView> view;
+    std::uint32_t tile = 0;
+  };
+  struct Scaled {
+    std::weak_ptr<const StoredView> view;
+    float scale = 1;
+  };
+
+  void allocate(const ArrayShape& shape);
+  void measure_depths(const Snapshot& snapshot);
+  void hold(std::uint32_t slot, const std::shared_ptr<const StoredView>& view, std::uint32_t tile, float scale);
+  void upload(std::uint32_t slot, const StoredView& view, const ImageRect& rect, float scale) const;
+
+  ArrayShape shape_;
+  std::uint32_t tile_width_ = 0, tile_height_ = 0, gutter_ = 0;
+  std::vector<std::uint32_t> first_tile_;  // by view
+  std::vector<Held> held_;                 // by slot
+  std::vector<Scaled> scaled_;             // by view
+  std::uint32_t uploaded_ = 0;
+  GlTexture photographs_, depths_;
+  GlBuffer tile_slots_;
+};
+
+}  // namespace lumatlas
