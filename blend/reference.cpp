@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/glm.hpp>
 #include <stdexcept>
 
@@ -27,6 +28,7 @@ struct Sample {
 struct Candidate {
   double weight = 0;
   glm::dvec3 color{0.0};
+  bool valid = false;  // whatever it weighs
 };
 
 // Before its gain: bilinear between pixel centres, held at the image's border.
@@ -72,7 +74,7 @@ Candidate candidate(const Snapshot& snapshot, std::uint32_t slot, const glm::dve
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
   const Sample sample = bilinear(view, image);
-  return {weight * sample.validity, snapshot.gains[slot] * sample.color};
+  return {weight * sample.validity, snapshot.gains[slot] * sample.color, sample.validity > 0};
 }
 
 // The K best candidates' mean colour, by their weights above the next best one's. False where no view is valid.
@@ -145,7 +147,47 @@ void shade(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffe
   }
 }
 
+PixelDiagnosis diagnose(const Snapshot& snapshot, std::span<const std::uint32_t> slots, const glm::dvec3& world,
+                        const glm::dvec3& novel_center, const BlendOptions& options) {
+  PixelDiagnosis pixel;
+  std::vector<double> weights;
+  for (const std::uint32_t slot : slots) {
+    const Candidate next = candidate(snapshot, slot, world, novel_center, options);
+    if (next.valid) ++pixel.valid_views;
+    if (next.weight > 0 && (weights.empty() || next.weight > *std::max_element(weights.begin(), weights.end()))) {
+      pixel.winner = slot;
+    }
+    if (next.weight > 0) weights.push_back(next.weight);
+  }
+  std::sort(weights.begin(), weights.end(), std::greater<>());
+  weights.resize(std::max<std::size_t>(weights.size(), kMaxBlendedViews + 1), 0.0);
+  const double threshold = options.fade_last ? weights[options.views] : 0;
+  double total = 0;
+  for (std::size_t rank = 0; rank < options.views; ++rank) total += std::max(0.0, weights[rank] - threshold);
+  for (std::size_t rank = 0; rank < std::min<std::size_t>(3, options.views) && total > 0; ++rank) {
+    pixel.shares[rank] = static_cast<float>(std::max(0.0, weights[rank] - threshold) / total);
+  }
+  if (total == 0 && pixel.winner != kNoView) pixel.shares[0] = 1;  // as in blend()
+  return pixel;
+}
+
 }  // namespace
+
+Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
+                             const BlendOptions& options) {
+  Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, options).state, {}};
+  diagnosis.pixels.resize(diagnosis.state.size());
+  tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
+    const std::uint32_t face = visible.face[pixel];
+    if (face == kNoFace) return;
+    const glm::dvec2 image(static_cast<double>(pixel % camera.width) + 0.5,
+                           static_cast<double>(pixel / camera.width) + 0.5);
+    const glm::dvec3 world = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);
+    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
+    diagnosis.pixels[pixel] = diagnose(snapshot, snapshot.references.of_cell(cell), world, camera.center(), options);
+  });
+  return diagnosis;
+}
 
 Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
                            const BlendOptions& options) {
