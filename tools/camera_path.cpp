@@ -17,6 +17,16 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
+// The control points of a turn are no further than this from its ends, radians: with the half circle between the ends
+// less than a full one, beyond which a turn is not what its control points say. Only where a short interval with a
+// large turn follows a long one is there more to want.
+constexpr double kMostControlTurn = 1.5;
+
+dvec3 at_most(const dvec3& v, double most) {
+  const double length = glm::length(v);
+  return length > most ? v * (most / length) : v;
+}
+
 double log_focal(double fov_deg) {
   return -std::log(std::tan(glm::radians(fov_deg) / 2));
 }
@@ -25,9 +35,8 @@ double fov_deg_of(double log_focal) {
   return 2 * glm::degrees(std::atan(std::exp(-log_focal)));
 }
 
-// The rotation vector of the shortest turn, radians.
-dvec3 log_of(dquat q) {
-  if (q.w < 0) q = -q;
+// The rotation vector, radians; of a quaternion with w < 0 the turn is more than half a circle.
+dvec3 log_of(const dquat& q) {
   const dvec3 axis(q.x, q.y, q.z);
   const double sine = glm::length(axis);
   return sine > 1e-12 ? axis * (2 * std::atan2(sine, q.w) / sine) : 2.0 * axis;
@@ -39,13 +48,19 @@ dquat exp_of(const dvec3& turn) {
   return glm::normalize(dquat(std::cos(half), turn * factor));
 }
 
-// The turn from one to the other, in the camera's frame: to = exp_of(turn) * from.
-dvec3 turn_between(const dquat& from, const dquat& to) {
-  return log_of(to * glm::conjugate(from));
+// Of the two quaternions of a turn, the one nearer to another.
+dquat nearer(const dquat& q, const dquat& to) {
+  return glm::dot(q, to) < 0 ? -q : q;
 }
 
+// The shortest turn from one to the other, in the camera's frame: to = exp_of(turn) * from.
+dvec3 turn_between(const dquat& from, const dquat& to) {
+  return log_of(nearer(to, from) * glm::conjugate(from));
+}
+
+// On the great circle of the quaternions themselves, not of the nearer ones: those could change on the way.
 dquat part_of_turn(const dquat& from, const dquat& to, double part) {
-  return glm::normalize(exp_of(part * turn_between(from, to)) * from);
+  return glm::normalize(exp_of(part * log_of(to * glm::conjugate(from))) * from);
 }
 
 dquat bezier(std::array<dquat, 4> control, double part) {
@@ -130,7 +145,8 @@ CameraPath::CameraPath(std::vector<KeyFrame> keys) : keys_(std::move(keys)), spe
     const double weight = before / (before + after);  // of what comes after: the shorter interval knows better
     const Speed a = between(i - 1);
     const Speed b = between(i);
-    speeds_[i] = {glm::mix(a.position, b.position, weight), glm::mix(a.turn, b.turn, weight),
+    speeds_[i] = {glm::mix(a.position, b.position, weight),
+                  at_most(glm::mix(a.turn, b.turn, weight), 3 * kMostControlTurn / std::max(before, after)),
                   glm::mix(a.log_focal, b.log_focal, weight)};
   }
 }
@@ -155,7 +171,7 @@ Vantage CameraPath::at(double time) const {
   const double length = b.time - a.time;
   const double part = (time - a.time) / length;
   const dquat& from = a.vantage.cam_from_world;
-  const dquat& to = b.vantage.cam_from_world;
+  const dquat to = nearer(b.vantage.cam_from_world, from);
   return {cubic(a.vantage.position, speeds_[i].position * length, b.vantage.position, speeds_[i + 1].position * length,
                 part),
           bezier({from, exp_of(speeds_[i].turn * (length / 3)) * from, exp_of(speeds_[i + 1].turn * (-length / 3)) * to,

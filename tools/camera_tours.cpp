@@ -153,7 +153,7 @@ void add_cells(std::vector<glm::ivec2>& cells, glm::ivec2 corner, glm::ivec2 a, 
 
 dvec3 upward(std::span<const Camera> stored) {
   require_views(stored);
-  constexpr double kPull = 0.01;  // of the pictures' own up, where the x axes leave it open
+  constexpr double kPull = 1e-3;  // of the pictures' own up, where the x axes leave it open
   dvec3 mean(0);
   for (const Camera& camera : stored) mean -= row(camera, 1);
   if (!(glm::length(mean) > 1e-6 * static_cast<double>(stored.size()))) mean = -row(stored.front(), 1);

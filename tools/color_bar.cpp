@@ -39,8 +39,17 @@ void fill(Photograph& picture, std::uint32_t left, std::uint32_t top, std::uint3
 
 std::string label(double value) {
   std::array<char, 32> text{};
-  std::snprintf(text.data(), text.size(), "%.6g", value);
+  std::snprintf(text.data(), text.size(), std::abs(value) < 1e6 && value == std::round(value) ? "%.0f" : "%.4g", value);
   return text.data();
+}
+
+// Round numbers, and the largest of all: what lies on it is what people look for.
+std::vector<double> labelled(const ColorScale& scale, std::size_t count) {
+  std::vector<double> numbers = round_numbers(scale.least, scale.most, count, scale.whole);
+  const double room = (scale.most - scale.least) / static_cast<double>(count);
+  while (!numbers.empty() && numbers.back() > scale.most - room) numbers.pop_back();
+  numbers.push_back(scale.most);
+  return numbers;
 }
 
 // Where each named colour goes: in lines as wide as the picture.
@@ -82,7 +91,7 @@ void draw_scale(Photograph& canvas, const ColorScale& scale, std::uint32_t top, 
   }
   const std::uint32_t label_top = top + (kBarHeight + kTick + 1) * dot;
   const std::size_t count = std::max<std::size_t>(2, width / (kLabelRoom * dot) + 1);
-  for (const double value : round_numbers(scale.least, scale.most, count, scale.whole)) {
+  for (const double value : labelled(scale, count)) {
     const double part = (value - scale.least) / (scale.most - scale.least);
     const auto x = left + static_cast<std::uint32_t>(std::lround(part * (width - dot)));
     fill(canvas, x, top + kBarHeight * dot, dot, kTick * dot, kText);

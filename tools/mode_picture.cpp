@@ -40,7 +40,7 @@ const char* title_of(Mode mode) {
     case Mode::depth:
       return "depth z (scene units)";
     case Mode::error:
-      return "error, exposure fitted (8-bit sRGB levels, rms of R, G, B)";
+      return "error (8-bit levels, exposure fitted)";
     case Mode::picture:
       break;
   }
