@@ -25,7 +25,7 @@ constexpr std::uint32_t kMostBar = 420;   // width
 constexpr std::uint32_t kLine = 12;       // from one line of names to the next
 constexpr std::uint32_t kSwatch = 8;      // its side
 constexpr std::uint32_t kBetweenNames = 8;
-constexpr std::uint32_t kLabelRoom = 48;  // that a number on the bar takes with the space around it
+constexpr std::uint32_t kLabelRoom = 36;  // that a number on the bar takes with the space around it
 
 void fill(Photograph& picture, std::uint32_t left, std::uint32_t top, std::uint32_t width, std::uint32_t height,
           const Rgb8& color) {

@@ -40,7 +40,7 @@ const char* title_of(Mode mode) {
     case Mode::depth:
       return "depth z (scene units)";
     case Mode::error:
-      return "error (8-bit levels, exposure fitted)";
+      return "error (8-bit sRGB levels)";
     case Mode::picture:
       break;
   }
