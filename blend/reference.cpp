@@ -180,8 +180,9 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
   tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
     const std::uint32_t face = visible.face[pixel];
     if (face == kNoFace) return;
-    const glm::dvec2 image(static_cast<double>(pixel % camera.width) + 0.5,
-                           static_cast<double>(pixel / camera.width) + 0.5);
+    const std::size_t x = pixel % camera.width;
+    const std::size_t y = pixel / camera.width;
+    const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
     const glm::dvec3 world = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);
     const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
     diagnosis.pixels[pixel] = diagnose(snapshot, snapshot.references.of_cell(cell), world, camera.center(), options);

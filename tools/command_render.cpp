@@ -51,6 +51,7 @@ std::vector<Camera> stored_cameras(const Snapshot& snapshot) {
   }
   std::sort(views.begin(), views.end(), [](const StoredView* a, const StoredView* b) { return a->name < b->name; });
   std::vector<Camera> cameras;
+  cameras.reserve(views.size());
   for (const StoredView* view : views) cameras.push_back(view->camera);
   return cameras;
 }

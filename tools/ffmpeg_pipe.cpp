@@ -91,7 +91,7 @@ fs::path find_ffmpeg() {
   const char* const path = std::getenv("PATH");
   std::stringstream folders(path != nullptr ? path : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
-    const fs::path program = fs::path(folder.empty() ? "." : folder) / "ffmpeg";
+    fs::path program = fs::path(folder.empty() ? "." : folder) / "ffmpeg";
     if (is_program(program)) return program;
   }
   throw InputError("ffmpeg: PATH has no such program, which videos need: install it, or write pictures (--format png)");
@@ -117,6 +117,7 @@ FfmpegPipe::FfmpegPipe(const fs::path& ffmpeg, const fs::path& file, std::uint32
   posix_spawn_file_actions_adddup2(&files.actions, fileno(words_.get()), STDERR_FILENO);
   std::vector<std::string> texts = arguments(ffmpeg, file, width, height, frames_per_second);
   std::vector<char*> argv;
+  argv.reserve(texts.size() + 1);
   for (std::string& text : texts) argv.push_back(text.data());
   argv.push_back(nullptr);
   const int error = posix_spawn(&child_, ffmpeg.c_str(), &files.actions, nullptr, argv.data(), environ);
