@@ -87,6 +87,9 @@ struct Snapshot {
   std::vector<std::uint8_t> cell_seen;     // 1: some offered view saw the cell, kept or not
   std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
   TileTable tiles;                         // which parts of the views are resident
+  // How well the stored views cover each cell by the measure that they were chosen by, >= 0; not for drawing. Empty:
+  // nobody has said, as in every snapshot that an atlas gives.
+  std::vector<float> cell_coverage;
 };
 
 // A store of at most `max_views` views. Every call is safe from any thread.

@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 constexpr AccessorType kWholeNumbers{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kTriangles{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3};
 constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kNumbers{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
 constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
 
@@ -56,6 +57,7 @@ class ModelReader {
   [[nodiscard]] Cells cells(const Mesh& mesh, std::size_t count) const;
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
+  [[nodiscard]] std::vector<float> cell_coverage(std::size_t cells) const;
   [[nodiscard]] ValidityOptions validity() const;
   [[nodiscard]] TileTable tiles(const std::vector<ViewEntry>& views) const;
   [[nodiscard]] Camera camera(const GltfFile::Object& view, const std::string& where) const;
@@ -157,6 +159,22 @@ ReferenceTable ModelReader::references(std::size_t cells, std::size_t views) con
     }
   }
   return table;
+}
+
+std::vector<float> ModelReader::cell_coverage(std::size_t cells) const {
+  if (!lumigraph_.Has("cellCoverage")) return {};
+  auto coverage =
+      file_.values<float>(file_.accessor(lumigraph_, kLumigraphExtension, "cellCoverage"), "cellCoverage", kNumbers);
+  if (coverage.size() != cells) {
+    file_.refuse("cellCoverage has " + std::to_string(coverage.size()) + " entries for " + std::to_string(cells) +
+                 " cells");
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (std::isfinite(coverage[cell]) && coverage[cell] >= 0) continue;
+    file_.refuse("cellCoverage says of cell " + std::to_string(cell) + " " + std::to_string(coverage[cell]) +
+                 ", must be finite and not negative");
+  }
+  return coverage;
 }
 
 ValidityOptions ModelReader::validity() const {
@@ -331,6 +349,7 @@ Model ModelReader::model() const {
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.tiles = tiles(entries);
+  snapshot.cell_coverage = cell_coverage(snapshot.cell_seen.size());
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   snapshot.views = load_all(entries, surface->mesh, model.validity);

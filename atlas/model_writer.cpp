@@ -202,6 +202,10 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
   const std::vector<std::uint32_t> references = renumbered(snapshot);
   // glTF has neither empty accessors nor empty arrays.
   if (!references.empty()) extension["references"] = Json(add_scalars(model, references));
+  if (!snapshot.cell_coverage.empty()) {
+    extension["cellCoverage"] =
+        Json(add_accessor(model, snapshot.cell_coverage, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR));
+  }
   extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <glm/glm.hpp>
 #include <stdexcept>
 
@@ -28,6 +29,7 @@ struct Sample {
 struct Candidate {
   double weight = 0;
   glm::dvec3 color{0.0};
+  bool valid = false;  // whatever it weighs
 };
 
 // A snapshot, and its views with their coarser levels.
@@ -108,7 +110,7 @@ Candidate candidate(const Source& source, std::uint32_t slot, const glm::dvec3& 
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
   const double footprint = z * view.camera.fx / (novel.fx * cam.z);
   const Sample sample = filtered(source.levels[slot], image, footprint);
-  return {weight * sample.validity, snapshot.gains[slot] * sample.color};
+  return {weight * sample.validity, snapshot.gains[slot] * sample.color, sample.validity > 0};
 }
 
 // The K best candidates' mean colour, by their weights above the next best one's. False where no view is valid.
@@ -183,7 +185,50 @@ void shade(const Source& source, const Camera& camera, const VisibilityBuffer& v
   }
 }
 
+PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
+                        const Camera& novel, const BlendOptions& options) {
+  PixelDiagnosis pixel;
+  std::vector<double> weights;
+  for (const std::uint32_t slot : slots) {
+    const Candidate next = candidate(source, slot, world, z, novel, options);
+    if (next.valid) ++pixel.valid_views;
+    if (next.weight > 0 && (weights.empty() || next.weight > *std::max_element(weights.begin(), weights.end()))) {
+      pixel.winner = slot;
+    }
+    if (next.weight > 0) weights.push_back(next.weight);
+  }
+  std::sort(weights.begin(), weights.end(), std::greater<>());
+  weights.resize(std::max<std::size_t>(weights.size(), kMaxBlendedViews + 1), 0.0);
+  const double threshold = options.fade_last ? weights[options.views] : 0;
+  double total = 0;
+  for (std::size_t rank = 0; rank < options.views; ++rank) total += std::max(0.0, weights[rank] - threshold);
+  for (std::size_t rank = 0; rank < std::min<std::size_t>(3, options.views) && total > 0; ++rank) {
+    pixel.shares[rank] = static_cast<float>(std::max(0.0, weights[rank] - threshold) / total);
+  }
+  if (total == 0 && pixel.winner != kNoView) pixel.shares[0] = 1;  // as in blend()
+  return pixel;
+}
+
 }  // namespace
+
+Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
+                             const BlendOptions& options) {
+  Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, options).state, {}};
+  diagnosis.pixels.resize(diagnosis.state.size());
+  const Source source(snapshot, options);
+  tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
+    const std::uint32_t face = visible.face[pixel];
+    if (face == kNoFace) return;
+    const std::size_t x = pixel % camera.width;
+    const std::size_t y = pixel / camera.width;
+    const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+    const auto z = static_cast<double>(visible.depth[pixel]);
+    const glm::dvec3 world = camera.center() + z * camera.ray(image);
+    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
+    diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), world, z, camera, options);
+  });
+  return diagnosis;
+}
 
 Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
                            const BlendOptions& options) {

@@ -5,6 +5,7 @@
 
 #include "atlas/atlas.h"
 #include "blend/blend_options.h"
+#include "blend/diagnosis.h"
 #include "blend/rendering.h"
 #include "mesh/camera.h"
 #include "mesh/visibility.h"
@@ -15,5 +16,9 @@ namespace lumatlas {
 // size.
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera,
                                          const VisibilityBuffer& visible, const BlendOptions& options);
+
+// What that picture is made of. Throws the same.
+[[nodiscard]] Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera,
+                                           const VisibilityBuffer& visible, const BlendOptions& options);
 
 }  // namespace lumatlas

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/glm.hpp>
 #include <glm/vec4.hpp>
 #include <stdexcept>
@@ -106,6 +107,43 @@ std::string with_blend_limit(std::string_view source) {
   return text;
 }
 
+// The blend pass with another output, for those who ask for it: the usual picture pays nothing.
+GlProgram make_blend_variant(const std::string& name) {
+  std::string text = with_blend_limit(k_blend_frag);
+  text.insert(text.find('\n') + 1, "#define " + name + "\n");
+  return make_program("blend, " + name, k_screen_vert, text);
+}
+
+// All values of a texture, from the picture's first row, which is the framebuffer's last. In strips, for GL counts the
+// bytes of each in 31 bits.
+template <typename T>
+std::vector<T> values_of(const GlTexture& texture, GLenum format, GLenum type, const Targets& targets,
+                         std::size_t values_per_pixel) {
+  constexpr std::size_t kStripBytes = 1 << 26;
+  const std::size_t row = values_per_pixel * targets.width;
+  const std::size_t strip_rows = std::max<std::size_t>(1, kStripBytes / (row * sizeof(T)));
+  std::vector<T> values(row * targets.height);
+  std::vector<T> strip;
+  glPixelStorei(GL_PACK_ALIGNMENT, 1);
+  for (std::size_t first = 0; first < targets.height; first += strip_rows) {
+    const std::size_t rows = std::min(strip_rows, targets.height - first);
+    strip.resize(row * rows);
+    glGetTextureSubImage(texture.get(), 0, 0, static_cast<GLint>(first), 0, static_cast<GLsizei>(targets.width),
+                         static_cast<GLsizei>(rows), 1, format, type, static_cast<GLsizei>(strip.size() * sizeof(T)),
+                         strip.data());
+    for (std::size_t y = 0; y < rows; ++y) {
+      std::copy_n(&strip[row * y], row, &values[row * (targets.height - 1 - first - y)]);
+    }
+  }
+  check_gl("reading the picture");
+  return values;
+}
+
+PixelDiagnosis unpacked(const std::uint32_t* packed) {
+  const auto share = [](std::uint32_t bits) { return static_cast<float>(bits & 0xFFFFu) / 65535.0f; };
+  return {packed[0], packed[1], {share(packed[2]), share(packed[2] >> 16), share(packed[3])}};
+}
+
 // A uniform that the driver has optimised away has location -1, which GL ignores.
 GLint location(const GlProgram& program, const char* name) {
   return glGetUniformLocation(program.get(), name);
@@ -125,6 +163,7 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
 struct Renderer::State {
   GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
   GlProgram blend_program = make_program("blend", k_screen_vert, with_blend_limit(k_blend_frag));
+  GlProgram linear_program, diagnosis_program;  // made when they are first asked for
   GlVertexArray no_vertices;
   GlVertexArray mesh;
   GlBuffer positions, colors, faces, cell_of_face, offsets, slots, views, cell_seen;
@@ -138,7 +177,8 @@ struct Renderer::State {
   void load_mesh(const Snapshot& snapshot);
   void load_tables(const Snapshot& snapshot);
   void draw_surface(const Camera& camera) const;
-  void draw_blend(const Camera& camera, const BlendOptions& options) const;
+  void draw_blend(const GlProgram& program, const GlFramebuffer& target, const Camera& camera,
+                  const BlendOptions& options) const;
   [[nodiscard]] Rendering read_back() const;
 };
 
@@ -205,10 +245,10 @@ void Renderer::State::draw_surface(const Camera& camera) const {
   check_gl("drawing the surface");
 }
 
-void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& options) const {
-  const GlProgram& program = blend_program;
+void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& target, const Camera& camera,
+                                 const BlendOptions& options) const {
   const GLuint name = program.get();
-  glBindFramebuffer(GL_FRAMEBUFFER, targets.blend_pass.get());
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glDisable(GL_DEPTH_TEST);
   glUseProgram(name);
   set_pose(program, camera);
@@ -278,7 +318,8 @@ void Renderer::load(const Snapshot& snapshot) {
   state_->loaded = true;
 }
 
-Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
+// Draws what every kind of picture begins with.
+void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
   check(camera);
   check(options);
   if (!state_->loaded) throw std::invalid_argument("renderer: no snapshot is loaded, load() must come first");
@@ -287,8 +328,45 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
     state_->targets = make_targets(camera.width, camera.height);
   }
   state_->draw_surface(camera);
-  state_->draw_blend(camera, options);
+}
+
+Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
+  prepare(camera, options);
+  state_->draw_blend(state_->blend_program, state_->targets.blend_pass, camera, options);
   return state_->read_back();
+}
+
+LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
+  prepare(camera, options);
+  if (state_->linear_program.get() == 0) state_->linear_program = make_blend_variant("LINEAR");
+  const Targets& targets = state_->targets;
+  const GlTexture linear =
+      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
+  state_->draw_blend(state_->linear_program, make_framebuffer({&linear}, nullptr), camera, options);
+  const auto rgba = values_of<float>(linear, GL_RGBA, GL_FLOAT, targets, 4);
+  LinearRendering rendering{camera.width, camera.height, {}, {}};
+  rendering.rgb.reserve(rgba.size() / 4 * 3);
+  rendering.state.reserve(rgba.size() / 4);
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    rendering.rgb.insert(rendering.rgb.end(), &rgba[i], &rgba[i] + 3);
+    rendering.state.push_back(static_cast<PixelState>(std::lround(255 * rgba[i + 3])));
+  }
+  return rendering;
+}
+
+Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
+  prepare(camera, options);
+  if (state_->diagnosis_program.get() == 0) state_->diagnosis_program = make_blend_variant("DIAGNOSE");
+  const Targets& targets = state_->targets;
+  const GlTexture packed =
+      make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
+  state_->draw_blend(state_->diagnosis_program, make_framebuffer({&targets.picture, &packed}, nullptr), camera,
+                     options);
+  const auto values = values_of<std::uint32_t>(packed, GL_RGBA_INTEGER, GL_UNSIGNED_INT, targets, 4);
+  Diagnosis diagnosis{camera.width, camera.height, state_->read_back().state, {}};
+  diagnosis.pixels.reserve(values.size() / 4);
+  for (std::size_t i = 0; i < values.size(); i += 4) diagnosis.pixels.push_back(unpacked(&values[i]));
+  return diagnosis;
 }
 
 }  // namespace lumatlas

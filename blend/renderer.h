@@ -8,6 +8,7 @@
 
 #include "atlas/atlas.h"
 #include "blend/blend_options.h"
+#include "blend/diagnosis.h"
 #include "blend/egl_context.h"
 #include "blend/rendering.h"
 #include "mesh/camera.h"
@@ -34,9 +35,14 @@ class Renderer {
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument for bad options
   // or without load().
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
+  // The same picture before it is rounded and cut off at white.
+  [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
+  // What the same picture is made of.
+  [[nodiscard]] Diagnosis diagnose(const Camera& camera, const BlendOptions& options);
 
  private:
   struct State;
+  void prepare(const Camera& camera, const BlendOptions& options);
   std::unique_ptr<State> state_;
 };
 

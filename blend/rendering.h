@@ -22,4 +22,12 @@ struct Rendering {
   std::vector<PixelState> state;  // one per pixel, row by row
 };
 
+// The same in linear light, for those who go on computing with it.
+struct LinearRendering {
+  std::uint32_t width = 0;        // pixels
+  std::uint32_t height = 0;       // pixels
+  std::vector<float> rgb;         // 3 * width * height, >= 0; a gain may lift photographs above 1
+  std::vector<PixelState> state;  // one per pixel, row by row
+};
+
 }  // namespace lumatlas

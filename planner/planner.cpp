@@ -102,6 +102,14 @@ std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPi
   return parts;
 }
 
+std::vector<float> Planner::cell_coverage() const {
+  std::vector<float> coverage(atlas_.surface().cells.cells.size());
+  for (std::uint32_t cell = 0; cell < coverage.size(); ++cell) {
+    coverage[cell] = static_cast<float>(ledger_.coverage(cell));
+  }
+  return coverage;
+}
+
 std::vector<CellPart> Planner::parts_of(const Camera& camera) const {
   check(camera);
   const Camera small = planning_camera(camera);

@@ -121,6 +121,7 @@ class Planner {
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
   [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
   [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }  // scov, in cells
+  [[nodiscard]] std::vector<float> cell_coverage() const;                             // each cell's part in scov
 
  private:
   // Which views would leave for a view, and by how much scov would rise.

@@ -261,6 +261,19 @@ TEST_CASE("the plan tells the coverage after each view, which never falls") {
   CHECK(before == result.summed_coverage);
 }
 
+TEST_CASE("a built model says of each cell its part in the coverage") {
+  const BuildResult result = build_model(small_scene(), options_for(6));
+  const Snapshot& snapshot = result.snapshot;
+  REQUIRE(snapshot.cell_coverage.size() == snapshot.surface->cells.cells.size());
+  double sum = 0;
+  for (std::size_t cell = 0; cell < snapshot.cell_coverage.size(); ++cell) {
+    sum += static_cast<double>(snapshot.cell_coverage[cell]);
+    if (snapshot.cell_coverage[cell] == 0) CHECK(snapshot.references.of_cell(cell).empty());
+    if (snapshot.cell_seen[cell] == 0) CHECK(snapshot.cell_coverage[cell] == 0);
+  }
+  CHECK(sum == Approx(result.summed_coverage).epsilon(1e-5));  // each is rounded to a float
+}
+
 TEST_CASE("the options in effect say all that a build depends on, and name the departures from the print") {
   BuildOptions options = options_for(6, ViewChoice::random);
   options.order = StreamOrder::shuffled;

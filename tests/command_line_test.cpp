@@ -9,12 +9,14 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "mesh/mesh_file.h"
@@ -180,6 +182,28 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
+      {"render", made().model, "-o", out},
+      {"render", made().model, "-o", out, "--orbit", "--walk"},
+      {"render", made().model, "-o", out, "--views", made().scene, "--hilbert"},
+      {"render", made().model, "-o", out, "--views", made().scene, "--frames", "3"},
+      {"render", made().model, "-o", out, "--views", made().scene, "--width", "30"},
+      {"render", made().model, "-o", out, "--orbit", "--hold", "8"},
+      {"render", made().model, "-o", out, "--orbit", "--hilbert-order", "2"},
+      {"render", made().model, "-o", out, "--hilbert", "--hilbert-order", "9"},
+      {"render", made().model, "-o", out, "--orbit", "--frames", "0"},
+      {"render", made().model, "-o", out, "--orbit", "--width", "65537"},
+      {"render", made().model, "-o", out, "--orbit", "--height", "0"},
+      {"render", made().model, "-o", out, "--orbit", "--fov", "nan"},
+      {"render", made().model, "-o", out, "--orbit", "--fov", "171"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "xray"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "error"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "cells", "--range", "0", "1"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "depth", "--range", "1"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "depth", "--range", "2", "1"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "depth", "--range", "0", "inf"},
+      {"render", made().model, "-o", out, "--orbit", "--format", "gif"},
+      {"render", made().model, "-o", out, "--orbit", "--fps", "24"},
+      {"render", made().model, "-o", out, "--orbit", "--format", "mp4", "--fps", "0"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
       {"synth", "apartment", "-o", out, "--views", "0"},
       {"synth", "apartment", "-o", out, "--passers-by", "1.5"},
@@ -229,6 +253,8 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
   check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
                 "--hold and --block");
+  check_failure(lumatlas({"render", made().model, "--path", "/no.json", "-o", out}), "/no.json");
+  check_failure(lumatlas({"render", made().model, "--path", made().scene + "/mesh.ply", "-o", out}), "is not JSON");
   check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
   check_failure(lumatlas({"build", made().scene, "-o", out, "--budget", "20KiB"}),
                 "takes 27648 bytes in the store, more than the budget of 20480");
@@ -349,11 +375,112 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
                     folder.path());
 }
 
+// Width and height in the header of a PNG file.
+std::pair<std::uint32_t, std::uint32_t> png_size(const fs::path& path) {
+  const std::string bytes = bytes_of(path);
+  REQUIRE(bytes.substr(1, 3) == "PNG");
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+    return value;
+  };
+  return {number(16), number(20)};
+}
+
+bool has_opengl() {
+  const TemporaryFolder folder;
+  const Outcome outcome = lumatlas({"render", made().model, "--orbit", "--frames", "1", "--width", "8", "--height", "8",
+                                    "-o", (folder / "out").string(), "--quiet"});
+  if (outcome.status == 0) return true;
+  WARN("skipped: " << outcome.err);
+  return false;
+}
+
+TEST_CASE("every mode is shown with its colour bar or without, from the cameras of a scene") {
+  const bool opengl = has_opengl();
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  for (const std::string mode :
+       {"coverage", "references", "cells", "depth", "valid-views", "winner", "weights", "error"}) {
+    if (!opengl && mode == "valid-views") break;
+    CAPTURE(mode);
+    const Arguments arguments{"render", made().model, "--views", made().scene, "--hold", "4",
+                              "--mode", mode,         "-o",      out,          "--quiet"};
+    const Outcome barred = lumatlas(arguments);
+    REQUIRE(barred.status == 0);
+    CHECK(barred.err.empty());
+    CHECK(barred.out == out + ": 3 pictures\n");
+    CHECK(png_size(fs::path(out) / "0004.png").second > 48 + 20);
+    CHECK(options_beside(out)["mode"] == mode);
+    Arguments bare = arguments;
+    bare.emplace_back("--no-color-bar");
+    REQUIRE(lumatlas(bare).status == 0);
+    CHECK(png_size(fs::path(out) / "0004.png") == std::pair{64u, 48u});
+    Arguments numbers = arguments;
+    numbers.insert(numbers.end(), {"--format", "exr"});
+    REQUIRE(lumatlas(numbers).status == 0);
+    CHECK(bytes_of(fs::path(out) / "0004.exr").starts_with("\x76\x2f\x31\x01"));
+  }
+}
+
+TEST_CASE("every kind of path gives the frames that were asked for, at their size") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  // The last key frame looks where nothing is.
+  const fs::path keys = folder.with_file("path.json", R"({"keys": [{"position": [2, 2, 1.5], "look_at": [3, 2, 1]},
+    {"position": [2, 3, 1.5], "look_at": [900, 3, 1], "fov": 30},
+    {"position": [700, 3, 1.5], "look_at": [900, 3, 1]}]})");
+  for (const Arguments& path : std::vector<Arguments>{
+           {"--orbit"}, {"--walk"}, {"--hilbert"}, {"--hilbert", "--hilbert-order", "1"}, {"--path", keys.string()}}) {
+    CAPTURE(path.back());
+    Arguments arguments{"render",   made().model, "--frames", "5",       "--width",       "40",
+                        "--height", "30",         "--mode",   "depth",   "--range",       "0",
+                        "8",        "-o",         out,        "--quiet", "--no-color-bar"};
+    arguments.insert(arguments.end(), path.begin(), path.end());
+    const Outcome outcome = lumatlas(arguments);
+    INFO(outcome.err);
+    REQUIRE(outcome.status == 0);
+    CHECK(outcome.out == out + ": 5 pictures\n");
+    CHECK(names_in(out).size() == 6);
+    CHECK(png_size(fs::path(out) / "00004.png") == std::pair{40u, 30u});
+    CHECK("--" + options_beside(out)["cameras"].get<std::string>() == path.front());
+    CHECK(bytes_of(fs::path(out) / "00000.png") != bytes_of(fs::path(out) / "00004.png"));
+  }
+}
+
+TEST_CASE("a video is written by the ffmpeg on PATH, and refused with a sentence where there is none") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const Arguments arguments{"render", made().model, "--orbit",       "--frames", "4",   "--width", "30", "--height",
+                            "20",     "--mode",     "depth",         "--format", "mp4", "--fps",   "12", "-o",
+                            out,      "--quiet",    "--no-color-bar"};
+  const std::string path = std::getenv("PATH");
+  const TemporaryFolder bin;
+  setenv("PATH", bin.path().c_str(), 1);
+  const Outcome without = lumatlas(arguments);
+  const fs::path fake = bin.with_file("ffmpeg", "#!/bin/sh\nfor last; do :; done\n" + std::string("PATH='") + path +
+                                                    "'\nexec cat > \"${last#file:}\"\n");
+  fs::permissions(fake, fs::perms::owner_all);
+  const Outcome with = lumatlas(arguments);
+  (void)bin.with_file("ffmpeg", "#!/bin/sh\necho 'no such encoder' >&2\nexit 1\n");
+  const Outcome broken = lumatlas(arguments);
+  setenv("PATH", path.c_str(), 1);
+  check_failure(without, "ffmpeg: PATH has no such program");
+  REQUIRE(with.status == 0);
+  CHECK(with.out == out + ": 4 pictures in one video\n");
+  CHECK(fs::file_size(fs::path(out) / "video.mp4") == 4 * 3 * 30 * 20);
+  CHECK(options_beside(out)["fps"] == 12);
+  check_failure(broken, "no such encoder");
+  CHECK(fs::exists(fs::path(out) / "video.mp4"));  // the earlier one
+}
+
 TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   check_interrupted({"synth", "apartment", "-o", out, "--views", "5000"}, folder.path());
   check_interrupted({"build", made().scene, "-o", out}, folder.path());
+  check_interrupted({"render", made().model, "--walk", "--mode", "depth", "--frames", "100000", "-o", out},
+                    folder.path());
 }
 
 }  // namespace

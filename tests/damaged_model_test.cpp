@@ -26,7 +26,9 @@ using nlohmann::json;
 class DamagedModel {
  public:
   DamagedModel() {
-    write_model(folder_.path(), small_snapshot(), {});
+    Snapshot snapshot = small_snapshot();
+    snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);
+    write_model(folder_.path(), snapshot, {});
     gltf_ = json::parse(bytes_of(file()));
   }
 
@@ -153,8 +155,8 @@ TEST_CASE("a glTF file that is not a model of this program is refused") {
        "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
       {"an empty extension", [](DamagedModel& m) { m.lumigraph() = json::object(); },
        "LUMATLAS_lumigraph has no \"version\""},
-      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 2; },
-       "has version 2 of LUMATLAS_lumigraph, this program reads version 2"},
+      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 3; },
+       "has version 3 of LUMATLAS_lumigraph, this program reads version 2"},
       {"version 0", [](DamagedModel& m) { m.lumigraph()["version"] = 0; },
        "has version 0 of LUMATLAS_lumigraph, this program reads version 2"},
       {"a fraction of a version", [](DamagedModel& m) { m.lumigraph()["version"] = 1.5; },
@@ -294,9 +296,9 @@ TEST_CASE("accessors that do not fit are refused") {
        [](DamagedModel& m) {
          m.gltf()["bufferViews"][0]["byteOffset"] = std::numeric_limits<std::uint64_t>::max() - 7;
        },
-       "POSITION: buffer view 0 reaches beyond its buffer of 1184 bytes"},
+       "POSITION: buffer view 0 reaches beyond its buffer of 1204 bytes"},
       {"a huge view", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteLength"] = 1'000'000'000'000; },
-       "POSITION: buffer view 0 reaches beyond its buffer of 1184 bytes"},
+       "POSITION: buffer view 0 reaches beyond its buffer of 1204 bytes"},
       {"a stride", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteStride"] = 16; },
        "POSITION: buffer view 0 has a stride, must be packed"},
       {"no buffer view", [&](DamagedModel& m) { positions(m).erase("bufferView"); },
@@ -387,6 +389,12 @@ TEST_CASE("cells and references out of range are refused") {
        "cell 1 has no faces"},
       {"fewer cells", count("cellSeen", 4), "face 28 is in cell 4 of 4"},
       {"no cells", count("cellSeen", 0), "face 0 is in cell 0 of 0"},
+      {"fewer coverages", count("cellCoverage", 4), "cellCoverage has 4 entries for 5 cells"},
+      {"a negative coverage", [](DamagedModel& m) { m.poke(m.lumigraph()["cellCoverage"], 2, -0.5f); },
+       "cellCoverage says of cell 2 -0.500000, must be finite and not negative"},
+      {"an infinite coverage",
+       [](DamagedModel& m) { m.poke(m.lumigraph()["cellCoverage"], 0, std::numeric_limits<float>::infinity()); },
+       "cellCoverage says of cell 0 inf, must be finite and not negative"},
       {"fewer offsets", count("referenceOffsets", 5), "referenceOffsets has 5 entries, must have 6 for 5 cells"},
       {"no offsets", count("referenceOffsets", 0), "referenceOffsets has 0 entries, must have 6 for 5 cells"},
       {"offsets from 1", set("referenceOffsets", 0, 1),

@@ -91,6 +91,7 @@ void check_same(const Snapshot& a, const Snapshot& b) {
   CHECK(a.references.views == b.references.views);
   CHECK(a.cell_seen == b.cell_seen);
   CHECK(a.vertex_colors == b.vertex_colors);
+  CHECK(a.cell_coverage == b.cell_coverage);
 }
 
 nlohmann::json json_of(const fs::path& file) {
@@ -108,6 +109,16 @@ TEST_CASE("a model reads back as the snapshot that was written, with its free sl
   CHECK(read.validity.depth_edge == kValidity.depth_edge);
   CHECK(read.validity.edge_radius_px == kValidity.edge_radius_px);
   CHECK(read.validity.fade_px == kValidity.fade_px);
+}
+
+TEST_CASE("a model keeps how well its cells are covered, to the bit") {
+  const TemporaryFolder folder;
+  Snapshot written = small_snapshot();
+  for (std::size_t cell = 0; cell < written.cell_seen.size(); ++cell) {
+    written.cell_coverage.push_back(0.1f * static_cast<float>(cell));
+  }
+  write_model(folder.path(), written, {});
+  check_same(read_model(folder.path()).snapshot, compacted(written));
 }
 
 TEST_CASE("a model is read from its folder or from its file") {

@@ -8,6 +8,7 @@
 #include "blend/gl_visibility.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
+#include "blend/tiles.h"
 #include "tests/gl_test_context.h"
 #include "tests/visibility_agreement.h"
 #include "tools/build_model.h"
@@ -77,6 +78,40 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   const double share = static_cast<double>(total.different) / static_cast<double>(total.pixels);
   INFO("share of pixels that differ: " << share);
   CHECK(share <= 0.001);  // DESIGN; measured: below 1e-4
+}
+
+TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tiles with the whole picture") {
+  const std::optional<std::filesystem::path> path = scene_or_skip("fox");
+  if (!path) return;
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  BuildOptions options;
+  options.max_views = 8;
+  options.hold_out = HoldOut{8, 1};
+  options.refine = RefineMode::none;
+  options.quiet = true;
+  const BuildResult built = build_model(*path, options);
+  const SceneViews scene = read_scene_views(*path, built.snapshot.surface->offset);
+  const auto visibility = make_ray_visibility(built.snapshot.surface->mesh);
+  Renderer renderer(*context);
+  renderer.load(built.snapshot);
+  std::size_t pixels = 0;
+  std::size_t diagnosed = 0;
+  std::size_t in_tiles = 0;
+  for (const std::size_t rank : {std::size_t{0}, std::size_t{8}, std::size_t{16}}) {
+    const Camera camera = scene.views[rank].camera.shrunk_to(960);
+    const Diagnosis cpu = diagnose_reference(built.snapshot, camera, visibility->trace(camera), {});
+    const Diagnosis gpu = renderer.diagnose(camera, {});
+    for (std::size_t pixel = 0; pixel < cpu.pixels.size(); ++pixel) {
+      diagnosed += cpu.pixels[pixel].valid_views != gpu.pixels[pixel].valid_views ||
+                   cpu.pixels[pixel].winner != gpu.pixels[pixel].winner;
+    }
+    in_tiles += count_different(render_tiled(renderer, camera, {}, 200).picture, renderer.render(camera, {}).picture);
+    pixels += cpu.pixels.size();
+  }
+  INFO("of " << pixels << " pixels, diagnosed otherwise: " << diagnosed << ", in tiles: " << in_tiles);
+  CHECK(static_cast<double>(diagnosed) <= 0.0005 * static_cast<double>(pixels));  // measured: 2e-5
+  CHECK(static_cast<double>(in_tiles) <= 0.0001 * static_cast<double>(pixels));   // measured: 1e-6
 }
 
 TEST_CASE("on a real scene the GPU sees what rays see, away from silhouettes") {

@@ -252,6 +252,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
   result.snapshot = atlas.snapshot();
+  result.snapshot.cell_coverage = planner.cell_coverage();
   result.total_ms = ms_since(start);
   return result;
 }

@@ -1,90 +1,137 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
-#include <set>
+#include <optional>
 #include <vector>
 
 #include "atlas/model_file.h"
 #include "blend/renderer.h"
 #include "mesh/errors.h"
-#include "tools/blend_flags.h"
+#include "tools/camera_tours.h"
 #include "tools/commands.h"
 #include "tools/output_folder.h"
+#include "tools/path_file.h"
+#include "tools/percentile.h"
 #include "tools/progress.h"
+#include "tools/render_flags.h"
+#include "tools/stored_depths.h"
 
 namespace lumatlas {
 
 namespace {
 
-struct RenderFlags {
-  std::filesystem::path model, views, output;
-  HoldFlags hold;
-  BlendFlags blend;
-  bool quiet = false;
+struct Shot {
+  Camera camera;
+  std::filesystem::path file;     // in the output folder
+  std::optional<SceneView> view;  // whose camera it is
 };
 
-std::vector<std::size_t> ranks_to_render(const SceneViews& scene, const std::optional<HoldOut>& protocol) {
-  if (protocol) return split_to_score(scene, *protocol).scored;
+std::vector<Shot> shots_of_scene(const RenderFlags& flags, const Snapshot& snapshot, PictureOutput& output) {
+  const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
   std::vector<std::size_t> ranks(scene.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
-  return ranks;
+  if (const auto protocol = flags.hold.protocol()) ranks = split_to_score(scene, *protocol).scored;
+  std::vector<Shot> shots;
+  for (const std::size_t rank : ranks) {
+    const SceneView& view = scene.views[rank];
+    shots.push_back({view.camera, output.file_for_view(view.name), view});
+  }
+  return shots;
 }
 
-// Where a view's picture goes: its own name, as PNG. Two photographs may differ in nothing but their ending.
-std::filesystem::path picture_path(const SceneView& view, std::set<std::filesystem::path>& taken) {
-  std::filesystem::path path = view.name;
-  path.replace_extension(".png");
-  if (!taken.insert(path).second) {
-    path = view.name + ".png";
-    taken.insert(path);
+// Of the model's views, by name: the order in which a video was taken.
+std::vector<Camera> stored_cameras(const Snapshot& snapshot) {
+  std::vector<const StoredView*> views;
+  for (const auto& view : snapshot.views) {
+    if (view) views.push_back(view.get());
   }
-  return path;
+  std::sort(views.begin(), views.end(), [](const StoredView* a, const StoredView* b) { return a->name < b->name; });
+  std::vector<Camera> cameras;
+  cameras.reserve(views.size());
+  for (const StoredView* view : views) cameras.push_back(view->camera);
+  return cameras;
+}
+
+std::vector<Vantage> tour(const RenderFlags& flags, const Snapshot& snapshot) {
+  const std::vector<Camera> stored = stored_cameras(snapshot);
+  if (stored.empty() && flags.path.empty()) {
+    throw InputError(flags.model.string() + ": holds no views that say where to fly: give key frames (--path)");
+  }
+  if (!flags.path.empty()) {
+    PathDefaults defaults;
+    defaults.offset = snapshot.surface->offset;
+    if (!stored.empty()) defaults.up = upward(stored);
+    defaults.fov_deg = flags.fov_deg;
+    return CameraPath(read_path(flags.path, defaults)).evenly(flags.frames);
+  }
+  if (flags.hilbert) {
+    return hilbert_flight(snapshot.surface->mesh, stored, flags.hilbert_order, flags.frames, flags.fov_deg);
+  }
+  std::vector<double> depths = sampled_depths(snapshot);
+  const double depth = depths.empty() ? 1 : percentile(std::move(depths), 0.5);
+  return flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
+                     : walk(stored, depth, flags.frames, flags.fov_deg);
+}
+
+std::vector<Shot> shots_of_path(const RenderFlags& flags, const Snapshot& snapshot, const PictureOutput& output) {
+  std::vector<Shot> shots;
+  for (const Vantage& vantage : tour(flags, snapshot)) {
+    shots.push_back({camera_at(vantage, flags.width, flags.height), output.file_for_frame(shots.size(), flags.frames),
+                     std::nullopt});
+  }
+  return shots;
+}
+
+void render(const RenderFlags& flags, const std::vector<Shot>& shots, FrameRenderer& frames, PictureOutput& output) {
+  Progress progress("rendering", shots.size(), ProgressOptions::standard_error(flags.quiet));
+  for (const Shot& shot : shots) {
+    std::optional<Photograph> photograph;
+    if (flags.mode == Mode::error) photograph = load_photograph(*shot.view);
+    const Photograph* const compared = photograph ? &*photograph : nullptr;
+    if (flags.format == PictureFormat::exr) {
+      output.write(shot.file, frames.numbers(shot.camera, compared));
+    } else {
+      output.write(shot.file, frames.picture(shot.camera, compared));
+    }
+    progress.tick();
+  }
 }
 
 void run(const RenderFlags& flags) {
-  const BlendOptions blend = flags.blend.options();
-  OutputFolder output(flags.output);
+  flags.check();
+  const FrameOptions options = flags.frame_options();
+  OutputFolder folder(flags.output);
+  PictureOutput output(folder.path(), flags.format, flags.frames_per_second);
   const Snapshot snapshot = read_model(flags.model).snapshot;
-  const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
-  const std::vector<std::size_t> ranks = ranks_to_render(scene, flags.hold.protocol());
-  const EglContext context;
-  if (!flags.quiet) std::cerr << "renderer: " << context.description() << '\n';
-  Renderer renderer(context);
-  renderer.load(snapshot);
-  std::set<std::filesystem::path> taken;
-  {
-    Progress progress("rendering", ranks.size(), ProgressOptions::standard_error(flags.quiet));
-    for (const std::size_t rank : ranks) {
-      const std::filesystem::path path = output.path() / picture_path(scene.views[rank], taken);
-      std::filesystem::create_directories(path.parent_path());
-      write_image(path, renderer.render(scene.views[rank].camera, blend).picture);
-      progress.tick();
-    }
+  const std::vector<Shot> shots =
+      flags.views.empty() ? shots_of_path(flags, snapshot, output) : shots_of_scene(flags, snapshot, output);
+  std::optional<EglContext> context;
+  std::optional<Renderer> renderer;
+  if (needs_renderer(flags.mode)) {
+    context.emplace();
+    if (!flags.quiet) std::cerr << "renderer: " << context->description() << '\n';
+    renderer.emplace(*context);
+    renderer->load(snapshot);
   }
-  nlohmann::json options = flags.blend.json();
-  options["command"] = "render";
-  options["model"] = flags.model.string();
-  options["views"] = flags.views.string();
-  output.commit(options);
-  std::cout << flags.output.string() << ": " << ranks.size() << " pictures\n";
+  FrameRenderer frames(snapshot, options, renderer ? &*renderer : nullptr);
+  render(flags, shots, frames, output);
+  output.finish();
+  folder.commit(flags.json());
+  std::cout << flags.output.string() << ": " << shots.size()
+            << (flags.format == PictureFormat::mp4 ? " pictures in one video\n" : " pictures\n");
 }
 
 }  // namespace
 
 void add_render_command(CLI::App& program) {
   auto flags = std::make_shared<RenderFlags>();
-  CLI::App* command = program.add_subcommand("render", "Render pictures of a model from given cameras");
-  command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
-  command->add_option("--views", flags->views, "COLMAP workspace whose cameras are rendered, at their size")
-      ->required();
-  command->add_option("-o,--output", flags->output, "Folder of the pictures; earlier ones there are replaced")
-      ->required();
-  flags->hold.add_to(*command, "Render only the views that this protocol scores");
-  flags->blend.add_to(*command);
-  command->add_flag("--quiet", flags->quiet, "No progress");
+  CLI::App* command = program.add_subcommand(
+      "render", "Render pictures or videos of a model, or what it knows of itself, from given cameras or along a path");
+  flags->add_to(*command);
   command->callback([flags] { run(*flags); });
 }
 

@@ -14,8 +14,7 @@ namespace lumatlas {
 // adds up. From this many levels on it has the brightest colour (a quarter of the range: amplified four times).
 inline constexpr double kErrorFullScale = 64;
 
-// The colour of a difference in levels, from black over violet, red and orange to pale yellow: perceived lightness (L
-// of Oklab) grows in proportion to the difference, so the pictures read in grey and to the colour-blind too.
+// The colour of a difference in levels: see error_ramp().
 [[nodiscard]] std::array<std::uint8_t, 3> error_color(double levels);
 
 // A pixel that does not count (mask and photograph.valid as in scores.h) has this colour, which no difference has.

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photographer's walk: where the cameras of a synthetic scene stand and look.
-#include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <numbers>
 #include <stdexcept>
 
+#include "tools/spline.h"
 #include "tools/synth.h"
 
 namespace lumatlas::synth {
@@ -14,38 +14,6 @@ namespace {
 using glm::dvec3;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-
-// The closed uniform cubic B-spline, t in [0, points): smooth, and within the hull of any four points in a row.
-dvec3 spline(const std::vector<dvec3>& points, double t) {
-  const auto segment = static_cast<std::size_t>(t);
-  const double f = t - static_cast<double>(segment);
-  const auto at = [&](std::size_t i) { return points[(segment + i) % points.size()]; };
-  const double g = 1 - f;
-  return (g * g * g * at(0) + (3 * f * f * f - 6 * f * f + 4) * at(1) + (3 * g * g * g - 6 * g * g + 4) * at(2) +
-          f * f * f * at(3)) /
-         6.0;
-}
-
-// Points at equal distances along the loop.
-std::vector<dvec3> equal_steps(const std::vector<dvec3>& control, std::size_t count) {
-  constexpr std::size_t kFine = 256;  // pieces per segment: chords within 1e-5 of the arc
-  const std::size_t pieces = kFine * control.size();
-  std::vector<double> length{0};
-  const auto position = [&](double piece) { return spline(control, piece / kFine); };
-  for (std::size_t i = 1; i <= pieces; ++i) {
-    length.push_back(length.back() +
-                     glm::distance(position(static_cast<double>(i - 1)), position(static_cast<double>(i))));
-  }
-  std::vector<dvec3> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double target = length.back() * static_cast<double>(i) / static_cast<double>(count);
-    const auto after = std::upper_bound(length.begin() + 1, length.end() - 1, target);
-    const auto piece = static_cast<std::size_t>(after - length.begin()) - 1;
-    points.push_back(
-        position(static_cast<double>(piece) + (target - length[piece]) / (length[piece + 1] - length[piece])));
-  }
-  return points;
-}
 
 // World z is up in the picture: the camera's x axis is level.
 void look(Camera& camera, const dvec3& center, double heading, double pitch) {
@@ -76,9 +44,10 @@ std::vector<Camera> cameras_on_walk(const Scene& scene, const SynthOptions& opti
   camera.cx = 0.5 * options.width;
   camera.cy = 0.5 * options.height;
   std::vector<Camera> cameras;
-  for (const dvec3& center : equal_steps(scene.walk, options.views)) {
+  const Spline walk(scene.walk, Spline::Ends::closed);
+  for (const double t : walk.equal_steps(options.views)) {
     const double share = static_cast<double>(cameras.size()) / options.views;
-    look(camera, center, kTurn * kTurns * share, kLevel + kNod * std::sin(kTurn * kNods * share));
+    look(camera, walk.at(t), kTurn * kTurns * share, kLevel + kNod * std::sin(kTurn * kNods * share));
     cameras.push_back(camera);
   }
   return cameras;

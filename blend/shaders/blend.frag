@@ -45,7 +45,7 @@ const uint kNoFace = 0xFFFFFFFFu;
 const uint kNotResident = 0xFFFFFFFFu;
 const float kEmpty = 0.0, kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
 
-layout(location = 0) out vec4 picture;  // sRGB; alpha: PixelState / 255
+layout(location = 0) out vec4 picture;  // sRGB, in the variant LINEAR linear light; alpha: PixelState / 255
 
 vec3 srgb_from_linear(vec3 c) {
   c = clamp(c, 0.0, 1.0);
@@ -133,22 +133,38 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   return true;
 }
 
+#ifdef DIAGNOSE
+#include "diagnosis.glsl"
+#endif
+
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   uint face = texelFetch(faces, pixel, 0).x;
   if (face == kNoFace) {
     picture = vec4(0.0, 0.0, 0.0, kEmpty);
+#ifdef DIAGNOSE
+    diagnosis = kNoDiagnosis;
+#endif
     return;
   }
   vec2 image = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
   float z = texelFetch(surface_depth, pixel, 0).x;
   vec3 world = world_from_pixel(image, z);
   uint cell = cell_of_face[face];
-  vec3 color;
+  vec3 color = vec3(0.0);
   float state = kTextured;
-  if (!blend(cell, world, z, color)) {
+#ifdef DIAGNOSE
+  bool textured = diagnose(cell, world, z);
+#else
+  bool textured = blend(cell, world, z, color);
+#endif
+  if (!textured) {
     color = texelFetch(fallback_color, pixel, 0).rgb;
     state = cell_seen[cell] != 0u ? kUntextured : kUnseen;
   }
+#ifdef LINEAR
+  picture = vec4(exposure * color, state / 255.0);
+#else
   picture = vec4(srgb_from_linear(exposure * color), state / 255.0);
+#endif
 }

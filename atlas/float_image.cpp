@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/float_image.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <algorithm>
+#include <memory>
+#include <stdexcept>
+
+#include "mesh/errors.h"
+#include "mesh/pending_file.h"
+
+namespace lumatlas {
+
+namespace {
+
+void check(const FloatImage& image) {
+  constexpr std::uint32_t kMaxSide = 65536;  // pixels; also the largest camera
+  const auto fits = [](std::uint32_t side) { return side >= 1 && side <= kMaxSide; };
+  if (!fits(image.width) || !fits(image.height)) {
+    throw std::invalid_argument("float image: size is " + std::to_string(image.width) + "x" +
+                                std::to_string(image.height) + "; each side must be in [1, 65536]");
+  }
+  const std::size_t expected = std::size_t{image.width} * image.height * image.channels.size();
+  if (image.channels.empty()) throw std::invalid_argument("float image: it has no channels");
+  if (image.values.size() != expected) {
+    throw std::invalid_argument("float image: has " + std::to_string(image.values.size()) + " values, must have " +
+                                std::to_string(expected));
+  }
+}
+
+std::string one_line(std::string reason) {
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason.empty() ? reason : " (" + reason + ")";
+}
+
+}  // namespace
+
+void write_float_image(const std::filesystem::path& path, const FloatImage& image) {
+  check(image);
+  if (path.extension() != ".exr")
+    throw std::invalid_argument("float image: " + path.string() + " does not end in .exr");
+  const auto output = OIIO::ImageOutput::create(path.string());
+  if (!output) throw InputError(path.string() + ": this build of OpenImageIO cannot write OpenEXR");
+  output->threads(1);
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height),
+                       static_cast<int>(image.channels.size()), OIIO::TypeDesc::FLOAT);
+  spec.channelnames = image.channels;
+  spec.attribute("compression", "zip");
+  PendingFile file(path);
+  if (!output->open(file.path().string(), spec) || !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) ||
+      !output->close()) {
+    throw InputError(path.string() + ": cannot be written" + one_line(output->geterror()));
+  }
+  file.commit();
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the pixels of a picture are made of, for people who want to know why it looks as it does.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "blend/rendering.h"
+
+namespace lumatlas {
+
+inline constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
+
+struct PixelDiagnosis {
+  // Of the views that the cell refers to: how many are valid here, whatever they weigh. Section 3.1's valid() > 0.
+  std::uint32_t valid_views = 0;
+  std::uint32_t winner = kNoView;  // the slot of the view that weighs most; kNoView: none weighs anything
+  // Of the three best in the pixel's colour, best first, in [0, 1]; they sum to 1, to less where K is above 3, and to 0
+  // where there is no winner.
+  std::array<float, 3> shares{};
+};
+
+// Row by row from the top left.
+struct Diagnosis {
+  std::uint32_t width = 0;   // pixels
+  std::uint32_t height = 0;  // pixels
+  std::vector<PixelState> state;
+  std::vector<PixelDiagnosis> pixels;
+};
+
+}  // namespace lumatlas

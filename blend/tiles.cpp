@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/tiles.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "blend/gl_objects.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Copies a tile's values to their places in the whole image.
+template <typename T>
+void paste(const std::vector<T>& part, const Tile& tile, std::size_t values_per_pixel, std::uint32_t whole_width,
+           std::vector<T>& whole) {
+  const std::size_t row = values_per_pixel * tile.camera.width;
+  for (std::size_t y = 0; y < tile.camera.height; ++y) {
+    const std::size_t to = values_per_pixel * ((tile.top + y) * whole_width + tile.left);
+    std::copy_n(&part[row * y], row, &whole[to]);
+  }
+}
+
+std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side) {
+  return tiles_of(camera, std::min(side, static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE))));
+}
+
+}  // namespace
+
+std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side) {
+  check(camera);
+  if (side < 1) throw std::invalid_argument("tiles: side is 0, must be at least 1");
+  std::vector<Tile> tiles;
+  for (std::uint32_t top = 0; top < camera.height; top += std::min(side, camera.height - top)) {
+    for (std::uint32_t left = 0; left < camera.width; left += std::min(side, camera.width - left)) {
+      Tile tile{left, top, camera};
+      tile.camera.width = std::min(side, camera.width - left);
+      tile.camera.height = std::min(side, camera.height - top);
+      tile.camera.cx -= left;
+      tile.camera.cy -= top;
+      tiles.push_back(tile);
+    }
+  }
+  return tiles;
+}
+
+Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
+  const std::vector<Tile> tiles = drawable_tiles(camera, side);
+  if (tiles.size() == 1) return renderer.render(camera, options);
+  const std::size_t pixels = std::size_t{camera.width} * camera.height;
+  Rendering whole;
+  whole.picture.width = camera.width;
+  whole.picture.height = camera.height;
+  whole.picture.rgb.resize(3 * pixels);
+  whole.state.resize(pixels);
+  for (const Tile& tile : tiles) {
+    const Rendering part = renderer.render(tile.camera, options);
+    paste(part.picture.rgb, tile, 3, camera.width, whole.picture.rgb);
+    paste(part.state, tile, 1, camera.width, whole.state);
+  }
+  return whole;
+}
+
+LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
+                                    std::uint32_t side) {
+  const std::vector<Tile> tiles = drawable_tiles(camera, side);
+  if (tiles.size() == 1) return renderer.render_linear(camera, options);
+  const std::size_t pixels = std::size_t{camera.width} * camera.height;
+  LinearRendering whole{camera.width, camera.height, std::vector<float>(3 * pixels), std::vector<PixelState>(pixels)};
+  for (const Tile& tile : tiles) {
+    const LinearRendering part = renderer.render_linear(tile.camera, options);
+    paste(part.rgb, tile, 3, camera.width, whole.rgb);
+    paste(part.state, tile, 1, camera.width, whole.state);
+  }
+  return whole;
+}
+
+Diagnosis diagnose_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
+  const std::vector<Tile> tiles = drawable_tiles(camera, side);
+  if (tiles.size() == 1) return renderer.diagnose(camera, options);
+  const std::size_t pixels = std::size_t{camera.width} * camera.height;
+  Diagnosis whole{camera.width, camera.height, std::vector<PixelState>(pixels), std::vector<PixelDiagnosis>(pixels)};
+  for (const Tile& tile : tiles) {
+    const Diagnosis part = renderer.diagnose(tile.camera, options);
+    paste(part.state, tile, 1, camera.width, whole.state);
+    paste(part.pixels, tile, 1, camera.width, whole.pixels);
+  }
+  return whole;
+}
+
+}  // namespace lumatlas

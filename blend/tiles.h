@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Pictures that are larger than what is drawn at once, in tiles: cameras with the same pose that see a part of the
+// image each. A picture's exposure depends on its camera's pose alone, so the tiles meet without a seam.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "blend/renderer.h"
+
+namespace lumatlas {
+
+// 24 bytes of GL memory per pixel, 40 for a diagnosis or a linear picture: 670 MB at most.
+inline constexpr std::uint32_t kTileSide = 4096;  // pixels
+
+struct Tile {
+  std::uint32_t left = 0, top = 0;  // of its first pixel in the whole image
+  Camera camera;
+};
+
+// Covers the image row by row, each tile at most `side` wide and high. Throws std::invalid_argument for a side of 0 or
+// a bad camera.
+[[nodiscard]] std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side);
+
+// What the renderer's functions of these names give, of pictures of any size that a camera may have; in one piece where
+// `side`, and the driver's texture size, allow that. Rounding differs from tile to tile as from one camera to another:
+// by a level here and there, and by a pixel at silhouettes.
+[[nodiscard]] Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
+                                     std::uint32_t side = kTileSide);
+[[nodiscard]] LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
+                                                  std::uint32_t side = kTileSide);
+[[nodiscard]] Diagnosis diagnose_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
+                                       std::uint32_t side = kTileSide);
+
+}  // namespace lumatlas

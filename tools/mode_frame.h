@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a picture may show instead of colours (`lumatlas render --mode`), pixel by pixel: numbers, or why there is none.
+// Paper Fig. 1, 7 and 14.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "atlas/float_image.h"
+#include "atlas/photograph.h"
+#include "blend/diagnosis.h"
+#include "mesh/visibility.h"
+
+namespace lumatlas {
+
+enum class Mode {
+  picture,
+  coverage,     // of the cell, by the measure that the views were chosen by
+  references,   // how many views the cell refers to
+  valid_views,  // how many of those are valid at the pixel
+  winner,       // which one weighs most: its slot
+  weights,      // the shares of the three best
+  cells,        // number of the cell
+  depth,        // z
+  error,        // against a photograph: root mean square over R, G and B of the sRGB differences, 8-bit levels
+};
+
+// Whether a pixel has a number, and if not, why (paper Fig. 1 keeps unseen and untextured apart).
+enum class PixelMark : std::uint8_t {
+  number,
+  no_surface,
+  unseen,      // no view that was ever offered saw the cell
+  untextured,  // a view saw the cell, but no stored one shows it here
+  not_scored,  // outside of what validation counts
+};
+
+// Row by row from the top left.
+struct ModeFrame {
+  std::uint32_t width = 0;       // pixels
+  std::uint32_t height = 0;      // pixels
+  std::uint32_t channels = 1;    // numbers per pixel
+  std::vector<float> values;     // width * height * channels; of a pixel without a number: 0
+  std::vector<PixelMark> marks;  // width * height
+};
+
+// `value_of_cell` has one entry per cell of the snapshot. With `always`, cells that were never seen, or that refer to
+// no view, have their number too. Throws std::invalid_argument for another count.
+[[nodiscard]] ModeFrame cell_frame(const VisibilityBuffer& visible, const Snapshot& snapshot,
+                                   std::span<const float> value_of_cell, bool always);
+
+// How many views each cell refers to.
+[[nodiscard]] std::vector<float> reference_counts(const Snapshot& snapshot);
+
+[[nodiscard]] ModeFrame depth_frame(const VisibilityBuffer& visible);
+
+// Mode::valid_views, winner or weights; std::invalid_argument for another.
+[[nodiscard]] ModeFrame diagnosis_frame(const Diagnosis& diagnosis, Mode mode);
+
+// `mask` and what is scored: as in scores.h, which says what is thrown.
+[[nodiscard]] ModeFrame error_frame(const Photograph& rendering, const Photograph& photograph,
+                                    std::span<const std::uint8_t> mask);
+
+// The numbers as they are, NaN where there are none.
+[[nodiscard]] FloatImage float_image(const ModeFrame& frame, Mode mode);
+
+}  // namespace lumatlas

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How far away what the stored views show is.
+#pragma once
+
+#include <vector>
+
+#include "atlas/atlas.h"
+
+namespace lumatlas {
+
+// Depth z of about a hundredth of the pixels of each stored view that have a surface, scene units; in no order.
+[[nodiscard]] std::vector<double> sampled_depths(const Snapshot& snapshot);
+
+}  // namespace lumatlas
