@@ -11,9 +11,10 @@
 // with r the pixels per length with which a view sees the cell, the angle between the two views as the cell sees them,
 // and `share` the part of the cell's pixels in v that the resident tiles of v hold. Of each (u, b) the three best
 // count, each half as much as the one before, as the renderer blends them. lambda = 0.8 and width = 30 degrees; 0.5 to
-// 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. The sum is monotone submodular;
-// tiles are taken greedily. So a tile comes for all cells in it at once: were each cell to choose by itself, neighbours
-// would choose different views, every tile be needed for some cell, and the picture a patchwork.
+// 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. Tiles are taken greedily
+// by what they add to the sum, which never falls. (Of whole cells it would be submodular; that the parts of one cell in
+// one view add up makes it not quite so.) So a tile comes for all cells in it at once: were each cell to choose by
+// itself, neighbours would choose different views, every tile be needed for some cell, and the picture a patchwork.
 //
 // In place of "least coverage per texel" for whole views (Erat et al. 2019, section 3.2): all tiles have the same
 // texels.

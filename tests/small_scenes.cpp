@@ -71,26 +71,27 @@ Photograph pattern_photograph(const Camera& camera, std::size_t seed) {
   return photograph;
 }
 
-std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options) {
+std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options, const TileOptions& layout) {
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
-  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views));
+  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout);
   std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
   for (std::size_t number = 0; number < views; ++number) {
     const Camera camera = room_camera(number);
     VisibilityBuffer visible = visibility->trace(camera);
     const std::vector<CellPixels> seen = count_cell_pixels(visible, surface->cells);
     atlas->mark_seen(seen);
-    const std::uint32_t slot = atlas->insert(make_stored_view(
-        "view " + std::to_string(number), camera, pattern_photograph(camera, number), std::move(visible), options));
+    TiledView tiled = make_tiled_view("view " + std::to_string(number), camera, pattern_photograph(camera, number),
+                                      std::move(visible), surface->cells, layout, options);
+    const std::uint32_t slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
     for (const CellPixels& cell : seen) references[cell.cell].push_back(slot);
   }
   for (std::uint32_t cell = 0; cell < references.size(); ++cell) atlas->set_references(cell, references[cell]);
   return atlas;
 }
 
-Snapshot room_snapshot(std::size_t views, const ValidityOptions& options) {
-  return room_atlas(views, options)->snapshot();
+Snapshot room_snapshot(std::size_t views, const ValidityOptions& options, const TileOptions& layout) {
+  return room_atlas(views, options, layout)->snapshot();
 }
 
 }  // namespace lumatlas

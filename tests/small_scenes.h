@@ -20,7 +20,9 @@ namespace lumatlas {
 [[nodiscard]] Photograph pattern_photograph(const Camera& camera, std::size_t seed);
 
 // The first `views` cameras of the walk, all stored, every cell referring to each view that sees it.
-[[nodiscard]] std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options);
-[[nodiscard]] Snapshot room_snapshot(std::size_t views, const ValidityOptions& options);
+[[nodiscard]] std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options,
+                                                const TileOptions& layout = kWholeViews);
+[[nodiscard]] Snapshot room_snapshot(std::size_t views, const ValidityOptions& options,
+                                     const TileOptions& layout = kWholeViews);
 
 }  // namespace lumatlas
