@@ -87,7 +87,7 @@ struct Made {
   std::string scene = (folder / "scene").string();
   std::string model = (folder / "model").string();
   Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48",
-                            "--samples", "2", "--triangles", "3000", "--quiet"});
+                            "--samples", "2", "--triangles", "3000", "--path-frames", "3", "--quiet"});
   Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
 };
 const Made& made() {
@@ -227,6 +227,7 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
   check_failure(lumatlas({"validate", made().scene, "--views", made().scene}), "name a folder that `lumatlas build`");
   check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--path", "/nowhere"}), "/nowhere");
   check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
                 "--hold and --block");
   check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
@@ -335,13 +336,16 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
       0);
   CHECK(options_beside(printed)["exposure"] == "model");
   const Outcome validate = lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report,
-                                     "--exposure", "model", "--json", "--quiet"});
+                                     "--exposure", "model", "--path", made().scene + "/path", "--json", "--quiet"});
   REQUIRE(validate.status == 0);
   CHECK(validate.err.empty());
   const nlohmann::json scores = nlohmann::json::parse(validate.out);
   CHECK(scores == nlohmann::json::parse(bytes_of(fs::path(report) / "scores.json")));
   CHECK(scores["protocol"]["hold"] == 4);  // as the model was built
   CHECK(scores["held"] == 3);
+  CHECK(scores["methods"]["store"]["seams"].is_number());
+  CHECK(scores["methods"]["vertex"]["flicker"]["followed"] > 64 * 48);
+  CHECK(options_beside(report)["path"] == made().scene + "/path");
   CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
   CHECK(options_beside(report)["exposure"] == "model");
   CHECK(names_in(folder.path()).size() == 4);

@@ -26,26 +26,35 @@ dvec3 spline(const std::vector<dvec3>& points, double t) {
          6.0;
 }
 
-// Points at equal distances along the loop.
-std::vector<dvec3> equal_steps(const std::vector<dvec3>& control, std::size_t count) {
-  constexpr std::size_t kFine = 256;  // pieces per segment: chords within 1e-5 of the arc
-  const std::size_t pieces = kFine * control.size();
-  std::vector<double> length{0};
-  const auto position = [&](double piece) { return spline(control, piece / kFine); };
-  for (std::size_t i = 1; i <= pieces; ++i) {
-    length.push_back(length.back() +
-                     glm::distance(position(static_cast<double>(i - 1)), position(static_cast<double>(i))));
+// The closed curve through `control`, by its length.
+class Loop {
+ public:
+  explicit Loop(const std::vector<dvec3>& control) : control_(control) {
+    const std::size_t pieces = kFine * control.size();
+    for (std::size_t i = 1; i <= pieces; ++i) {
+      distances_.push_back(distances_.back() +
+                           glm::distance(position(static_cast<double>(i - 1)), position(static_cast<double>(i))));
+    }
   }
-  std::vector<dvec3> points;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double target = length.back() * static_cast<double>(i) / static_cast<double>(count);
-    const auto after = std::upper_bound(length.begin() + 1, length.end() - 1, target);
-    const auto piece = static_cast<std::size_t>(after - length.begin()) - 1;
-    points.push_back(
-        position(static_cast<double>(piece) + (target - length[piece]) / (length[piece + 1] - length[piece])));
+
+  [[nodiscard]] double length() const { return distances_.back(); }
+
+  // `distance` is in [0, length()).
+  [[nodiscard]] dvec3 at(double distance) const {
+    const auto after = std::upper_bound(distances_.begin() + 1, distances_.end() - 1, distance);
+    const auto piece = static_cast<std::size_t>(after - distances_.begin()) - 1;
+    return position(static_cast<double>(piece) +
+                    (distance - distances_[piece]) / (distances_[piece + 1] - distances_[piece]));
   }
-  return points;
-}
+
+ private:
+  static constexpr std::size_t kFine = 256;  // pieces per segment: chords within 1e-5 of the arc
+
+  [[nodiscard]] dvec3 position(double piece) const { return spline(control_, piece / kFine); }
+
+  const std::vector<dvec3>& control_;
+  std::vector<double> distances_{0};  // at each piece's beginning, and the whole length
+};
 
 // World z is up in the picture: the camera's x axis is level.
 void look(Camera& camera, const dvec3& center, double heading, double pitch) {
@@ -56,29 +65,57 @@ void look(Camera& camera, const dvec3& center, double heading, double pitch) {
   camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
 }
 
-}  // namespace
-
-std::vector<Camera> cameras_on_walk(const Scene& scene, const SynthOptions& options) {
+Loop checked_loop(const Scene& scene, const SynthOptions& options) {
   check(options);
   if (scene.walk.size() < 4) {
     throw std::invalid_argument("scene: walk has " + std::to_string(scene.walk.size()) +
                                 " points, must have at least 4");
   }
-  // Chosen so that with 40 views 97% of a held-out photograph is seen by another view, 79% by three.
-  constexpr double kTurns = 4;      // of the heading in one loop
-  constexpr double kNods = 5;       // of the pitch in one loop
-  constexpr double kLevel = -0.16;  // mean pitch, radians: floors and tables matter more than ceilings
-  constexpr double kNod = 0.2;      // radians
+  return Loop(scene.walk);
+}
+
+Camera camera_without_pose(const SynthOptions& options) {
   Camera camera;
   camera.width = options.width;
   camera.height = options.height;
   camera.fx = camera.fy = 0.5 * options.width / std::tan(options.fov_deg * kTurn / 720);
   camera.cx = 0.5 * options.width;
   camera.cy = 0.5 * options.height;
+  return camera;
+}
+
+// Chosen so that with 40 views 97% of a held-out photograph is seen by another view, 79% by three.
+constexpr double kTurns = 4;      // of the heading in one loop
+constexpr double kNods = 5;       // of the pitch in one loop
+constexpr double kLevel = -0.16;  // mean pitch, radians: floors and tables matter more than ceilings
+constexpr double kNod = 0.2;      // radians
+
+}  // namespace
+
+std::vector<Camera> cameras_on_walk(const Scene& scene, const SynthOptions& options) {
+  const Loop loop = checked_loop(scene, options);
+  Camera camera = camera_without_pose(options);
   std::vector<Camera> cameras;
-  for (const dvec3& center : equal_steps(scene.walk, options.views)) {
-    const double share = static_cast<double>(cameras.size()) / options.views;
-    look(camera, center, kTurn * kTurns * share, kLevel + kNod * std::sin(kTurn * kNods * share));
+  for (std::uint32_t view = 0; view < options.views; ++view) {
+    const double share = static_cast<double>(view) / options.views;
+    look(camera, loop.at(loop.length() * share), kTurn * kTurns * share,
+         kLevel + kNod * std::sin(kTurn * kNods * share));
+    cameras.push_back(camera);
+  }
+  return cameras;
+}
+
+std::vector<Camera> cameras_on_path(const Scene& scene, const SynthOptions& options) {
+  constexpr double kAbove = 0.12;  // scene units: free of the furniture, for the walk is above all that it passes
+  constexpr double kAside = 0.35;  // radians, of the heading
+  const Loop loop = checked_loop(scene, options);
+  Camera camera = camera_without_pose(options);
+  std::vector<Camera> cameras;
+  for (std::uint32_t frame = 0; frame < options.path_frames; ++frame) {
+    const double distance = std::fmod(options.path_step * frame, loop.length());
+    const double share = distance / loop.length();
+    look(camera, loop.at(distance) + dvec3(0, 0, kAbove), kAside + kTurn * kTurns * share,
+         kLevel - kNod * std::sin(kTurn * kNods * share));
     cameras.push_back(camera);
   }
   return cameras;
