@@ -13,30 +13,37 @@ namespace lumatlas {
 
 namespace {
 
-constexpr float kWithinPixels = 1.02F;  // depths of neighbouring pixels on one surface
-constexpr double kSamePoint = 0.01;     // of a point's depth from one frame to the next
+// Inverse depth is linear over the picture of a plane, however steeply it is seen.
+constexpr float kBend = 0.02F;       // of inverse depth, over three pixels of one surface
+constexpr double kSamePoint = 0.01;  // of a point's depth from one frame to the next
 
-// Depth of the pixels whose neighbourhood is all on one surface, 0 elsewhere and along the picture's border.
-std::vector<float> whole_depths(const VisibilityBuffer& visible) {
-  const std::size_t width = visible.width;
-  std::vector<float> depths(visible.depth.size(), 0.0F);
-  for (std::size_t y = 1; y + 1 < visible.height; ++y) {
-    for (std::size_t x = 1; x + 1 < width; ++x) {
-      float near = std::numeric_limits<float>::infinity();
-      float far = 0;
-      for (std::size_t j = y - 1; j <= y + 1; ++j) {
-        for (std::size_t i = x - 1; i <= x + 1; ++i) {
-          near = std::min(near, visible.depth[j * width + i]);
-          far = std::max(far, visible.depth[j * width + i]);
-        }
-      }
-      if (std::isfinite(far) && far <= kWithinPixels * near) depths[y * width + x] = visible.depth[y * width + x];
-    }
-  }
-  return depths;
+std::vector<float> inverse_depths(const VisibilityBuffer& visible) {
+  std::vector<float> inverse(visible.depth.size());
+  std::transform(visible.depth.begin(), visible.depth.end(), inverse.begin(), [](float depth) { return 1 / depth; });
+  return inverse;
 }
 
-// Of one channel, where whole_depths() is not 0; 0 along the picture's border.
+// Inverse depth of the pixels that lie on one surface with their neighbours in both directions, 0 elsewhere and along
+// the picture's border.
+std::vector<float> whole_inverse_depths(const VisibilityBuffer& visible) {
+  const std::size_t width = visible.width;
+  const std::vector<float> inverse = inverse_depths(visible);  // 0 where no surface is
+  std::vector<float> whole(inverse.size(), 0.0F);
+  for (std::size_t y = 1; y + 1 < visible.height; ++y) {
+    for (std::size_t x = 1; x + 1 < width; ++x) {
+      const std::size_t middle = y * width + x;
+      const auto straight = [&](std::size_t stride) {
+        const float bend = inverse[middle - stride] - 2 * inverse[middle] + inverse[middle + stride];
+        return std::abs(bend) <= kBend * inverse[middle];
+      };
+      const bool on_one_surface = straight(1) && straight(width) && straight(width - 1) && straight(width + 1);
+      if (on_one_surface) whole[middle] = inverse[middle];
+    }
+  }
+  return whole;
+}
+
+// Of one channel, 0 along the picture's border.
 std::vector<float> smoothed_error(const Photograph& rendering, const Photograph& truth, std::size_t channel) {
   const std::size_t width = truth.width;
   const auto error = [&](std::size_t pixel) {
@@ -51,6 +58,33 @@ std::vector<float> smoothed_error(const Photograph& rendering, const Photograph&
     }
   }
   return smooth;
+}
+
+// Bilinear interpolation between four pixels.
+struct Taps {
+  std::array<std::size_t, 4> pixels;
+  std::array<double, 4> shares;
+
+  [[nodiscard]] double of(const std::vector<float>& values) const {
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) sum += shares[i] * values[pixels[i]];
+    return sum;
+  }
+  [[nodiscard]] bool all_positive(const std::vector<float>& values) const {
+    return std::all_of(pixels.begin(), pixels.end(), [&](std::size_t pixel) { return values[pixel] > 0; });
+  }
+};
+
+// None where a point in the camera's frame is behind it or not between the middles of four pixels.
+std::optional<Taps> taps_around(const Camera& camera, const glm::dvec3& cam) {
+  if (!(cam.z > 0)) return std::nullopt;
+  const glm::dvec2 at = camera.image_from_cam(cam) - 0.5;
+  if (!(at.x >= 0 && at.y >= 0 && at.x < camera.width - 1.0 && at.y < camera.height - 1.0)) return std::nullopt;
+  const glm::dvec2 base = glm::floor(at);
+  const glm::dvec2 f = at - base;
+  const std::size_t corner = static_cast<std::size_t>(base.y) * camera.width + static_cast<std::size_t>(base.x);
+  return Taps{{corner, corner + 1, corner + camera.width, corner + camera.width + 1},
+              {(1 - f.x) * (1 - f.y), f.x * (1 - f.y), (1 - f.x) * f.y, f.x * f.y}};
 }
 
 void check_sizes(const Camera& camera, const VisibilityBuffer& visible, const Photograph& rendering,
@@ -70,7 +104,7 @@ void FlickerMeter::add(const Camera& camera, const VisibilityBuffer& visible, co
   check_sizes(camera, visible, rendering, truth);
   Frame frame;
   frame.camera = camera;
-  frame.depth = whole_depths(visible);
+  frame.inverse_depth = whole_inverse_depths(visible);
   for (std::size_t channel = 0; channel < 3; ++channel) {
     frame.error[channel] = smoothed_error(rendering, truth, channel);
   }
@@ -82,27 +116,17 @@ void FlickerMeter::compare(const Frame& from, const Frame& to) {
   const std::size_t width = from.camera.width;
   double squares = 0;
   std::size_t followed = 0;
-  for (std::size_t pixel = 0; pixel < from.depth.size(); ++pixel) {
-    if (from.depth[pixel] == 0) continue;
+  for (std::size_t pixel = 0; pixel < from.inverse_depth.size(); ++pixel) {
+    if (from.inverse_depth[pixel] == 0) continue;
     const glm::dvec2 middle(static_cast<double>(pixel % width) + 0.5, static_cast<double>(pixel / width) + 0.5);
-    const glm::dvec3 cam =
-        to.camera.cam_from_world(from.camera.center() + double{from.depth[pixel]} * from.camera.ray(middle));
-    if (!(cam.z > 0)) continue;
-    const glm::dvec2 at = to.camera.image_from_cam(cam) - 0.5;
-    if (!(at.x >= 0 && at.y >= 0 && at.x < to.camera.width - 1.0 && at.y < to.camera.height - 1.0)) continue;
-    const glm::dvec2 base = glm::floor(at);
-    const glm::dvec2 f = at - base;
-    const std::size_t corner = static_cast<std::size_t>(base.y) * to.camera.width + static_cast<std::size_t>(base.x);
-    const std::array<std::size_t, 4> taps{corner, corner + 1, corner + to.camera.width, corner + to.camera.width + 1};
-    const std::array<double, 4> shares{(1 - f.x) * (1 - f.y), f.x * (1 - f.y), (1 - f.x) * f.y, f.x * f.y};
-    const bool same_point = std::all_of(taps.begin(), taps.end(), [&](std::size_t tap) {
-      return std::abs(to.depth[tap] - cam.z) <= kSamePoint * cam.z;  // 0 where not followed
-    });
-    if (!same_point) continue;
+    const glm::dvec3 world = from.camera.center() + from.camera.ray(middle) / double{from.inverse_depth[pixel]};
+    const glm::dvec3 cam = to.camera.cam_from_world(world);
+    const std::optional<Taps> taps = taps_around(to.camera, cam);
+    if (!taps || !taps->all_positive(to.inverse_depth)) continue;
+    if (std::abs(taps->of(to.inverse_depth) * cam.z - 1) > kSamePoint) continue;
     ++followed;
     for (std::size_t channel = 0; channel < 3; ++channel) {
-      double change = -from.error[channel][pixel];
-      for (std::size_t i = 0; i < 4; ++i) change += shares[i] * to.error[channel][taps[i]];
+      const double change = taps->of(to.error[channel]) - from.error[channel][pixel];
       squares += change * change / 3;
     }
   }

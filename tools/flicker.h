@@ -31,8 +31,8 @@ struct Flicker {
 class FlickerMeter {
  public:
   // `visible` is what the camera sees at its own size, which the pictures have too (std::invalid_argument otherwise).
-  // A point is followed if it is the middle of a pixel that shows, like its eight neighbours, surface within 2 % of one
-  // depth, if the four pixels around it in the next frame do so too and are within 1 % of the point's own depth there.
+  // A point is followed if it is the middle of a pixel that lies with its eight neighbours on one smooth surface, and
+  // if the four pixels around it in the next frame do so too and are within 1 % of its depth there.
   void add(const Camera& camera, const VisibilityBuffer& visible, const Photograph& rendering, const Photograph& truth);
 
   [[nodiscard]] Flicker flicker() const;
@@ -40,8 +40,8 @@ class FlickerMeter {
  private:
   struct Frame {
     Camera camera;
-    std::vector<float> depth;     // 0 where the pixel is not followed
-    std::vector<float> error[3];  // smoothed, per channel
+    std::vector<float> inverse_depth;  // 0 where the pixel is not followed
+    std::vector<float> error[3];       // smoothed, per channel
   };
   void compare(const Frame& from, const Frame& to);
 
