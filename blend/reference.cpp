@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "atlas/srgb.h"
+#include "blend/cell_shares.h"
 #include "blend/exposure.h"
 
 namespace lumatlas {
@@ -24,7 +25,7 @@ struct Sample {
   double validity = 0;
 };
 
-struct Candidate {
+struct WeightedColor {
   double weight = 0;
   glm::dvec3 color{0.0};
 };
@@ -60,8 +61,8 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
   return options.lambda * w_dir + (1 - options.lambda) * w_pos;
 }
 
-Candidate candidate(const Snapshot& snapshot, std::uint32_t slot, const glm::dvec3& world,
-                    const glm::dvec3& novel_center, const BlendOptions& options) {
+WeightedColor color_in_view(const Snapshot& snapshot, std::uint32_t slot, const glm::dvec3& world,
+                            const glm::dvec3& novel_center, const BlendOptions& options) {
   const StoredView& view = *snapshot.views[slot];
   const double weight = geometric_weight(world, novel_center, view.camera.center(), options);
   const glm::dvec3 cam = view.camera.cam_from_world(world);
@@ -75,13 +76,13 @@ Candidate candidate(const Snapshot& snapshot, std::uint32_t slot, const glm::dve
   return {weight * sample.validity, snapshot.gains[slot] * sample.color};
 }
 
-// The K best candidates' mean colour, by their weights above the next best one's. False where no view is valid.
+// The K best views' mean colour, by their weights above the next best one's. False where no view is valid.
 bool blend(const Snapshot& snapshot, std::span<const std::uint32_t> slots, const glm::dvec3& world,
            const glm::dvec3& novel_center, const BlendOptions& options, glm::dvec3& color) {
-  std::array<Candidate, kMaxBlendedViews + 1> best{};
+  std::array<WeightedColor, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
   for (const std::uint32_t slot : slots) {
-    Candidate next = candidate(snapshot, slot, world, novel_center, options);
+    WeightedColor next = color_in_view(snapshot, slot, world, novel_center, options);
     for (std::size_t rank = 0; rank < kept; ++rank) {
       if (next.weight > best[rank].weight) std::swap(next, best[rank]);
     }
@@ -100,48 +101,89 @@ bool blend(const Snapshot& snapshot, std::span<const std::uint32_t> slots, const
   return true;
 }
 
-glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm::dvec3& world) {
-  const auto& linear = linear_from_srgb8();
-  const Mesh& mesh = snapshot.surface->mesh;
+// Barycentric coordinates of a point on a face, each in [0, 1], sum 1; those of its first corner if it has no area.
+glm::dvec3 corner_weights(const Mesh& mesh, std::uint32_t face, const glm::dvec3& world) {
   const glm::uvec3 corners = mesh.faces[face];
   const glm::dvec3 a(mesh.positions[corners.x]);
   const glm::dvec3 b(mesh.positions[corners.y]);
   const glm::dvec3 c(mesh.positions[corners.z]);
   const glm::dvec3 normal = glm::cross(b - a, c - a);
   const double area = glm::dot(normal, normal);
-  glm::dvec3 weights(1, 0, 0);
-  if (area > 0) {
-    weights.y = glm::dot(glm::cross(world - a, c - a), normal) / area;
-    weights.z = glm::dot(glm::cross(b - a, world - a), normal) / area;
-    weights = glm::clamp(glm::dvec3(1 - weights.y - weights.z, weights.y, weights.z), 0.0, 1.0);
-  }
-  glm::dvec3 color(0);
-  for (int corner = 0; corner < 3; ++corner) {
-    const glm::u8vec3 srgb = snapshot.vertex_colors[corners[corner]];
-    color += weights[corner] * glm::dvec3(linear[srgb.r], linear[srgb.g], linear[srgb.b]);
-  }
-  return color / (weights.x + weights.y + weights.z);
+  if (!(area > 0)) return {1, 0, 0};
+  const double y = glm::dot(glm::cross(world - a, c - a), normal) / area;
+  const double z = glm::dot(glm::cross(b - a, world - a), normal) / area;
+  const glm::dvec3 weights = glm::clamp(glm::dvec3(1 - y - z, y, z), 0.0, 1.0);
+  return weights / (weights.x + weights.y + weights.z);
 }
 
-void shade(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible, const BlendOptions& options,
-           const glm::dvec3& exposure, std::size_t pixel, Rendering& rendering) {
-  const std::uint32_t face = visible.face[pixel];
+glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm::dvec3& weights) {
+  const auto& linear = linear_from_srgb8();
+  glm::dvec3 color(0);
+  for (int corner = 0; corner < 3; ++corner) {
+    const glm::u8vec3 srgb = snapshot.vertex_colors[snapshot.surface->mesh.faces[face][corner]];
+    color += weights[corner] * glm::dvec3(linear[srgb.r], linear[srgb.g], linear[srgb.b]);
+  }
+  return color;
+}
+
+// What is the same for every pixel of a picture.
+struct Picture {
+  const Snapshot& snapshot;
+  const Camera& camera;
+  const VisibilityBuffer& visible;
+  const BlendOptions& options;
+  glm::dvec3 exposure;
+  CellShares shares;
+};
+
+glm::dvec4 shares_at(const CellShares& shares, std::uint32_t face, const glm::dvec3& weights) {
+  glm::dvec4 sum(0);
+  for (int corner = 0; corner < 3; ++corner) {
+    sum += weights[corner] * glm::dvec4(shares.corners[face][static_cast<std::size_t>(corner)]);
+  }
+  return sum;
+}
+
+// The mean of what the cells of a face make of a point on it, by their shares. False where no view of any is valid.
+bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& shares, const glm::dvec3& world,
+                 glm::dvec3& color) {
+  const Snapshot& snapshot = picture.snapshot;
+  const CellShares::Zone& zone = picture.shares.zones[picture.shares.zone_of_face[face]];
+  double total = 0;
+  glm::dvec3 sum(0);
+  for (int i = 0; i < static_cast<int>(kCellsPerZone); ++i) {
+    if (!(shares[i] > 0)) continue;
+    glm::dvec3 of_cell;
+    const auto slots = snapshot.references.of_cell(zone[static_cast<std::size_t>(i)]);
+    if (!blend(snapshot, slots, world, picture.camera.center(), picture.options, of_cell)) continue;
+    total += shares[i];
+    sum += shares[i] * of_cell;
+  }
+  color = sum / total;
+  return total > 0;
+}
+
+void shade(const Picture& picture, std::size_t pixel, Rendering& rendering) {
+  const std::uint32_t face = picture.visible.face[pixel];
   if (face == kNoFace) return;
+  const Camera& camera = picture.camera;
+  const Snapshot& snapshot = picture.snapshot;
   const std::size_t x = pixel % camera.width;
   const std::size_t y = pixel / camera.width;
   const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
-  const glm::dvec3 world = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);
-  const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
+  const glm::dvec3 world = camera.center() + static_cast<double>(picture.visible.depth[pixel]) * camera.ray(image);
+  const glm::dvec3 weights = corner_weights(snapshot.surface->mesh, face, world);
   glm::dvec3 color;
-  if (blend(snapshot, snapshot.references.of_cell(cell), world, camera.center(), options, color)) {
+  if (blend_cells(picture, face, shares_at(picture.shares, face, weights), world, color)) {
     rendering.state[pixel] = PixelState::textured;
   } else {
-    color = vertex_color(snapshot, face, world);
+    color = vertex_color(snapshot, face, weights);
+    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
     rendering.state[pixel] = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
   }
   for (int channel = 0; channel < 3; ++channel) {
     rendering.picture.rgb[3 * pixel + static_cast<std::size_t>(channel)] =
-        srgb8_from_linear(exposure[channel] * color[channel]);
+        srgb8_from_linear(picture.exposure[channel] * color[channel]);
   }
 }
 
@@ -154,7 +196,12 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   if (visible.width != camera.width || visible.height != camera.height) {
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
-  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
+  const Picture picture{snapshot,
+                        camera,
+                        visible,
+                        options,
+                        picture_exposure(NearbyExposure(snapshot), camera, options),
+                        share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size)};
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Rendering rendering;
   rendering.picture.width = camera.width;
@@ -164,7 +211,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-                        shade(snapshot, camera, visible, options, exposure, pixel, rendering);
+                        shade(picture, pixel, rendering);
                       }
                     });
   return rendering;

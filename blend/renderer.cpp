@@ -7,10 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
+#include <glm/gtc/type_precision.hpp>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "blend/cell_shares.h"
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
 #include "blend/shaders.h"
@@ -104,7 +108,7 @@ void upload_layer(GLuint photographs, GLuint depths, GLint layer, const StoredVi
 struct Targets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  GlTexture face, depth, fallback, z_buffer, picture;
+  GlTexture face, depth, fallback, shares, z_buffer, picture;
   GlFramebuffer surface_pass, blend_pass;
 };
 
@@ -118,9 +122,11 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
   targets.face = make_texture_2d(GL_R32UI, w, h);
   targets.depth = make_texture_2d(GL_R32F, w, h);
   targets.fallback = make_texture_2d(GL_RGBA16F, w, h);
+  targets.shares = make_texture_2d(GL_RGBA16, w, h);
   targets.z_buffer = make_texture_2d(GL_DEPTH_COMPONENT32F, w, h);
   targets.picture = make_texture_2d(GL_RGBA8, w, h);
-  targets.surface_pass = make_framebuffer({&targets.face, &targets.depth, &targets.fallback}, &targets.z_buffer);
+  targets.surface_pass =
+      make_framebuffer({&targets.face, &targets.depth, &targets.fallback, &targets.shares}, &targets.z_buffer);
   targets.blend_pass = make_framebuffer({&targets.picture}, nullptr);
   return targets;
 }
@@ -141,6 +147,42 @@ void set_pose(const GlProgram& program, const Camera& camera) {
   glProgramUniform4fv(program.get(), location(program, "cam_from_world"), 3, &rows[0].x);
 }
 
+// The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
+// cells.
+struct ZoneMesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::u8vec3> colors;
+  std::vector<glm::u16vec4> shares;  // 65535 is 1
+  std::vector<glm::uvec3> faces;     // in the mesh's order
+};
+
+ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors, const CellShares& shares) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  ZoneMesh copy;
+  std::vector<std::uint32_t> zone;  // of each copied vertex
+  std::vector<std::uint32_t> newest(mesh.positions.size(), kNone);
+  std::vector<std::uint32_t> older;  // the next copy of the same vertex
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    glm::uvec3& corners = copy.faces.emplace_back();
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t vertex = mesh.faces[face][corner];
+      std::uint32_t found = newest[vertex];
+      while (found != kNone && zone[found] != shares.zone_of_face[face]) found = older[found];
+      if (found == kNone) {
+        found = static_cast<std::uint32_t>(zone.size());
+        zone.push_back(shares.zone_of_face[face]);
+        older.push_back(std::exchange(newest[vertex], found));
+        copy.positions.push_back(mesh.positions[vertex]);
+        copy.colors.push_back(colors[vertex]);
+        const glm::vec4& of_cells = shares.corners[face][static_cast<std::size_t>(corner)];
+        copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
+      }
+      corners[corner] = found;
+    }
+  }
+  return copy;
+}
+
 }  // namespace
 
 std::uint64_t layer_bytes(const Snapshot& snapshot) {
@@ -154,15 +196,20 @@ struct Renderer::State {
   GlProgram blend_program = make_program("blend", k_screen_vert, with_blend_limit(k_blend_frag));
   GlVertexArray no_vertices;
   GlVertexArray mesh;
-  GlBuffer positions, colors, faces, cell_of_face, offsets, slots, views, cell_seen;
+  GlBuffer positions, colors, shares, faces, cell_of_face, zone_of_face, zones, offsets, slots, views, cell_seen;
   GlTexture photographs, depths;
   GLsizei index_count = 0;
   double near_depth = 0;
   NearbyExposure nearby_exposure;
+  // What share_cells() needs again for another width.
+  std::shared_ptr<const Surface> surface;
+  std::vector<glm::u8vec3> vertex_colors;
+  std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
   Targets targets;
 
-  void load_mesh(const Snapshot& snapshot);
+  void load_shares(double width);
+  void load_mesh(const ZoneMesh& copy);
   void load_views(const Snapshot& snapshot);
   void load_tables(const Snapshot& snapshot);
   void draw_surface(const Camera& camera) const;
@@ -170,26 +217,38 @@ struct Renderer::State {
   [[nodiscard]] Rendering read_back() const;
 };
 
-void Renderer::State::load_mesh(const Snapshot& snapshot) {
-  const Mesh& surface = snapshot.surface->mesh;
-  positions = make_buffer(surface.positions);
-  colors = make_buffer(snapshot.vertex_colors);
-  faces = make_buffer(surface.faces);
-  index_count = static_cast<GLsizei>(3 * surface.faces.size());
+// Mesh and zones for a width as in BlendOptions.
+void Renderer::State::load_shares(double width) {
+  if (border_width == width) return;
+  border_width.reset();
+  const CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
+  zone_of_face = make_buffer(cell_shares.zone_of_face);
+  zones = make_buffer(cell_shares.zones);
+  load_mesh(zone_mesh(surface->mesh, vertex_colors, cell_shares));
+  border_width = width;
+}
+
+void Renderer::State::load_mesh(const ZoneMesh& copy) {
+  positions = make_buffer(copy.positions);
+  colors = make_buffer(copy.colors);
+  shares = make_buffer(copy.shares);
+  faces = make_buffer(copy.faces);
+  index_count = static_cast<GLsizei>(3 * copy.faces.size());
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   mesh = GlVertexArray(name);
   glVertexArrayVertexBuffer(name, 0, positions.get(), 0, sizeof(glm::vec3));
   glVertexArrayVertexBuffer(name, 1, colors.get(), 0, sizeof(glm::u8vec3));
+  glVertexArrayVertexBuffer(name, 2, shares.get(), 0, sizeof(glm::u16vec4));
   glVertexArrayAttribFormat(name, 0, 3, GL_FLOAT, GL_FALSE, 0);
   glVertexArrayAttribFormat(name, 1, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
-  for (const GLuint attribute : {0u, 1u}) {
+  glVertexArrayAttribFormat(name, 2, 4, GL_UNSIGNED_SHORT, GL_TRUE, 0);
+  for (const GLuint attribute : {0u, 1u, 2u}) {
     glVertexArrayAttribBinding(name, attribute, attribute);
     glEnableVertexArrayAttrib(name, attribute);
   }
   glVertexArrayElementBuffer(name, faces.get());
-  const Bounds box = bounds(surface);
-  near_depth = kNearShare * glm::length(box.max - box.min);
+  check_gl("loading the mesh");
 }
 
 void Renderer::State::load_views(const Snapshot& snapshot) {
@@ -233,6 +292,7 @@ void Renderer::State::draw_surface(const Camera& camera) const {
   glClearNamedFramebufferuiv(target, GL_COLOR, 0, no_face.data());
   glClearNamedFramebufferfv(target, GL_COLOR, 1, zero.data());
   glClearNamedFramebufferfv(target, GL_COLOR, 2, zero.data());
+  glClearNamedFramebufferfv(target, GL_COLOR, 3, zero.data());
   glClearNamedFramebufferfv(target, GL_DEPTH, 0, zero.data());
   glBindFramebuffer(GL_FRAMEBUFFER, target);
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
@@ -272,10 +332,11 @@ void Renderer::State::draw_blend(const Camera& camera, const BlendOptions& optio
   glProgramUniform1f(name, location(program, "occlusion_tolerance"), static_cast<float>(options.occlusion_tolerance));
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
-  const std::array buffers{cell_of_face.get(), offsets.get(), slots.get(), views.get(), cell_seen.get()};
+  const std::array buffers{cell_of_face.get(), offsets.get(),      slots.get(), views.get(),
+                           cell_seen.get(),    zone_of_face.get(), zones.get()};
   glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
-  const std::array textures{photographs.get(), depths.get(), targets.face.get(), targets.depth.get(),
-                            targets.fallback.get()};
+  const std::array textures{photographs.get(),   depths.get(),           targets.face.get(),
+                            targets.depth.get(), targets.fallback.get(), targets.shares.get()};
   glBindTextures(0, static_cast<GLsizei>(textures.size()), textures.data());
   glBindVertexArray(no_vertices.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -318,7 +379,11 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 void Renderer::load(const Snapshot& snapshot) {
   state_->loaded = false;
-  state_->load_mesh(snapshot);
+  state_->surface = snapshot.surface;
+  state_->vertex_colors = snapshot.vertex_colors;
+  state_->border_width.reset();
+  const Bounds box = bounds(snapshot.surface->mesh);
+  state_->near_depth = kNearShare * glm::length(box.max - box.min);
   state_->load_views(snapshot);
   state_->load_tables(snapshot);
   state_->nearby_exposure = NearbyExposure(snapshot);
@@ -333,6 +398,7 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
     state_->targets = {};
     state_->targets = make_targets(camera.width, camera.height);
   }
+  state_->load_shares(options.border_width);
   state_->draw_surface(camera);
   state_->draw_blend(camera, options);
   return state_->read_back();

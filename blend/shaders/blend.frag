@@ -16,12 +16,15 @@ layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };     // 
 layout(std430, binding = 2) readonly buffer References { uint slots[]; };
 layout(std430, binding = 3) readonly buffer Views { View views[]; };         // by slot = layer
 layout(std430, binding = 4) readonly buffer CellSeen { uint cell_seen[]; };
+layout(std430, binding = 5) readonly buffer ZoneOfFace { uint zone_of_face[]; };
+layout(std430, binding = 6) readonly buffer Zones { uvec4 zones[]; };  // cells that share a face
 
 layout(binding = 0) uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
 layout(binding = 1) uniform sampler2DArray depths;       // z
 layout(binding = 2) uniform usampler2D faces;
 layout(binding = 3) uniform sampler2D surface_depth;
 layout(binding = 4) uniform sampler2D fallback_color;
+layout(binding = 5) uniform sampler2D cell_shares;  // of the zone's cells
 
 uniform vec4 cam_from_world[3];
 uniform vec4 intrinsics;
@@ -109,6 +112,20 @@ bool blend(uint cell, vec3 world, out vec3 color) {
   return true;
 }
 
+// The mean of what the cells of a zone make of a place, by their shares.
+bool blend_cells(uvec4 cells, vec4 shares, vec3 world, out vec3 color) {
+  float total = 0.0;
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < 4; ++i) {
+    vec3 of_cell;
+    if (!(shares[i] > 0.0) || !blend(cells[i], world, of_cell)) continue;
+    total += shares[i];
+    sum += shares[i] * of_cell;
+  }
+  color = sum / total;
+  return total > 0.0;
+}
+
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   uint face = texelFetch(faces, pixel, 0).x;
@@ -118,12 +135,11 @@ void main() {
   }
   vec2 image = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
   vec3 world = world_from_pixel(image, texelFetch(surface_depth, pixel, 0).x);
-  uint cell = cell_of_face[face];
   vec3 color;
   float state = kTextured;
-  if (!blend(cell, world, color)) {
+  if (!blend_cells(zones[zone_of_face[face]], texelFetch(cell_shares, pixel, 0), world, color)) {
     color = texelFetch(fallback_color, pixel, 0).rgb;
-    state = cell_seen[cell] != 0u ? kUntextured : kUnseen;
+    state = cell_seen[cell_of_face[face]] != 0u ? kUntextured : kUnseen;
   }
   picture = vec4(srgb_from_linear(exposure * color), state / 255.0);
 }
