@@ -23,41 +23,52 @@ std::vector<float> inverse_depths(const VisibilityBuffer& visible) {
   return inverse;
 }
 
-// Inverse depth of the pixels that lie on one surface with their neighbours in both directions, 0 elsewhere and along
-// the picture's border.
+constexpr std::size_t kMargin = 2;  // pixels that smoothing reaches to either side
+
+// Inverse depth of the pixels that lie on one surface with all that smoothing mixes, 0 elsewhere and along the
+// picture's border.
 std::vector<float> whole_inverse_depths(const VisibilityBuffer& visible) {
   const std::size_t width = visible.width;
   const std::vector<float> inverse = inverse_depths(visible);  // 0 where no surface is
   std::vector<float> whole(inverse.size(), 0.0F);
-  for (std::size_t y = 1; y + 1 < visible.height; ++y) {
-    for (std::size_t x = 1; x + 1 < width; ++x) {
+  for (std::size_t y = kMargin; y + kMargin < visible.height; ++y) {
+    for (std::size_t x = kMargin; x + kMargin < width; ++x) {
       const std::size_t middle = y * width + x;
       const auto straight = [&](std::size_t stride) {
         const float bend = inverse[middle - stride] - 2 * inverse[middle] + inverse[middle + stride];
         return std::abs(bend) <= kBend * inverse[middle];
       };
-      const bool on_one_surface = straight(1) && straight(width) && straight(width - 1) && straight(width + 1);
+      bool on_one_surface = true;
+      for (std::size_t far = 1; far <= kMargin; ++far) {
+        for (const std::size_t stride : {std::size_t{1}, width - 1, width, width + 1}) {
+          on_one_surface = on_one_surface && straight(far * stride);
+        }
+      }
       if (on_one_surface) whole[middle] = inverse[middle];
     }
   }
   return whole;
 }
 
-// Of one channel, 0 along the picture's border.
-std::vector<float> smoothed_error(const Photograph& rendering, const Photograph& truth, std::size_t channel) {
-  const std::size_t width = truth.width;
-  const auto error = [&](std::size_t pixel) {
-    return static_cast<float>(rendering.rgb[3 * pixel + channel]) - static_cast<float>(truth.rgb[3 * pixel + channel]);
-  };
-  std::vector<float> smooth(width * truth.height, 0.0F);
-  for (std::size_t y = 1; y + 1 < truth.height; ++y) {
-    for (std::size_t x = 1; x + 1 < width; ++x) {
-      const std::size_t middle = y * width + x;
-      const auto row = [&](std::size_t at) { return error(at - 1) + 2 * error(at) + error(at + 1); };
-      smooth[middle] = (row(middle - width) + 2 * row(middle) + row(middle + width)) / 16;
-    }
+// (1 4 6 4 1)/16 along one direction; what reaches over the ends is 0.
+std::vector<float> smoothed(const std::vector<float>& values, std::size_t stride) {
+  std::vector<float> result(values.size(), 0.0F);
+  for (std::size_t i = kMargin * stride; i + kMargin * stride < values.size(); ++i) {
+    result[i] = (values[i - 2 * stride] + 4 * values[i - stride] + 6 * values[i] + 4 * values[i + stride] +
+                 values[i + 2 * stride]) /
+                16;
   }
-  return smooth;
+  return result;
+}
+
+// Of one channel; of no use within kMargin of the picture's border.
+std::vector<float> smoothed_error(const Photograph& rendering, const Photograph& truth, std::size_t channel) {
+  std::vector<float> error(std::size_t{truth.width} * truth.height);
+  for (std::size_t pixel = 0; pixel < error.size(); ++pixel) {
+    error[pixel] =
+        static_cast<float>(rendering.rgb[3 * pixel + channel]) - static_cast<float>(truth.rgb[3 * pixel + channel]);
+  }
+  return smoothed(smoothed(error, 1), truth.width);
 }
 
 // Bilinear interpolation between four pixels.

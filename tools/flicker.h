@@ -7,8 +7,8 @@
 //   F = sqrt(mean over X and channels of (e_{t+1}(X) - e_t(X))^2)      8-bit sRGB levels
 //
 // An error that stays on the surface, blur for one, is no flicker; a reflection that should move and does not, is.
-// e is smoothed by (1 2 1)/4 along rows and columns first: X falls between pixels in the next frame, and what
-// interpolation takes from detail of one pixel's size would count as change.
+// e is smoothed by (1 4 6 4 1)/16 along rows and columns first: X falls between pixels in the next frame, and what
+// interpolation takes from detail of a pixel's size would count as change.
 #pragma once
 
 #include <cstddef>
@@ -31,8 +31,8 @@ struct Flicker {
 class FlickerMeter {
  public:
   // `visible` is what the camera sees at its own size, which the pictures have too (std::invalid_argument otherwise).
-  // A point is followed if it is the middle of a pixel that lies with its eight neighbours on one smooth surface, and
-  // if the four pixels around it in the next frame do so too and are within 1 % of its depth there.
+  // A point is followed if it is the middle of a pixel that lies with those within two pixels on one smooth surface,
+  // and if the four pixels around it in the next frame do so too and are within 1 % of its depth there.
   void add(const Camera& camera, const VisibilityBuffer& visible, const Photograph& rendering, const Photograph& truth);
 
   [[nodiscard]] Flicker flicker() const;
