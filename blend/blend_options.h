@@ -7,7 +7,8 @@
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
 //   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
 //
-// valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth.
+// valid is the mask of
+// atlas/validity.h, interpolated, where X is not behind the stored depth.
 #pragma once
 
 #include <cstdint>
@@ -16,6 +17,10 @@ namespace lumatlas {
 
 // Above this many blended views the shader's registers spill; shared with the shader.
 inline constexpr std::uint32_t kMaxBlendedViews = 8;
+
+// How many of a photograph's pixels one of the picture's may cover before a coarser level is sampled; shared with the
+// shader. Above 1, so that a picture from about where a photograph was taken is as sharp as that.
+inline constexpr double kSharpFootprint = 1.4;
 
 struct BlendOptions {
   enum class Position {
@@ -32,7 +37,9 @@ struct BlendOptions {
   bool fade_last = true;                 // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
-  double occlusion_tolerance = 0.02;     // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
+  double border_width =
+      0.25;  // over which neighbouring cells fade into each other, of the cell size, [0, 1]; printed: 0
+  double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();
 };

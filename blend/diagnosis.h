@@ -13,6 +13,8 @@ namespace lumatlas {
 
 inline constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
 
+// Of the pixel's own cell: that its neighbours' views are mixed in along its border (BlendOptions::border_width) is
+// left out, also from the state.
 struct PixelDiagnosis {
   // Of the views that the cell refers to: how many are valid here, whatever they weigh. Section 3.1's valid() > 0.
   std::uint32_t valid_views = 0;

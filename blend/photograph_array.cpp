@@ -203,7 +203,7 @@ void PhotographArray::bind(const GlProgram& program) const {
   glProgramUniform2ui(name, uniform("page_slots"), shape_.columns, shape_.rows);
   glBindTextureUnit(0, photographs_.get());
   glBindTextureUnit(1, depths_.get());
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 5, tile_slots_.get());
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 7, tile_slots_.get());
 }
 
 }  // namespace lumatlas

@@ -40,7 +40,7 @@ class PhotographArray {
   // then gone.
   void load(const Snapshot& snapshot);
 
-  // Sets the uniforms and binds the textures (units 0 and 1) and the buffer (5) that shaders/blend.frag reads.
+  // Sets the uniforms and binds the textures (units 0 and 1) and the buffer (7) that shaders/blend.frag reads.
   void bind(const GlProgram& program) const;
   // Of a view: the number of its first tile in that buffer, and of its columns of tiles.
   [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }

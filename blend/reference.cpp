@@ -14,6 +14,7 @@
 
 #include "atlas/image_levels.h"
 #include "atlas/srgb.h"
+#include "blend/cell_shares.h"
 #include "blend/exposure.h"
 
 namespace lumatlas {
@@ -26,7 +27,7 @@ struct Sample {
   double validity = 0;
 };
 
-struct Candidate {
+struct WeightedColor {
   double weight = 0;
   glm::dvec3 color{0.0};
   bool valid = false;  // whatever it weighs
@@ -72,7 +73,8 @@ Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
 
 // Between the two levels whose texels are next to the footprint: how many pixels one of the picture's covers.
 Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint) {
-  const double level = std::clamp(std::log2(std::max(footprint, 1.0)), 0.0, static_cast<double>(levels.size() - 1));
+  const double level =
+      std::clamp(std::log2(std::max(footprint / kSharpFootprint, 1.0)), 0.0, static_cast<double>(levels.size() - 1));
   const auto fine = static_cast<std::size_t>(level);
   const double share = level - std::floor(level);
   Sample sample = bilinear(levels[fine], image / std::exp2(std::floor(level)));
@@ -95,8 +97,8 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
 }
 
 // `z` is the point's depth in the novel camera.
-Candidate candidate(const Source& source, std::uint32_t slot, const glm::dvec3& world, double z, const Camera& novel,
-                    const BlendOptions& options) {
+WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm::dvec3& world, double z,
+                            const Camera& novel, const BlendOptions& options) {
   const Snapshot& snapshot = source.snapshot;
   const StoredView& view = *snapshot.views[slot];
   const double weight = geometric_weight(world, novel.center(), view.camera.center(), options);
@@ -113,13 +115,13 @@ Candidate candidate(const Source& source, std::uint32_t slot, const glm::dvec3& 
   return {weight * sample.validity, snapshot.gains[slot] * sample.color, sample.validity > 0};
 }
 
-// The K best candidates' mean colour, by their weights above the next best one's. False where no view is valid.
+// The K best views' mean colour, by their weights above the next best one's. False where no view is valid.
 bool blend(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
            const Camera& novel, const BlendOptions& options, glm::dvec3& color) {
-  std::array<Candidate, kMaxBlendedViews + 1> best{};
+  std::array<WeightedColor, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
   for (const std::uint32_t slot : slots) {
-    Candidate next = candidate(source, slot, world, z, novel, options);
+    WeightedColor next = color_in_view(source, slot, world, z, novel, options);
     for (std::size_t rank = 0; rank < kept; ++rank) {
       if (next.weight > best[rank].weight) std::swap(next, best[rank]);
     }
@@ -138,50 +140,90 @@ bool blend(const Source& source, std::span<const std::uint32_t> slots, const glm
   return true;
 }
 
-glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm::dvec3& world) {
-  const auto& linear = linear_from_srgb8();
-  const Mesh& mesh = snapshot.surface->mesh;
+// Barycentric coordinates of a point on a face, each in [0, 1], sum 1; those of its first corner if it has no area.
+glm::dvec3 corner_weights(const Mesh& mesh, std::uint32_t face, const glm::dvec3& world) {
   const glm::uvec3 corners = mesh.faces[face];
   const glm::dvec3 a(mesh.positions[corners.x]);
   const glm::dvec3 b(mesh.positions[corners.y]);
   const glm::dvec3 c(mesh.positions[corners.z]);
   const glm::dvec3 normal = glm::cross(b - a, c - a);
   const double area = glm::dot(normal, normal);
-  glm::dvec3 weights(1, 0, 0);
-  if (area > 0) {
-    weights.y = glm::dot(glm::cross(world - a, c - a), normal) / area;
-    weights.z = glm::dot(glm::cross(b - a, world - a), normal) / area;
-    weights = glm::clamp(glm::dvec3(1 - weights.y - weights.z, weights.y, weights.z), 0.0, 1.0);
-  }
-  glm::dvec3 color(0);
-  for (int corner = 0; corner < 3; ++corner) {
-    const glm::u8vec3 srgb = snapshot.vertex_colors[corners[corner]];
-    color += weights[corner] * glm::dvec3(linear[srgb.r], linear[srgb.g], linear[srgb.b]);
-  }
-  return color / (weights.x + weights.y + weights.z);
+  if (!(area > 0)) return {1, 0, 0};
+  const double y = glm::dot(glm::cross(world - a, c - a), normal) / area;
+  const double z = glm::dot(glm::cross(b - a, world - a), normal) / area;
+  const glm::dvec3 weights = glm::clamp(glm::dvec3(1 - y - z, y, z), 0.0, 1.0);
+  return weights / (weights.x + weights.y + weights.z);
 }
 
-void shade(const Source& source, const Camera& camera, const VisibilityBuffer& visible, const BlendOptions& options,
-           const glm::dvec3& exposure, std::size_t pixel, Rendering& rendering) {
-  const Snapshot& snapshot = source.snapshot;
-  const std::uint32_t face = visible.face[pixel];
+glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm::dvec3& weights) {
+  const auto& linear = linear_from_srgb8();
+  glm::dvec3 color(0);
+  for (int corner = 0; corner < 3; ++corner) {
+    const glm::u8vec3 srgb = snapshot.vertex_colors[snapshot.surface->mesh.faces[face][corner]];
+    color += weights[corner] * glm::dvec3(linear[srgb.r], linear[srgb.g], linear[srgb.b]);
+  }
+  return color;
+}
+
+// What is the same for every pixel of a picture.
+struct Picture {
+  const Source& source;
+  const Camera& camera;
+  const VisibilityBuffer& visible;
+  const BlendOptions& options;
+  glm::dvec3 exposure;
+  CellShares shares;
+};
+
+glm::dvec4 shares_at(const CellShares& shares, std::uint32_t face, const glm::dvec3& weights) {
+  glm::dvec4 sum(0);
+  for (int corner = 0; corner < 3; ++corner) {
+    sum += weights[corner] * glm::dvec4(shares.corners[face][static_cast<std::size_t>(corner)]);
+  }
+  return sum;
+}
+
+// The mean of what the cells of a face make of a point on it, by their shares. False where no view of any is valid.
+bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& shares, const glm::dvec3& world,
+                 double z, glm::dvec3& color) {
+  const Snapshot& snapshot = picture.source.snapshot;
+  const CellShares::Zone& zone = picture.shares.zones[picture.shares.zone_of_face[face]];
+  double total = 0;
+  glm::dvec3 sum(0);
+  for (int i = 0; i < static_cast<int>(kCellsPerZone); ++i) {
+    if (!(shares[i] > 0)) continue;
+    glm::dvec3 of_cell;
+    const auto slots = snapshot.references.of_cell(zone[static_cast<std::size_t>(i)]);
+    if (!blend(picture.source, slots, world, z, picture.camera, picture.options, of_cell)) continue;
+    total += shares[i];
+    sum += shares[i] * of_cell;
+  }
+  color = sum / total;
+  return total > 0;
+}
+
+void shade(const Picture& picture, std::size_t pixel, Rendering& rendering) {
+  const std::uint32_t face = picture.visible.face[pixel];
   if (face == kNoFace) return;
+  const Camera& camera = picture.camera;
+  const Snapshot& snapshot = picture.source.snapshot;
   const std::size_t x = pixel % camera.width;
   const std::size_t y = pixel / camera.width;
   const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
-  const auto z = static_cast<double>(visible.depth[pixel]);
+  const auto z = static_cast<double>(picture.visible.depth[pixel]);
   const glm::dvec3 world = camera.center() + z * camera.ray(image);
-  const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
+  const glm::dvec3 weights = corner_weights(snapshot.surface->mesh, face, world);
   glm::dvec3 color;
-  if (blend(source, snapshot.references.of_cell(cell), world, z, camera, options, color)) {
+  if (blend_cells(picture, face, shares_at(picture.shares, face, weights), world, z, color)) {
     rendering.state[pixel] = PixelState::textured;
   } else {
-    color = vertex_color(snapshot, face, world);
+    color = vertex_color(snapshot, face, weights);
+    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
     rendering.state[pixel] = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
   }
   for (int channel = 0; channel < 3; ++channel) {
     rendering.picture.rgb[3 * pixel + static_cast<std::size_t>(channel)] =
-        srgb8_from_linear(exposure[channel] * color[channel]);
+        srgb8_from_linear(picture.exposure[channel] * color[channel]);
   }
 }
 
@@ -190,7 +232,7 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
   PixelDiagnosis pixel;
   std::vector<double> weights;
   for (const std::uint32_t slot : slots) {
-    const Candidate next = candidate(source, slot, world, z, novel, options);
+    const WeightedColor next = color_in_view(source, slot, world, z, novel, options);
     if (next.valid) ++pixel.valid_views;
     if (next.weight > 0 && (weights.empty() || next.weight > *std::max_element(weights.begin(), weights.end()))) {
       pixel.winner = slot;
@@ -213,7 +255,9 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
 
 Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
                              const BlendOptions& options) {
-  Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, options).state, {}};
+  BlendOptions of_own_cell = options;
+  of_own_cell.border_width = 0;
+  Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, of_own_cell).state, {}};
   diagnosis.pixels.resize(diagnosis.state.size());
   const Source source(snapshot, options);
   tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
@@ -238,7 +282,12 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
   const Source source(snapshot, options);
-  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
+  const Picture picture{source,
+                        camera,
+                        visible,
+                        options,
+                        picture_exposure(NearbyExposure(snapshot), camera, options),
+                        share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size)};
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Rendering rendering;
   rendering.picture.width = camera.width;
@@ -248,7 +297,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-                        shade(source, camera, visible, options, exposure, pixel, rendering);
+                        shade(picture, pixel, rendering);
                       }
                     });
   return rendering;

@@ -8,10 +8,14 @@
 #include <array>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <glm/gtc/type_precision.hpp>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
+#include "blend/cell_shares.h"
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
 #include "blend/photograph_array.h"
@@ -80,7 +84,7 @@ std::vector<ViewBlock> view_blocks(const Snapshot& snapshot, const PhotographArr
 struct Targets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  GlTexture face, depth, fallback, z_buffer, picture;
+  GlTexture face, depth, fallback, shares, z_buffer, picture;
   GlFramebuffer surface_pass, blend_pass;
 };
 
@@ -94,22 +98,25 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
   targets.face = make_texture_2d(GL_R32UI, w, h);
   targets.depth = make_texture_2d(GL_R32F, w, h);
   targets.fallback = make_texture_2d(GL_RGBA16F, w, h);
+  targets.shares = make_texture_2d(GL_RGBA16, w, h);
   targets.z_buffer = make_texture_2d(GL_DEPTH_COMPONENT32F, w, h);
   targets.picture = make_texture_2d(GL_RGBA8, w, h);
-  targets.surface_pass = make_framebuffer({&targets.face, &targets.depth, &targets.fallback}, &targets.z_buffer);
+  targets.surface_pass =
+      make_framebuffer({&targets.face, &targets.depth, &targets.fallback, &targets.shares}, &targets.z_buffer);
   targets.blend_pass = make_framebuffer({&targets.picture}, nullptr);
   return targets;
 }
 
-std::string with_blend_limit(std::string_view source) {
+std::string with_limits(std::string_view source) {
   std::string text(source);
-  text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) + "\n");
+  text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) +
+                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) + "\n");
   return text;
 }
 
 // The blend pass with another output, for those who ask for it: the usual picture pays nothing.
 GlProgram make_blend_variant(const std::string& name) {
-  std::string text = with_blend_limit(k_blend_frag);
+  std::string text = with_limits(k_blend_frag);
   text.insert(text.find('\n') + 1, "#define " + name + "\n");
   return make_program("blend, " + name, k_screen_vert, text);
 }
@@ -154,6 +161,42 @@ void set_pose(const GlProgram& program, const Camera& camera) {
   glProgramUniform4fv(program.get(), location(program, "cam_from_world"), 3, &rows[0].x);
 }
 
+// The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
+// cells.
+struct ZoneMesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::u8vec3> colors;
+  std::vector<glm::u16vec4> shares;  // 65535 is 1
+  std::vector<glm::uvec3> faces;     // in the mesh's order
+};
+
+ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors, const CellShares& shares) {
+  constexpr std::uint32_t kNone = 0xFFFFFFFF;
+  ZoneMesh copy;
+  std::vector<std::uint32_t> zone;  // of each copied vertex
+  std::vector<std::uint32_t> newest(mesh.positions.size(), kNone);
+  std::vector<std::uint32_t> older;  // the next copy of the same vertex
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    glm::uvec3& corners = copy.faces.emplace_back();
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t vertex = mesh.faces[face][corner];
+      std::uint32_t found = newest[vertex];
+      while (found != kNone && zone[found] != shares.zone_of_face[face]) found = older[found];
+      if (found == kNone) {
+        found = static_cast<std::uint32_t>(zone.size());
+        zone.push_back(shares.zone_of_face[face]);
+        older.push_back(std::exchange(newest[vertex], found));
+        copy.positions.push_back(mesh.positions[vertex]);
+        copy.colors.push_back(colors[vertex]);
+        const glm::vec4& of_cells = shares.corners[face][static_cast<std::size_t>(corner)];
+        copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
+      }
+      corners[corner] = found;
+    }
+  }
+  return copy;
+}
+
 }  // namespace
 
 std::uint64_t array_bytes(const Snapshot& snapshot) {
@@ -162,19 +205,24 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
 
 struct Renderer::State {
   GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
-  GlProgram blend_program = make_program("blend", k_screen_vert, with_blend_limit(k_blend_frag));
+  GlProgram blend_program = make_program("blend", k_screen_vert, with_limits(k_blend_frag));
   GlProgram linear_program, diagnosis_program;  // made when they are first asked for
   GlVertexArray no_vertices;
   GlVertexArray mesh;
-  GlBuffer positions, colors, faces, cell_of_face, offsets, slots, views, cell_seen;
+  GlBuffer positions, colors, shares, faces, cell_of_face, zone_of_face, zones, offsets, slots, views, cell_seen;
   PhotographArray photographs;
   GLsizei index_count = 0;
   double near_depth = 0;
   NearbyExposure nearby_exposure;
+  // What share_cells() needs again for another width.
+  std::shared_ptr<const Surface> surface;
+  std::vector<glm::u8vec3> vertex_colors;
+  std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
   Targets targets;
 
-  void load_mesh(const Snapshot& snapshot);
+  void load_shares(double width);
+  void load_mesh(const ZoneMesh& copy);
   void load_tables(const Snapshot& snapshot);
   void draw_surface(const Camera& camera) const;
   void draw_blend(const GlProgram& program, const GlFramebuffer& target, const Camera& camera,
@@ -182,26 +230,38 @@ struct Renderer::State {
   [[nodiscard]] Rendering read_back() const;
 };
 
-void Renderer::State::load_mesh(const Snapshot& snapshot) {
-  const Mesh& surface = snapshot.surface->mesh;
-  positions = make_buffer(surface.positions);
-  colors = make_buffer(snapshot.vertex_colors);
-  faces = make_buffer(surface.faces);
-  index_count = static_cast<GLsizei>(3 * surface.faces.size());
+// Mesh and zones for a width as in BlendOptions.
+void Renderer::State::load_shares(double width) {
+  if (border_width == width) return;
+  border_width.reset();
+  const CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
+  zone_of_face = make_buffer(cell_shares.zone_of_face);
+  zones = make_buffer(cell_shares.zones);
+  load_mesh(zone_mesh(surface->mesh, vertex_colors, cell_shares));
+  border_width = width;
+}
+
+void Renderer::State::load_mesh(const ZoneMesh& copy) {
+  positions = make_buffer(copy.positions);
+  colors = make_buffer(copy.colors);
+  shares = make_buffer(copy.shares);
+  faces = make_buffer(copy.faces);
+  index_count = static_cast<GLsizei>(3 * copy.faces.size());
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   mesh = GlVertexArray(name);
   glVertexArrayVertexBuffer(name, 0, positions.get(), 0, sizeof(glm::vec3));
   glVertexArrayVertexBuffer(name, 1, colors.get(), 0, sizeof(glm::u8vec3));
+  glVertexArrayVertexBuffer(name, 2, shares.get(), 0, sizeof(glm::u16vec4));
   glVertexArrayAttribFormat(name, 0, 3, GL_FLOAT, GL_FALSE, 0);
   glVertexArrayAttribFormat(name, 1, 3, GL_UNSIGNED_BYTE, GL_TRUE, 0);
-  for (const GLuint attribute : {0u, 1u}) {
+  glVertexArrayAttribFormat(name, 2, 4, GL_UNSIGNED_SHORT, GL_TRUE, 0);
+  for (const GLuint attribute : {0u, 1u, 2u}) {
     glVertexArrayAttribBinding(name, attribute, attribute);
     glEnableVertexArrayAttrib(name, attribute);
   }
   glVertexArrayElementBuffer(name, faces.get());
-  const Bounds box = bounds(surface);
-  near_depth = kNearShare * glm::length(box.max - box.min);
+  check_gl("loading the mesh");
 }
 
 void Renderer::State::load_tables(const Snapshot& snapshot) {
@@ -225,6 +285,7 @@ void Renderer::State::draw_surface(const Camera& camera) const {
   glClearNamedFramebufferuiv(target, GL_COLOR, 0, no_face.data());
   glClearNamedFramebufferfv(target, GL_COLOR, 1, zero.data());
   glClearNamedFramebufferfv(target, GL_COLOR, 2, zero.data());
+  glClearNamedFramebufferfv(target, GL_COLOR, 3, zero.data());
   glClearNamedFramebufferfv(target, GL_DEPTH, 0, zero.data());
   glBindFramebuffer(GL_FRAMEBUFFER, target);
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
@@ -265,10 +326,11 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
   glProgramUniform1i(name, location(program, "prefilter"), options.prefilter);
-  const std::array buffers{cell_of_face.get(), offsets.get(), slots.get(), views.get(), cell_seen.get()};
+  const std::array buffers{cell_of_face.get(), offsets.get(),      slots.get(), views.get(),
+                           cell_seen.get(),    zone_of_face.get(), zones.get()};
   glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
   photographs.bind(program);
-  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get()};
+  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get(), targets.shares.get()};
   glBindTextures(2, static_cast<GLsizei>(textures.size()), textures.data());
   glBindVertexArray(no_vertices.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -311,7 +373,11 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 void Renderer::load(const Snapshot& snapshot) {
   state_->loaded = false;
-  state_->load_mesh(snapshot);
+  state_->surface = snapshot.surface;
+  state_->vertex_colors = snapshot.vertex_colors;
+  state_->border_width.reset();
+  const Bounds box = bounds(snapshot.surface->mesh);
+  state_->near_depth = kNearShare * glm::length(box.max - box.min);
   state_->photographs.load(snapshot);
   state_->load_tables(snapshot);
   state_->nearby_exposure = NearbyExposure(snapshot);
@@ -327,6 +393,7 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
     state_->targets = {};
     state_->targets = make_targets(camera.width, camera.height);
   }
+  state_->load_shares(options.border_width);
   state_->draw_surface(camera);
 }
 

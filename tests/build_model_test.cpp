@@ -45,6 +45,7 @@ BuildOptions options_for(std::uint32_t max_views, ViewChoice choice = ViewChoice
   options.choice = choice;
   options.refine = RefineMode::none;
   options.planner.min_view_gain = 0;
+  options.tiles = kWholeViews;
   options.quiet = true;
   return options;
 }
@@ -167,6 +168,29 @@ TEST_CASE("the stored views never take more than the budget, whoever chooses, an
   options.choice = ViewChoice::online;
   options.max_views = 3;  // the tighter bound counts
   CHECK(stored(build_model(small_scene(), options)).size() == 3);
+}
+
+TEST_CASE("the texture array of tiles never takes more than its budget, and photographs have theirs") {
+  BuildOptions options = options_for(100);
+  options.tiles = {16, 2, 0};
+  const BuildResult unbounded = build_model(small_scene(), options);
+  const std::uint64_t needed = slot_bytes(options.tiles) * unbounded.snapshot.tiles.resident_tiles();
+  CHECK(summary(unbounded, options)["bytes"]["resident"] == needed);
+  CHECK(summary(unbounded, options)["bytes"]["budget"].is_null());
+  for (const std::uint64_t share : {2, 5, 50}) {
+    options.array_bytes = needed / share;
+    const BuildResult result = build_model(small_scene(), options);
+    const nlohmann::json bytes = summary(result, options)["bytes"];
+    CHECK(stored(result).size() == kViews);  // the photographs stay, so that tiles can be chosen from them
+    CHECK(bytes["budget"] == options.array_bytes);
+    CHECK(bytes["resident"] <= options.array_bytes);
+    CHECK(bytes["resident"] > options.array_bytes / 2);
+    CHECK(bytes["photographs"] == kViews * kBytesPerView);
+  }
+  options.planner.max_bytes = 3 * kBytesPerView;
+  CHECK(stored(build_model(small_scene(), options)).size() == 3);
+  options.array_bytes = slot_bytes(options.tiles) - 1;
+  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("must be at least what a tile takes"));
 }
 
 TEST_CASE("a view that is larger than the budget is named with its bytes before anything is planned") {

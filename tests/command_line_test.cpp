@@ -89,7 +89,7 @@ struct Made {
   std::string scene = (folder / "scene").string();
   std::string model = (folder / "model").string();
   Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48",
-                            "--samples", "2", "--triangles", "3000", "--quiet"});
+                            "--samples", "2", "--triangles", "3000", "--path-frames", "3", "--quiet"});
   Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
 };
 const Made& made() {
@@ -179,6 +179,14 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--budget", "1.5GiB"},
       {"build", made().scene, "-o", out, "--budget", "12 parsecs"},
       {"build", made().scene, "-o", out, "--budget", "99999999999TiB"},
+      {"build", made().scene, "-o", out, "--budget", "0texels"},
+      {"build", made().scene, "-o", out, "--budget", "3texts"},
+      {"build", made().scene, "-o", out, "--tile", "12"},
+      {"build", made().scene, "-o", out, "--gutter", "3"},
+      {"build", made().scene, "-o", out, "--layout", "quilt"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--tile", "64"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--photographs", "1MiB"},
+      {"build", made().scene, "-o", out, "--budget", "100"},
       {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
@@ -251,12 +259,13 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
   check_failure(lumatlas({"validate", made().scene, "--views", made().scene}), "name a folder that `lumatlas build`");
   check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--path", "/nowhere"}), "/nowhere");
   check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
                 "--hold and --block");
   check_failure(lumatlas({"render", made().model, "--path", "/no.json", "-o", out}), "/no.json");
   check_failure(lumatlas({"render", made().model, "--path", made().scene + "/mesh.ply", "-o", out}), "is not JSON");
   check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
-  check_failure(lumatlas({"build", made().scene, "-o", out, "--budget", "20KiB"}),
+  check_failure(lumatlas({"build", made().scene, "-o", out, "--layout", "layers", "--budget", "20KiB"}),
                 "takes 27648 bytes in the store, more than the budget of 20480");
   CHECK_FALSE(fs::exists(out));
   CHECK_FALSE(fs::exists(fs::path(made().model) / "report"));
@@ -271,18 +280,50 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
                                     {"97KiB", 97 * 1024},
                                     {"1mb", 1000000}}) {
     CAPTURE(size);
-    const Outcome outcome = lumatlas({"build", made().scene, "-o", model, "--budget", size, "--min-gain", "0",
-                                      "--refine", "none", "--json", "--quiet"});
+    const Outcome outcome = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", size,
+                                      "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
     REQUIRE(outcome.status == 0);
     const nlohmann::json summary = nlohmann::json::parse(outcome.out);
     CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
     CHECK(options_beside(model)["budget"] == bytes);
     CHECK(options_beside(model)["views"].is_null());
   }
-  const Outcome both = lumatlas({"build", made().scene, "-o", model, "--budget", "1MiB", "--views", "2", "--min-gain",
-                                 "0", "--refine", "none", "--quiet"});
+  const Outcome both = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
+                                 "--views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
   CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("MB of 0.1\n"));
+}
+
+TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of them is what layers show") {
+  const TemporaryFolder folder;
+  const auto build = [&](const std::string& name, const Arguments& more) {
+    Arguments arguments{"build",      made().scene, "-o",       (folder / name).string(),
+                        "--min-gain", "0",          "--refine", "none",
+                        "--hold",     "3",          "--json",   "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = lumatlas(arguments);
+    REQUIRE(outcome.status == 0);
+    return nlohmann::json::parse(outcome.out);
+  };
+  const nlohmann::json all = build("tiles", {"--tile", "16", "--gutter", "2"});
+  const std::uint64_t slot_texels = 20 * 20, slot_size = 20 * 20 * 6 + 10 * 10 * 4;
+  CHECK(all["texels"]["resident"].get<std::uint64_t>() / slot_texels * slot_size == all["bytes"]["resident"]);
+  const nlohmann::json some = build("some", {"--tile", "16", "--gutter", "2", "--budget", "20ktexels"});
+  CHECK(some["texels"]["budget"] <= 20'000);
+  CHECK(some["texels"]["resident"] <= some["texels"]["budget"]);
+  CHECK(some["texels"]["resident"] > 10'000);
+  CHECK(options_beside(folder / "some")["budget"] == 20'000 / slot_texels * slot_size);
+  CHECK(options_beside(folder / "some")["photographs"] == 4 * (20'000 / slot_texels * slot_size));
+  CHECK(options_beside(folder / "some")["layout"] == "tiles");
+  CHECK(build("bytes", {"--budget", "100kB"})["bytes"]["resident"] <= 100'000);
+  build("layers", {"--layout", "layers", "--gutter", "2"});
+  const auto score = [&](const std::string& name) {
+    const Outcome outcome = lumatlas({"validate", (folder / name).string(), "--views", made().scene, "--hold", "3",
+                                      "--baselines", "none", "--no-alignment", "--json", "--quiet"});
+    return outcome.status == 0 ? nlohmann::json::parse(outcome.out)["methods"]["store"]["raw"]["psnr"].get<double>()
+                               : 0;
+  };
+  CHECK(score("tiles") == Approx(score("layers")).margin(0.01));
 }
 
 TEST_CASE(
@@ -361,13 +402,16 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
       0);
   CHECK(options_beside(printed)["exposure"] == "model");
   const Outcome validate = lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report,
-                                     "--exposure", "model", "--json", "--quiet"});
+                                     "--exposure", "model", "--path", made().scene + "/path", "--json", "--quiet"});
   REQUIRE(validate.status == 0);
   CHECK(validate.err.empty());
   const nlohmann::json scores = nlohmann::json::parse(validate.out);
   CHECK(scores == nlohmann::json::parse(bytes_of(fs::path(report) / "scores.json")));
   CHECK(scores["protocol"]["hold"] == 4);  // as the model was built
   CHECK(scores["held"] == 3);
+  CHECK(scores["methods"]["store"]["seams"].is_number());
+  CHECK(scores["methods"]["vertex"]["flicker"]["followed"] > 1000);
+  CHECK(options_beside(report)["path"] == made().scene + "/path");
   CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
   CHECK(options_beside(report)["exposure"] == "model");
   CHECK(names_in(folder.path()).size() == 4);

@@ -13,6 +13,7 @@
 #include "blend/reference.h"
 #include "tests/gl_test_context.h"
 #include "tests/small_scenes.h"
+#include "tests/wall_scenes.h"
 
 namespace lumatlas {
 namespace {
@@ -63,7 +64,7 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   const Snapshot snapshot = room_snapshot(14, {});
   Renderer renderer(*context);
   renderer.load(snapshot);
-  std::vector<BlendOptions> variants(7);
+  std::vector<BlendOptions> variants(9);
   variants[1] = BlendOptions::printed();
   variants[1].occlusion_tolerance = 0.02;  // with none, rounding decides at every pixel
   variants[2].views = 1;
@@ -71,6 +72,8 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   variants[4].lambda = 0;
   variants[5].fade_last = false;
   variants[6].exposure = BlendOptions::Exposure::model;
+  variants[7].border_width = 0;
+  variants[8].border_width = 0.6;
   for (std::size_t variant = 0; variant < variants.size(); ++variant) {
     double different = 0;
     constexpr std::size_t kCameras = 6;
@@ -268,6 +271,53 @@ TEST_CASE("with fewer views than K all of them are blended by their weights, in 
   CHECK(green > 0.2);
 }
 
+// The largest difference between neighbours in a row or a column that both show a surface, levels.
+int largest_step(const Rendering& rendering, std::size_t width) {
+  int largest = 0;
+  for (std::size_t pixel = width; pixel < rendering.state.size(); ++pixel) {
+    for (const std::size_t other : {pixel - 1, pixel - width}) {
+      if (pixel % width == 0 && other == pixel - 1) continue;
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const auto& rgb = rendering.picture.rgb;
+        largest = std::max(largest, std::abs(rgb[3 * pixel + channel] - rgb[3 * other + channel]));
+      }
+    }
+  }
+  return largest;
+}
+
+TEST_CASE("two cells that refer to one view each meet in a line as printed, and fade into each other by default") {
+  Snapshot snapshot = red_and_green();
+  auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 40, 30, 0.125F, 2);  // fine enough to fade on
+  std::vector<std::uint32_t> cell_of_face;
+  for (std::uint32_t face = 0; face < surface->mesh.faces.size(); ++face) cell_of_face.push_back(face / 2 % 40 / 20);
+  surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 2.5);
+  const Camera camera = forward_camera(96, 72);
+  for (std::size_t slot = 0; slot < 2; ++slot) {
+    Photograph photograph = snapshot.views[slot]->photograph;
+    photograph.valid.clear();
+    snapshot.views[slot] = std::make_shared<const StoredView>(traced_view(*surface, "", camera, photograph));
+  }
+  snapshot.vertex_colors.assign(surface->mesh.positions.size(), glm::u8vec3(0));
+  snapshot.references = {{0, 1, 2}, {0, 1}};
+  snapshot.cell_seen = {1, 1};
+  snapshot.surface = surface;
+  BlendOptions hard;
+  hard.border_width = 0;
+  BlendOptions soft;
+  soft.border_width = 0.4;  // 1 of the scene's units, 48 pixels
+  CHECK(largest_step(reference(snapshot, camera, hard), camera.width) == 255);
+  CHECK(largest_step(reference(snapshot, camera, soft), camera.width) < 80);  // sRGB rises steeply from black
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  for (const BlendOptions& options : {hard, soft, hard}) {  // one renderer, changing its mind
+    CHECK(share_different(renderer.render(camera, options), reference(snapshot, camera, options)) <= kAgreement);
+  }
+}
+
 // Says of one view that the other views contradict all of it.
 void distrust(Snapshot& snapshot, std::size_t slot) {
   StoredView view = *snapshot.views[slot];
@@ -344,6 +394,9 @@ TEST_CASE("a renderer without a snapshot, and bad options, are refused by name")
   BlendOptions options;
   options.views = 9;
   CHECK_THROWS_WITH(check(options), Catch::Contains("views is 9"));
+  options = {};
+  options.border_width = 1.5;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("border_width"));
   options = {};
   options.lambda = -0.1;
   CHECK_THROWS_WITH(check(options), Catch::Contains("lambda"));

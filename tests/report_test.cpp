@@ -111,6 +111,22 @@ TEST_CASE("aligned scores appear once every view has them") {
   CHECK(report_json(report)["methods"]["store"]["aligned"]["psnr"].get<double>() == Approx(33.3));
 }
 
+TEST_CASE("seams and flicker appear where they were measured, on the page and in the JSON") {
+  Report report = small_report();
+  CHECK(!holds(report_page(report), "seams"));
+  report.methods[0].seams = 3.14159;
+  report.methods[1].seams = std::numeric_limits<double>::quiet_NaN();
+  CHECK(holds(report_page(report), "<td>3.14</td>"));
+  CHECK(!holds(report_page(report), "flicker"));
+  report.methods[0].flicker = Flicker{1.25, 7.5, 1000};
+  CHECK(holds(report_page(report), "<td>1.25</td><td>7.50</td>"));
+  const nlohmann::json json = report_json(report);
+  CHECK(json["methods"]["store"]["seams"] == 3.14159);
+  CHECK(json["methods"]["store"]["flicker"] == nlohmann::json({{"rms", 1.25}, {"worst", 7.5}, {"followed", 1000}}));
+  CHECK(json["methods"]["vertex"]["seams"].is_null());
+  CHECK(!json["methods"]["vertex"].contains("flicker"));
+}
+
 TEST_CASE("each protocol is told in a sentence") {
   Report report = small_report();
   CHECK(holds(

@@ -261,6 +261,42 @@ TEST_CASE("the walk is a loop of equal steps") {
   CHECK(longest < 0.15);
 }
 
+TEST_CASE("the path's frames are equal small steps, in the open, and turn smoothly") {
+  SynthOptions options = small_options();
+  options.path_frames = 40;
+  options.path_step = 0.03;
+  const synth::Scene scene = synth::make_apartment(1, 20000);
+  const synth::Tracer tracer(scene);
+  const std::vector<Camera> frames = synth::cameras_on_path(scene, options);
+  REQUIRE(frames.size() == 40);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    CHECK(glm::distance(frames[i].center(), frames[i - 1].center()) == Approx(0.03).epsilon(0.01));
+    CHECK(glm::dot(frames[i].viewing_direction(), frames[i - 1].viewing_direction()) > 0.99);
+    CHECK(tracer.sees(frames[i - 1].center(), frames[i].center()));
+  }
+  options.path_step = 0;
+  CHECK_THROWS_WITH(check(options), "synth: path_step is 0, must be finite and above 0");
+}
+
+TEST_CASE("a synthetic scene with a path has its frames in a workspace of their own, undisturbed") {
+  SynthOptions options = small_options();
+  options.path_frames = 3;
+  options.disturbances.exposure_noise = 1;
+  options.disturbances.pose_noise = 2;
+  const TemporaryFolder folder;
+  write_synthetic_scene(options, folder.path());
+  const SceneViews path = read_scene_views(folder / "path", glm::dvec3(0));
+  REQUIRE(path.views.size() == 3);
+  const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
+  const std::vector<Camera> frames = synth::cameras_on_path(scene, options);
+  const synth::Tracer tracer(scene);
+  for (std::size_t frame = 0; frame < 3; ++frame) {
+    CHECK(glm::distance(path.views[frame].camera.center(), frames[frame].center()) < 1e-9);
+    CHECK(load_photograph(path.views[frame]).rgb ==
+          tracer.photograph(frames[frame], 4 * options.samples, synth::hashed(options.seed, 3, frame)).rgb);
+  }
+}
+
 TEST_CASE("a walk of three points is refused") {
   synth::Scene scene;
   scene.walk.resize(3);

@@ -5,7 +5,9 @@
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "blend/blend_options.h"
 #include "tools/number_flags.h"
@@ -17,6 +19,8 @@ struct BlendFlags {
   std::string weights = "ratio";
   std::string prefilter;  // empty: as the weights have it
   std::string exposure;   // empty: as the weights have it
+  std::vector<std::string> departures;
+  std::optional<double> border_width;
 
   void add_to(CLI::App& command) {
     command.add_option("--blend-views", values.views, "K: how many views are blended at a pixel")
@@ -31,6 +35,16 @@ struct BlendFlags {
                     "with --weights printed off")
         ->check(CLI::IsMember({"on", "off"}));
     command
+        .add_option("--blend-depart", departures,
+                    "With --weights printed, single departures from it: position, fade-last, border, occlusion")
+        ->check(CLI::IsMember({"position", "fade-last", "border", "occlusion"}))
+        ->delimiter(',');
+    command
+        .add_option("--border-width", border_width,
+                    "Over which neighbouring cells share their references, as a share of the cell size; 0: not at all; "
+                    "without it 0.1, with --weights printed 0")
+        ->check(number_between(0, 1));
+    command
         .add_option(
             "--exposure", exposure,
             "Of the pictures: nearby (of the photographs taken nearby) or model (one for all); without it nearby, "
@@ -43,6 +57,8 @@ struct BlendFlags {
     options.views = values.views;
     options.lambda = values.lambda;
     if (!prefilter.empty()) options.prefilter = prefilter == "on";
+    for (const std::string& departure : departures) depart(options, departure);
+    if (border_width) options.border_width = *border_width;
     if (exposure == "nearby") options.exposure = BlendOptions::Exposure::nearby;
     if (exposure == "model") options.exposure = BlendOptions::Exposure::model;
     check(options);
@@ -55,7 +71,18 @@ struct BlendFlags {
             {"lambda", values.lambda},
             {"weights", weights},
             {"prefilter", options().prefilter},
+            {"blend_depart", departures},
+            {"border_width", options().border_width},
             {"exposure", nearby ? "nearby" : "model"}};
+  }
+
+ private:
+  static void depart(BlendOptions& options, const std::string& departure) {
+    const BlendOptions ours;
+    if (departure == "position") options.position = ours.position;
+    if (departure == "fade-last") options.fade_last = ours.fade_last;
+    if (departure == "border") options.border_width = ours.border_width;
+    if (departure == "occlusion") options.occlusion_tolerance = ours.occlusion_tolerance;
   }
 };
 

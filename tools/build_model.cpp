@@ -49,14 +49,17 @@ Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::siz
   return stream;
 }
 
-void require_room_for_each(const Stream& stream, std::uint64_t max_bytes) {
+void require_room_for_each(const Stream& stream, const BuildOptions& options) {
+  const std::uint64_t max_bytes = options.planner.max_bytes;
   if (max_bytes == 0) return;
+  const bool whole_views = options.tiles.whole_views();
   for (const SceneView* view : stream) {
     const std::uint64_t bytes = stored_bytes(view->camera);
     if (bytes <= max_bytes) continue;
-    throw InputError(view->image.string() + ": takes " + std::to_string(bytes) +
-                     " bytes in the store, more than the budget of " + std::to_string(max_bytes) +
-                     ": give at least that as --budget");
+    throw InputError(view->image.string() + ": takes " + std::to_string(bytes) + " bytes in the store, more than the " +
+                     (whole_views ? "budget of " : "") + std::to_string(max_bytes) +
+                     (whole_views ? "" : " for photographs") + ": give at least that as " +
+                     (whole_views ? "--budget" : "--photographs"));
   }
 }
 
@@ -235,7 +238,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
-  require_room_for_each(stream, options.planner.max_bytes);
+  require_room_for_each(stream, options);
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);

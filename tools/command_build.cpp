@@ -33,12 +33,22 @@ struct BuildFlags {
   CLI::Option* tile = nullptr;
   CLI::Option* photographs = nullptr;
   std::string layout = "tiles";
-  std::uint64_t budget_bytes = 0;      // 0: unbounded
+  std::string budget_size;             // empty: unbounded
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   CLI::Option* seed = nullptr;
   bool refine_intrinsics = false;
   bool json_output = false;
 };
+
+// Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
+std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
+  if (bound.bytes > 0) return bound.bytes;
+  Camera one;
+  one.width = one.height = 1;
+  if (tiles.whole_views()) return bound.texels * stored_bytes(one);
+  const std::uint64_t slot_texels = std::uint64_t{tiles.slot_px()} * tiles.slot_px();
+  return std::max<std::uint64_t>(bound.texels / slot_texels, 1) * slot_bytes(tiles);
+}
 
 // Of tiles, the budget bounds the texture array; the photographs that they are cut from are bounded by their number, or
 // by bytes of their own.
@@ -50,11 +60,12 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     if (flags.photographs->count() > 0) throw CLI::ValidationError("--photographs", "needs --layout tiles");
     options.tiles.tile_px = 0;
   }
-  options.planner.max_bytes = tiles ? flags.photograph_bytes : flags.budget_bytes;
-  if (tiles) options.array_bytes = flags.budget_bytes;
+  const std::uint64_t budget = flags.budget->count() > 0 ? bytes_of(size_bound(flags.budget_size), options.tiles) : 0;
+  options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
+  if (tiles) options.array_bytes = budget;
   if (flags.views->count() > 0) return;
   if (tiles && flags.budget->count() > 0 && flags.photographs->count() == 0) {
-    options.planner.max_bytes = kPhotographsPerArray * flags.budget_bytes;
+    options.planner.max_bytes = kPhotographsPerArray * budget;
   }
   if (options.planner.max_bytes > 0) options.max_views.reset();
 }
@@ -129,9 +140,9 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
                                    "Photographs that the model may hold; with --budget alone as many as fit");
   flags.views->check(CLI::Range(1u, 1u << 20))->default_str(std::to_string(*flags.options.max_views));
   flags.budget =
-      command.add_option("--budget", flags.budget_bytes,
-                         "Bytes that the model may take on the GPU, with depth and masks: 512MiB, 300MB, 2GiB");
-  flags.budget->transform(byte_size())->default_str("");
+      command.add_option("--budget", flags.budget_size,
+                         "What the model may take on the GPU, with depth and masks: 512MiB, 300MB, 2GiB, 40Mtexels");
+  flags.budget->check(byte_or_texel_size())->default_str("");
   command.add_option("--layout", flags.layout, "Parts of photographs that cells refer to, or whole photographs")
       ->check(CLI::IsMember({"tiles", "layers"}));
   flags.tile = command.add_option("--tile", flags.options.tiles.tile_px, "Side of a tile, pixels: 8, 16, ... 1024");

@@ -25,7 +25,8 @@ void run(const SynthFlags& flags) {
   check_usage(flags.options);
   OutputFolder output(flags.output);
   {
-    Progress progress("tracing photographs", flags.options.views, ProgressOptions::standard_error(flags.quiet));
+    Progress progress("tracing photographs", flags.options.views + flags.options.path_frames,
+                      ProgressOptions::standard_error(flags.quiet));
     write_synthetic_scene(flags.options, output.path(), [&] { progress.tick(); });
   }
   const SynthOptions& o = flags.options;
@@ -38,6 +39,8 @@ void run(const SynthFlags& flags) {
                  {"fov", o.fov_deg},
                  {"samples", o.samples},
                  {"triangles", o.triangles},
+                 {"path_frames", o.path_frames},
+                 {"path_step", o.path_step},
                  {"pose_noise", o.disturbances.pose_noise},
                  {"exposure_noise", o.disturbances.exposure_noise},
                  {"white_balance_noise", o.disturbances.white_balance_noise},
@@ -77,6 +80,9 @@ void add_synth_command(CLI::App& program) {
   command->add_option("--fov", flags->options.fov_deg, "Horizontal field of view, degrees");
   command->add_option("--samples", flags->options.samples, "Light paths per pixel");
   command->add_option("--triangles", flags->options.triangles, "Of the mesh, about");
+  command->add_option("--path-frames", flags->options.path_frames,
+                      "Also write DIR/path: so many consecutive frames of a smooth path with their true pictures");
+  command->add_option("--path-step", flags->options.path_step, "Between the frames of the path, scene units");
   add_disturbances(*command, flags->options.disturbances);
   command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });

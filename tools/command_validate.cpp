@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iomanip>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -24,7 +25,7 @@ namespace {
 using nlohmann::json;
 
 struct ValidateFlags {
-  std::filesystem::path model, views, output;
+  std::filesystem::path model, views, path, output;
   HoldFlags hold;
   BlendFlags blend;
   std::vector<std::string> baselines{"unbounded", "vertex"};
@@ -62,10 +63,20 @@ HoldOut protocol(const ValidateFlags& flags, const json& built) {
                    ": was built from every view, so none is left to score: build it with --hold 8, for example");
 }
 
+// Frames in the order of their names.
+SceneViews read_path(const std::filesystem::path& folder, const glm::dvec3& offset) {
+  SceneViews path = read_scene_views(folder, offset);
+  if (path.views.size() < 2) {
+    throw InputError(folder.string() + ": has " + std::to_string(path.views.size()) +
+                     " frames, flicker needs at least 2: `lumatlas synth --path-frames` writes some");
+  }
+  return path;
+}
+
 void print_table(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
   std::cout << report.views.size() << " held-out views (--hold " << report.hold << " --block " << report.block << ")\n"
-            << "                raw            fitted           aligned      textured\n"
+            << "                raw            fitted           aligned      textured    seams  flicker\n"
             << std::fixed;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const MethodScores& m = means[i];
@@ -79,7 +90,10 @@ void print_table(const Report& report) {
     } else {
       std::cout << std::setw(18) << "";
     }
-    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %\n";
+    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setprecision(2);
+    std::cout << std::setw(9) << report.methods[i].seams.value_or(std::numeric_limits<double>::quiet_NaN());
+    if (report.methods[i].flicker) std::cout << std::setw(9) << report.methods[i].flicker->rms;
+    std::cout << '\n';
   }
 }
 
@@ -101,6 +115,7 @@ void run(const ValidateFlags& flags) {
   const Model model = read_model(flags.model);
   options.validity = model.validity;
   const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);
+  if (!flags.path.empty()) options.path = read_path(flags.path, model.snapshot.surface->offset);
   const EglContext context;
   Report report = validate_model(model.snapshot, scene, context, options, output.path());
   report.facts.emplace_back("model", flags.model.string());
@@ -113,6 +128,7 @@ void run(const ValidateFlags& flags) {
   json effective = flags.blend.json();
   effective["command"] = "validate";
   effective["views"] = flags.views.string();
+  if (!flags.path.empty()) effective["path"] = flags.path.string();
   effective["protocol"] = scores["protocol"];
   effective["built_with"] = built;
   output.commit(effective);
@@ -132,6 +148,9 @@ void add_validate_command(CLI::App& program) {
   command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
   command->add_option("--views", flags->views, "COLMAP workspace that the model was built from")->required();
   command->add_option("-o,--output", flags->output, "Folder of the report; without it, report/ in the model");
+  command->add_option("--path", flags->path,
+                      "COLMAP workspace of consecutive frames with their true pictures, by name, as synth's "
+                      "--path-frames writes it: also measure flicker along them");
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
   flags->blend.add_to(*command);
   command

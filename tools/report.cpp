@@ -21,6 +21,17 @@ void check_path(const std::string& view, const std::string& path) {
   }
 }
 
+nlohmann::json json_method(const ReportMethod& method, const MethodScores& means) {
+  nlohmann::json json = json_scores(means);
+  if (method.seams) json["seams"] = json_number(*method.seams);
+  if (method.flicker) {
+    json["flicker"] = {{"rms", json_number(method.flicker->rms)},
+                       {"worst", json_number(method.flicker->worst)},
+                       {"followed", method.flicker->followed}};
+  }
+  return json;
+}
+
 }  // namespace
 
 void check(const Report& report) {
@@ -71,7 +82,7 @@ nlohmann::json report_json(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
   json["methods"] = nlohmann::json::object();
   for (std::size_t method = 0; method < means.size(); ++method) {
-    json["methods"][report.methods[method].name] = json_scores(means[method]);
+    json["methods"][report.methods[method].name] = json_method(report.methods[method], means[method]);
   }
   json["views"] = nlohmann::json::array();
   for (const ReportView& view : report.views) {

@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "tools/flicker.h"
 #include "tools/scores.h"
 
 namespace lumatlas {
@@ -41,8 +43,10 @@ struct ReportView {
 };
 
 struct ReportMethod {
-  std::string name;         // "store", "unbounded", "vertex"
-  std::string description;  // one line for the reader
+  std::string name;                               // "store", "unbounded", "vertex"
+  std::string description;                        // one line for the reader
+  std::optional<double> seams = std::nullopt;     // SeamMeter::contrast() over all scored views, levels
+  std::optional<Flicker> flicker = std::nullopt;  // along a path whose true pictures are known
 };
 
 struct Report {
@@ -72,8 +76,9 @@ void check(const Report& report);
 void write_report(const std::filesystem::path& path, const Report& report);
 
 // {"protocol": {"hold", "block"}, "held": views, "methods": {NAME: MEANS}, "views": [{"name", "methods": {NAME:
-// SCORES}}]} with MEANS = {"raw": {"psnr", "ssim"}, "fitted", "aligned" (if measured), "textured"}, SCORES the same
-// with "gain" and "pixels". Numbers are as in json_number; an infinite PSNR is kPsnrOfIdentical.
+// SCORES}}]} with MEANS = {"raw": {"psnr", "ssim"}, "fitted", "aligned", "textured", "seams", "flicker": {"rms",
+// "worst", "followed"}}, of which those that were not measured are absent; SCORES likewise with "gain" and "pixels",
+// without "seams" and "flicker". Numbers are as in json_number; an infinite PSNR is kPsnrOfIdentical.
 [[nodiscard]] nlohmann::json report_json(const Report& report);
 
 }  // namespace lumatlas

@@ -33,6 +33,9 @@ std::string db(double psnr) {
 std::string similarity(double ssim) {
   return decimals(ssim, 3);
 }
+std::string levels(double value) {
+  return std::isnan(value) ? "–" : decimals(value, 2);
+}
 std::string percent(double share) {
   return std::isnan(share) ? "–" : decimals(100 * share, 1) + " %";
 }
@@ -70,6 +73,28 @@ std::string score_sentences(bool aligned) {
          "that was held out; " +
          std::string(aligned ? "<b>aligned</b> is after its camera's pose, too, has been refined; " : "") +
          "<b>textured</b> is the share of those pixels that a photograph coloured.</p>\n";
+}
+
+// Figures that averages over pixels hide.
+std::string continuity_table(const Report& report) {
+  const bool moved = std::any_of(report.methods.begin(), report.methods.end(),
+                                 [](const ReportMethod& method) { return method.flicker.has_value(); });
+  std::string rows;
+  for (const ReportMethod& method : report.methods) {
+    if (!method.seams) continue;
+    rows += "<tr><th>" + html_escaped(method.name) + "</th><td>" + levels(*method.seams) + "</td>";
+    if (method.flicker) rows += "<td>" + levels(method.flicker->rms) + "</td><td>" + levels(method.flicker->worst);
+    rows += method.flicker ? "</td></tr>\n" : "</tr>\n";
+  }
+  if (rows.empty()) return "";
+  return "<div class=\"scroll\"><table class=\"summary\">\n<thead><tr><th>method</th><th>seams</th>" +
+         std::string(moved ? "<th>flicker</th><th>of the worst frame</th>" : "") + "</tr></thead>\n<tbody>\n" + rows +
+         "</tbody></table></div>\n<p class=\"faint\">8-bit levels. <b>Seams</b> is how much more the error steps at "
+         "the borders of cells than beside them" +
+         std::string(moved ? "; <b>flicker</b>, how much the error of a surface point changes from one frame of a "
+                             "smooth path to the next"
+                           : "") +
+         ".</p>\n";
 }
 
 std::string head(const Report& report) {
@@ -379,8 +404,8 @@ std::string report_page(const Report& report) {
   const bool aligned =
       std::any_of(means.begin(), means.end(), [](const MethodScores& scores) { return scores.aligned.has_value(); });
   std::string html = head(report) + facts_list(report) + summary_table(report, means, aligned) +
-                     score_sentences(aligned) + spread(report, means) + refinement_table(report) +
-                     "<h2>Held-out views</h2>\n" +
+                     score_sentences(aligned) + continuity_table(report) + spread(report, means) +
+                     refinement_table(report) + "<h2>Held-out views</h2>\n" +
                      "<p class=\"faint needs-script\">Click a picture to compare it with the others in place.</p>\n" +
                      bar(report) + "<main id=\"views\">\n";
   for (const std::size_t index : worst_first(report)) {

@@ -137,6 +137,22 @@ nlohmann::json described(const Camera& camera, const synth::Disturbance& disturb
   return view;
 }
 
+void write_path(const std::filesystem::path& folder, const SynthOptions& options, const synth::Scene& scene,
+                const synth::Tracer& tracer, const std::function<void()>& photograph_done) {
+  constexpr std::uint32_t kPathsPerPhotographs = 4;  // of light, for a quarter of the noise's power
+  const std::vector<Camera> cameras = synth::cameras_on_path(scene, options);
+  make_folder(folder);
+  make_folder(folder / "images");
+  make_folder(folder / "sparse");
+  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t frame) {
+    write_image(folder / "images" / photograph_name(frame),
+                tracer.photograph(cameras[frame], kPathsPerPhotographs * options.samples,
+                                  synth::hashed(options.seed, 3, frame)));
+    if (photograph_done) photograph_done();
+  });
+  write_colmap_model(folder / "sparse", named(cameras), {});
+}
+
 void write_truth(const std::filesystem::path& folder, const SynthOptions& options, const std::vector<Camera>& cameras,
                  const std::vector<TrackedPoint>& points, const std::vector<synth::Disturbance>& disturbances,
                  const synth::Tracer& tracer) {
@@ -163,6 +179,9 @@ void check(const SynthOptions& options) {
   require(options.fov_deg > 0 && options.fov_deg <= 170, "fov_deg", options.fov_deg, "in (0, 170]");
   require(options.samples >= 1 && options.samples <= 1024, "samples", options.samples, "in [1, 1024]");
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
+  require(options.path_frames <= 100000, "path_frames", options.path_frames, "in [0, 100000]");
+  require(std::isfinite(options.path_step) && options.path_step > 0, "path_step", options.path_step,
+          "finite and above 0");
   const SynthDisturbances& d = options.disturbances;
   require(d.pose_noise >= 0 && d.pose_noise <= options.width / 8.0, "pose_noise", d.pose_noise,
           "at least 0 and at most an eighth of the width");
@@ -201,6 +220,7 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
   });
   write_colmap_model(folder / "sparse", named(written_cameras(disturbances)), points);
   if (options.disturbances.any()) write_truth(folder / "truth", options, cameras, points, disturbances, tracer);
+  if (options.path_frames > 0) write_path(folder / "path", options, scene, tracer, photograph_done);
   write_ply(folder / "mesh.ply", scene.geometry.mesh);
 }
 

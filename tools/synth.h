@@ -40,6 +40,9 @@ struct SynthOptions {
   // Of the mesh, about, [1, 20000000]; the shapes are the same, cut more or less finely.
   std::uint32_t triangles = 30000;
   SynthDisturbances disturbances;
+  // Frames of a smooth path beside the walk, with their true pictures, for measuring flicker; [0, 100000]
+  std::uint32_t path_frames = 0;
+  double path_step = 0.02;  // between its frames, scene units along the walk; finite, > 0
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -71,14 +74,20 @@ struct Scene {
 // the first. Throws std::invalid_argument for bad options or a walk of fewer than four points.
 [[nodiscard]] std::vector<Camera> cameras_on_walk(const Scene& scene, const SynthOptions& options);
 
+// The camera of a visitor who follows the walk from its beginning, a little above the photographer and looking another
+// way: options.path_frames frames at steps of options.path_step. Throws as cameras_on_walk().
+[[nodiscard]] std::vector<Camera> cameras_on_path(const Scene& scene, const SynthOptions& options);
+
 }  // namespace synth
 
 // Makes the scene, traces its photographs and writes a COLMAP workspace into `folder`, which must exist:
 // images/0000.png and so on, sparse/cameras.bin, images.bin and points3D.bin (PINHOLE; points on the surface with the
 // tracks of the views that see them), mesh.ply. With disturbances also truth/: sparse/ with the true poses,
-// disturbances.json, masks/0000.png and so on, white where a passer-by is, for the photographs that have one. The same
-// files for any number of threads. Throws std::invalid_argument for bad options, InputError where the folder cannot be
-// written. `photograph_done` is called after each photograph, from any thread; what it throws ends the work.
+// disturbances.json, masks/0000.png and so on, white where a passer-by is, for the photographs that have one. With
+// path_frames also path/, a workspace of the same form without mesh or points: the frames in order, without
+// disturbances, of four times as many light paths, because their noise would count as change. The same files for any
+// number of threads. Throws std::invalid_argument for bad options, InputError where the folder cannot be written.
+// `photograph_done` is called after each photograph, from any thread; what it throws ends the work.
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
                            const std::function<void()>& photograph_done = {});
 

@@ -2,6 +2,7 @@
 #include "tools/validation.h"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 #include <string>
 
@@ -11,6 +12,7 @@
 #include "tools/error_picture.h"
 #include "tools/photograph_stream.h"
 #include "tools/progress.h"
+#include "tools/seam_contrast.h"
 #include "tools/unbounded.h"
 
 namespace lumatlas {
@@ -41,32 +43,58 @@ std::vector<std::uint8_t> seen_mask(const VisibilityBuffer& visible) {
   return mask;
 }
 
-// Scores one method on every scored view, and adds its renderings to the report's views.
+// Runs one method after another on every scored view and on the path, and adds what it finds to the report.
 class MethodRun {
  public:
-  MethodRun(const SceneViews& scene, const std::vector<std::size_t>& scored, const Visibility& visibility,
+  MethodRun(const Surface& surface, const SceneViews& scene, const std::vector<std::size_t>& scored,
             const ValidationOptions& options, const std::filesystem::path& folder)
-      : scene_(scene), scored_(scored), visibility_(visibility), options_(options), folder_(folder) {}
+      : surface_(surface), scene_(scene), scored_(scored), options_(options), folder_(folder) {}
 
-  void run(const std::string& method, Renderer& renderer, std::vector<ReportView>& views) const {
-    Progress progress("scoring: " + method, scored_.size(), ProgressOptions::standard_error(options_.quiet));
-    PhotographStream photographs(scene_.views, scored_);
-    for (std::size_t i = 0; i < scored_.size(); ++i) {
-      const Camera& camera = scene_.views[scored_[i]].camera;
-      const Photograph photograph = photographs.next();
-      const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
-      views[i].renderings.push_back(score(method, i, renderer.render(camera, options_.blend), photograph, mask));
-      if (options_.aligned) score_aligned(method, i, renderer, camera, photograph, views[i].renderings.back());
-      progress.tick();
-    }
+  void run(ReportMethod method, Renderer& renderer, Report& report) const {
+    method.seams = score_views(method.name, renderer, report.views);
+    if (options_.path) method.flicker = flicker_along(*options_.path, method.name, renderer);
+    report.methods.push_back(std::move(method));
   }
 
  private:
+  // Returns their seam contrast.
+  double score_views(const std::string& method, Renderer& renderer, std::vector<ReportView>& views) const {
+    Progress progress("scoring: " + method, scored_.size(), ProgressOptions::standard_error(options_.quiet));
+    PhotographStream photographs(scene_.views, scored_);
+    SeamMeter seams(surface_.mesh, surface_.cells);
+    for (std::size_t i = 0; i < scored_.size(); ++i) {
+      const Camera& camera = scene_.views[scored_[i]].camera;
+      const Photograph photograph = photographs.next();
+      const VisibilityBuffer visible = visibility_->trace(camera);
+      const Rendering rendering = renderer.render(camera, options_.blend);
+      seams.add(visible, rendering.picture, photograph);
+      views[i].renderings.push_back(score(method, i, rendering, photograph, seen_mask(visible)));
+      if (options_.aligned) score_aligned(method, i, renderer, camera, photograph, views[i].renderings.back());
+      progress.tick();
+    }
+    return seams.contrast();
+  }
+
+  Flicker flicker_along(const SceneViews& path, const std::string& method, Renderer& renderer) const {
+    Progress progress("moving: " + method, path.views.size(), ProgressOptions::standard_error(options_.quiet));
+    std::vector<std::size_t> frames(path.views.size());
+    std::iota(frames.begin(), frames.end(), std::size_t{0});
+    PhotographStream photographs(path.views, frames);
+    FlickerMeter meter;
+    for (const std::size_t frame : frames) {
+      const Camera& camera = path.views[frame].camera;
+      meter.add(camera, visibility_->trace(camera), renderer.render(camera, options_.blend).picture,
+                photographs.next());
+      progress.tick();
+    }
+    return meter.flicker();
+  }
+
   void score_aligned(const std::string& method, std::size_t index, Renderer& renderer, const Camera& given,
                      const Photograph& photograph, ReportRendering& result) const {
-    const Camera camera = align_to_model(renderer, visibility_, given, photograph, options_.blend);
+    const Camera camera = align_to_model(renderer, *visibility_, given, photograph, options_.blend);
     const Photograph picture = renderer.render(camera, options_.blend).picture;
-    const std::vector<std::uint8_t> mask = seen_mask(visibility_.trace(camera));
+    const std::vector<std::uint8_t> mask = seen_mask(visibility_->trace(camera));
     const double gain = fit_gain(picture, photograph, mask);
     const Photograph fitted = apply_gain(picture, gain);
     result.scores.aligned = Scores{psnr(fitted, photograph, mask), ssim(fitted, photograph, mask)};
@@ -93,9 +121,10 @@ class MethodRun {
     return result;
   }
 
+  const Surface& surface_;
   const SceneViews& scene_;
   const std::vector<std::size_t>& scored_;
-  const Visibility& visibility_;
+  const std::unique_ptr<Visibility> visibility_ = make_ray_visibility(surface_.mesh);
   const ValidationOptions& options_;
   const std::filesystem::path& folder_;
 };
@@ -133,30 +162,26 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
                       const ValidationOptions& options, const std::filesystem::path& folder) {
   const Split parts = split_to_score(scene, options.protocol);
   require_unseen(model, scene, parts);
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.surface->mesh);
   Report report;
   report.title = std::filesystem::canonical(scene.root).filename().string();  // also of "." and "scene/"
   report.hold = options.protocol.hold;
   report.block = options.protocol.block;
   report.input_views = parts.input.size();
   report.views = report_views(scene, parts.scored, options, folder);
-  const MethodRun methods(scene, parts.scored, *visibility, options, folder);
+  const MethodRun methods(*model.surface, scene, parts.scored, options, folder);
   Renderer renderer(context);
   renderer.load(model);
-  report.methods.push_back({"store", "the model: the views that the planner kept"});
-  methods.run("store", renderer, report.views);
+  methods.run({"store", "the model: the views that the planner kept"}, renderer, report);
   if (!options.unbounded && !options.vertex) return report;
   const Snapshot all =
       unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet, options.unbounded);
   if (options.unbounded) {
     renderer.load(all);
-    report.methods.push_back({"unbounded", "every input view, without a budget"});
-    methods.run("unbounded", renderer, report.views);
+    methods.run({"unbounded", "every input view, without a budget"}, renderer, report);
   }
   if (options.vertex) {
     renderer.load(without_views(all));
-    report.methods.push_back({"vertex", "the mean of all input views at each vertex of the mesh"});
-    methods.run("vertex", renderer, report.views);
+    methods.run({"vertex", "the mean of all input views at each vertex of the mesh"}, renderer, report);
   }
   return report;
 }

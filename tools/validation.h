@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "atlas/atlas.h"
 #include "blend/blend_options.h"
@@ -15,17 +16,19 @@ namespace lumatlas {
 struct ValidationOptions {
   HoldOut protocol;
   BlendOptions blend;
-  ValidityOptions validity;  // of the unbounded baseline's masks
-  bool unbounded = true;     // the baseline of all input views, which needs memory for all of them
-  bool vertex = true;        // the baseline of averaged vertex colours
-  bool aligned = true;       // also score with the held-out pose refined against each method
-  bool pictures = true;      // write photograph, rendering and error of every scored view
+  ValidityOptions validity;        // of the unbounded baseline's masks
+  bool unbounded = true;           // the baseline of all input views, which needs memory for all of them
+  bool vertex = true;              // the baseline of averaged vertex colours
+  bool aligned = true;             // also score with the held-out pose refined against each method
+  std::optional<SceneViews> path;  // consecutive frames with their true pictures: also measure flicker along them
+  bool pictures = true;            // write photograph, rendering and error of every scored view
   bool quiet = false;
 };
 
-// Renders every scored view with each method ("store", "unbounded", "vertex"), writes the pictures into `folder`, which
-// must exist, and returns what the report page shows. Needs a GL context current on this thread.
-// Throws InputError if the model holds a view that the protocol leaves out, or if nothing is left to score.
+// Renders every scored view, and the frames of the path, with each method ("store", "unbounded", "vertex"), writes the
+// pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL context
+// current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if nothing is
+// left to score.
 [[nodiscard]] Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
                                     const ValidationOptions& options, const std::filesystem::path& folder);
 

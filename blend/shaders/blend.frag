@@ -17,14 +17,16 @@ layout(std430, binding = 1) readonly buffer Offsets { uint offsets[]; };     // 
 layout(std430, binding = 2) readonly buffer References { uint slots[]; };
 layout(std430, binding = 3) readonly buffer Views { View views[]; };         // by slot = layer
 layout(std430, binding = 4) readonly buffer CellSeen { uint cell_seen[]; };
-
-layout(std430, binding = 5) readonly buffer TileSlots { uint tile_slots[]; };  // by tile: where it is in the array
+layout(std430, binding = 5) readonly buffer ZoneOfFace { uint zone_of_face[]; };
+layout(std430, binding = 6) readonly buffer Zones { uvec4 zones[]; };  // cells that share a face
+layout(std430, binding = 7) readonly buffer TileSlots { uint tile_slots[]; };  // by tile: where it is in the array
 
 layout(binding = 0) uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
 layout(binding = 1) uniform sampler2DArray depths;       // z as a share of the view's size.z
 layout(binding = 2) uniform usampler2D faces;
 layout(binding = 3) uniform sampler2D surface_depth;
 layout(binding = 4) uniform sampler2D fallback_color;
+layout(binding = 5) uniform sampler2D cell_shares;  // of the zone's cells
 
 uniform vec4 cam_from_world[3];
 uniform vec4 intrinsics;
@@ -93,7 +95,8 @@ bool project(uint view, vec3 world, float z, out vec3 texel, out float footprint
 }
 
 vec4 sample_photograph(uint view, vec3 texel, float footprint) {
-  float level = prefilter ? log2(max(footprint, 1.0)) : 0.0;  // the texture has no more levels than its gutter allows
+  // The texture has no more levels than its gutter allows.
+  float level = prefilter ? log2(max(footprint / SHARP_FOOTPRINT, 1.0)) : 0.0;
   vec4 color = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level);
   return vec4(color.rgb * views[view].gain.rgb, color.a);
 }
@@ -133,6 +136,20 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   return true;
 }
 
+// The mean of what the cells of a zone make of a place, by their shares.
+bool blend_cells(uvec4 cells, vec4 shares, vec3 world, float z, out vec3 color) {
+  float total = 0.0;
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < 4; ++i) {
+    vec3 of_cell;
+    if (!(shares[i] > 0.0) || !blend(cells[i], world, z, of_cell)) continue;
+    total += shares[i];
+    sum += shares[i] * of_cell;
+  }
+  color = sum / total;
+  return total > 0.0;
+}
+
 #ifdef DIAGNOSE
 #include "diagnosis.glsl"
 #endif
@@ -150,17 +167,16 @@ void main() {
   vec2 image = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
   float z = texelFetch(surface_depth, pixel, 0).x;
   vec3 world = world_from_pixel(image, z);
-  uint cell = cell_of_face[face];
   vec3 color = vec3(0.0);
   float state = kTextured;
 #ifdef DIAGNOSE
-  bool textured = diagnose(cell, world, z);
+  bool textured = diagnose(cell_of_face[face], world, z);
 #else
-  bool textured = blend(cell, world, z, color);
+  bool textured = blend_cells(zones[zone_of_face[face]], texelFetch(cell_shares, pixel, 0), world, z, color);
 #endif
   if (!textured) {
     color = texelFetch(fallback_color, pixel, 0).rgb;
-    state = cell_seen[cell] != 0u ? kUntextured : kUnseen;
+    state = cell_seen[cell_of_face[face]] != 0u ? kUntextured : kUnseen;
   }
 #ifdef LINEAR
   picture = vec4(exposure * color, state / 255.0);

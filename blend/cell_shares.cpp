@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/cell_shares.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <limits>
+#include <map>
+#include <queue>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace lumatlas {
+
+namespace {
+
+// Rows of different lengths in one array.
+template <typename T>
+struct Rows {
+  std::vector<std::uint32_t> offsets;
+  std::vector<T> values;
+
+  [[nodiscard]] std::span<const T> operator[](std::size_t row) const {
+    return std::span(values).subspan(offsets[row], offsets[row + 1] - offsets[row]);
+  }
+};
+
+// Calls `visit(row, value)` for every pair twice: to count, and to fill.
+template <typename T, typename ForEach>
+Rows<T> make_rows(std::size_t count, const ForEach& for_each) {
+  Rows<T> rows;
+  rows.offsets.assign(count + 1, 0);
+  for_each([&](std::size_t row, const T&) { ++rows.offsets[row + 1]; });
+  for (std::size_t row = 0; row < count; ++row) rows.offsets[row + 1] += rows.offsets[row];
+  rows.values.resize(rows.offsets.back());
+  std::vector<std::uint32_t> next(rows.offsets.begin(), rows.offsets.end() - 1);
+  for_each([&](std::size_t row, const T& value) { rows.values[next[row]++] = value; });
+  return rows;
+}
+
+// Both neighbours of each corner of each face: an inner edge is listed twice, which costs less than to tell.
+Rows<std::uint32_t> vertex_neighbors(const Mesh& mesh) {
+  return make_rows<std::uint32_t>(mesh.positions.size(), [&](const auto& visit) {
+    for (const glm::uvec3& face : mesh.faces) {
+      for (int corner = 0; corner < 3; ++corner) {
+        visit(face[corner], face[(corner + 1) % 3]);
+        visit(face[corner], face[(corner + 2) % 3]);
+      }
+    }
+  });
+}
+
+Rows<std::uint32_t> faces_of_cells(const Cells& cells) {
+  return make_rows<std::uint32_t>(cells.cells.size(), [&](const auto& visit) {
+    for (std::uint32_t face = 0; face < cells.cell_of_face.size(); ++face) visit(cells.cell_of_face[face], face);
+  });
+}
+
+struct Share {
+  std::uint32_t cell;
+  double share;  // (0, 1]
+};
+using VertexShares = std::vector<std::vector<Share>>;  // by vertex, cells ascending
+
+// The vertices within `width` of a cell, nearest first; Dijkstra's algorithm from all of the cell's vertices.
+class Expansion {
+ public:
+  Expansion(const Mesh& mesh, double width)
+      : mesh_(mesh), width_(width), neighbors_(vertex_neighbors(mesh)), distances_(mesh.positions.size(), kFar) {}
+
+  template <typename Visit>
+  void from(std::span<const std::uint32_t> faces, const Visit& visit) {
+    for (const std::uint32_t face : faces) {
+      for (int corner = 0; corner < 3; ++corner) reach(mesh_.faces[face][corner], 0);
+    }
+    while (!open_.empty()) {
+      const auto [distance, vertex] = open_.top();
+      open_.pop();
+      if (distance > distances_[vertex]) continue;  // reached by a shorter way since
+      visit(vertex, distance);
+      for (const std::uint32_t next : neighbors_[vertex]) {
+        const double step = glm::distance(glm::dvec3(mesh_.positions[vertex]), glm::dvec3(mesh_.positions[next]));
+        if (distance + step < width_) reach(next, distance + step);
+      }
+    }
+    for (const std::uint32_t vertex : touched_) distances_[vertex] = kFar;
+    touched_.clear();
+  }
+
+ private:
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
+
+  void reach(std::uint32_t vertex, double distance) {
+    if (distance >= distances_[vertex]) return;
+    if (distances_[vertex] == kFar) touched_.push_back(vertex);
+    distances_[vertex] = distance;
+    open_.emplace(distance, vertex);
+  }
+
+  using Entry = std::pair<double, std::uint32_t>;
+  const Mesh& mesh_;
+  double width_;
+  Rows<std::uint32_t> neighbors_;
+  std::vector<double> distances_;
+  std::vector<std::uint32_t> touched_;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open_;
+};
+
+// s_k(v), not yet divided by their sum.
+VertexShares shares_of_vertices(const Surface& surface, double width) {
+  VertexShares shares(surface.mesh.positions.size());
+  const Rows<std::uint32_t> faces = faces_of_cells(surface.cells);
+  Expansion expansion(surface.mesh, width);
+  for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
+    expansion.from(faces[cell], [&](std::uint32_t vertex, double distance) {
+      shares[vertex].push_back({cell, 1 - distance / width});
+    });
+  }
+  return shares;
+}
+
+void normalize(std::vector<Share>& shares) {
+  double sum = 0;
+  for (const Share& share : shares) sum += share.share;
+  for (Share& share : shares) share.share /= sum;
+}
+
+// The cells of a face's corners, ascending, with the sum of their shares there.
+std::map<std::uint32_t, double> cells_at_face(const glm::uvec3& face, const VertexShares& shares) {
+  std::map<std::uint32_t, double> cells;
+  for (int corner = 0; corner < 3; ++corner) {
+    for (const Share& share : shares[face[corner]]) cells[share.cell] += share.share;
+  }
+  return cells;
+}
+
+// By place, so that neither faces nor cells need to be numbered in a certain order.
+bool comes_before(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
+}
+
+// The cell with the least share of a face, of those that no corner would be left without any cell for. With more than
+// three cells there is one.
+std::uint32_t least_sharing(const glm::uvec3& face, const VertexShares& shares, const Cells& all,
+                            std::map<std::uint32_t, double> cells) {
+  for (int corner = 0; corner < 3; ++corner) {
+    if (shares[face[corner]].size() == 1) cells.erase(shares[face[corner]].front().cell);
+  }
+  return std::min_element(cells.begin(), cells.end(),
+                          [&](const auto& a, const auto& b) {
+                            if (a.second != b.second) return a.second < b.second;
+                            return comes_before(all.cells[a.first].centroid, all.cells[b.first].centroid);
+                          })
+      ->first;
+}
+
+std::vector<glm::uvec3> overfull_faces(const Mesh& mesh, const VertexShares& shares) {
+  std::vector<std::pair<glm::dvec3, glm::uvec3>> found;  // with three times their centroids
+  for (const glm::uvec3& face : mesh.faces) {
+    if (cells_at_face(face, shares).size() <= kCellsPerZone) continue;
+    found.emplace_back(
+        glm::dvec3(mesh.positions[face.x]) + glm::dvec3(mesh.positions[face.y]) + glm::dvec3(mesh.positions[face.z]),
+        face);
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return comes_before(a.first, b.first); });
+  std::vector<glm::uvec3> faces;
+  for (const auto& [place, face] : found) faces.push_back(face);
+  return faces;
+}
+
+// Takes cells away from vertices until no face has more than kCellsPerZone.
+void limit_cells(const Surface& surface, VertexShares& shares) {
+  for (const glm::uvec3& face : overfull_faces(surface.mesh, shares)) {
+    std::map<std::uint32_t, double> cells = cells_at_face(face, shares);
+    while (cells.size() > kCellsPerZone) {
+      const std::uint32_t least = least_sharing(face, shares, surface.cells, cells);
+      for (int corner = 0; corner < 3; ++corner) {
+        std::erase_if(shares[face[corner]], [&](const Share& share) { return share.cell == least; });
+      }
+      cells.erase(least);
+    }
+  }
+}
+
+CellShares own_cells(const Cells& cells) {
+  CellShares shares;
+  for (std::uint32_t cell = 0; cell < cells.cells.size(); ++cell) {
+    shares.zones.push_back({cell, kNoCell, kNoCell, kNoCell});
+  }
+  shares.zone_of_face = cells.cell_of_face;
+  const glm::vec4 all(1, 0, 0, 0);
+  shares.corners.assign(cells.cell_of_face.size(), {all, all, all});
+  return shares;
+}
+
+glm::vec4 in_order_of(const CellShares::Zone& zone, const std::vector<Share>& shares) {
+  glm::vec4 ordered(0);
+  for (const Share& share : shares) {
+    const auto found = std::find(zone.begin(), zone.end(), share.cell);
+    ordered[static_cast<int>(found - zone.begin())] = static_cast<float>(share.share);
+  }
+  return ordered;
+}
+
+}  // namespace
+
+CellShares share_cells(const Surface& surface, double width) {
+  if (!(std::isfinite(width) && width >= 0)) {
+    throw std::invalid_argument("cell shares: width is " + std::to_string(width) + ", must be finite and not negative");
+  }
+  if (width == 0) return own_cells(surface.cells);
+  const Mesh& mesh = surface.mesh;
+  VertexShares vertices = shares_of_vertices(surface, width);
+  limit_cells(surface, vertices);
+  for (std::vector<Share>& shares : vertices) normalize(shares);
+  CellShares result;
+  std::map<CellShares::Zone, std::uint32_t> numbers;
+  for (const glm::uvec3& face : mesh.faces) {
+    CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
+    std::size_t count = 0;
+    for (const auto& [cell, sum] : cells_at_face(face, vertices)) zone[count++] = cell;
+    const auto [entry, added] = numbers.emplace(zone, static_cast<std::uint32_t>(result.zones.size()));
+    if (added) result.zones.push_back(zone);
+    result.zone_of_face.push_back(entry->second);
+    result.corners.push_back({in_order_of(zone, vertices[face.x]), in_order_of(zone, vertices[face.y]),
+                              in_order_of(zone, vertices[face.z])});
+  }
+  return result;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How neighbouring cells share the surface along their borders, so that where they refer to different views the picture
+// of one fades into that of the other instead of ending at a line. Absent from the paper, where each pixel shows its
+// own cell's picture.
+//
+//   s_k(v) = max(0, 1 - d_k(v) / W) / sum of the same over all cells     share of cell k at vertex v
+//
+// d_k(v) is the distance from v along the mesh's edges to the nearest vertex of cell k, 0 for its own; W the width.
+// Inside faces shares are interpolated linearly, so they are continuous over the surface. A pixel's colour is the mean
+// of what its cells make of it, by their shares. (To weigh the views by the shares instead is cheaper, but where views
+// enter and leave by small differences of their weights, the fade is over within a pixel.)
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "atlas/atlas.h"
+
+namespace lumatlas {
+
+// Cells that share one face, at most. Where more come near, those that are farthest from its corners are taken away
+// from them, which keeps shares continuous; no vertex loses its last cell.
+inline constexpr std::size_t kCellsPerZone = 4;
+
+// Faces that the same cells share are a zone.
+struct CellShares {
+  using Zone = std::array<std::uint32_t, kCellsPerZone>;  // cells, ascending; kNoCell after the last
+  std::vector<Zone> zones;
+  std::vector<std::uint32_t> zone_of_face;        // one per face
+  std::vector<std::array<glm::vec4, 3>> corners;  // per face and corner, the shares of its zone's cells; sum 1
+};
+
+// `width` is in scene units, finite and >= 0 (std::invalid_argument otherwise). 0: every face is its own cell's. The
+// same bytes for the same input.
+[[nodiscard]] CellShares share_cells(const Surface& surface, double width);
+
+}  // namespace lumatlas
