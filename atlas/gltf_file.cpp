@@ -39,13 +39,6 @@ std::string one_line(std::string text) {
   return text;
 }
 
-std::string shown(double value) {
-  std::ostringstream text;
-  text.precision(10);
-  text << value;
-  return text.str();
-}
-
 // How deep arrays and objects are nested in a JSON text.
 int nesting(const std::string& json) {
   int depth = 0, deepest = 0;
@@ -119,6 +112,13 @@ struct Folder {
 };
 
 }  // namespace
+
+std::string shown(double value) {
+  std::ostringstream text;
+  text.precision(10);
+  text << value;
+  return text.str();
+}
 
 GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
   std::error_code ignored;

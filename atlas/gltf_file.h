@@ -23,6 +23,9 @@ struct AccessorType {
   std::size_t elements_per_value = 1;
 };
 
+// A number as sentences show it, with up to ten digits.
+[[nodiscard]] std::string shown(double value);
+
 class GltfFile {
  public:
   using Object = tinygltf::Value;

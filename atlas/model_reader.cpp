@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 constexpr AccessorType kWholeNumbers{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kTriangles{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3};
 constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kCellNumbers{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
 constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
 
@@ -53,6 +54,8 @@ class ModelReader {
  private:
   [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
   [[nodiscard]] Mesh mesh() const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t count) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& mesh, std::size_t count) const;
   [[nodiscard]] Cells cells(const Mesh& mesh, std::size_t count) const;
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
@@ -105,22 +108,53 @@ Mesh ModelReader::mesh() const {
   return mesh;
 }
 
+// By vertex, in [0, count).
+std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t count) const {
+  const auto numbers = file_.values<float>(file_.attribute(kCellAttribute), kCellAttribute, kCellNumbers);
+  if (numbers.size() != vertices) {
+    file_.refuse(std::string(kCellAttribute) + " has " + std::to_string(numbers.size()) + " cells for " +
+                 std::to_string(vertices) + " vertices");
+  }
+  std::vector<std::uint32_t> cells;
+  cells.reserve(vertices);
+  for (const float number : numbers) {
+    // Written so that NaN is refused too.
+    if (!(number >= 0 && number < static_cast<float>(count) && number == std::floor(number))) {
+      file_.refuse("vertex " + std::to_string(cells.size()) + " is in cell " + shown(number) + " of " +
+                   std::to_string(count));
+    }
+    cells.push_back(static_cast<std::uint32_t>(number));
+  }
+  return cells;
+}
+
+std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& mesh, std::size_t count) const {
+  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(mesh.positions.size(), count);
+  std::vector<std::uint32_t> cells;
+  cells.reserve(mesh.faces.size());
+  for (const glm::uvec3& face : mesh.faces) {
+    const std::uint32_t cell = of_vertex[face[0]];
+    if (of_vertex[face[1]] != cell || of_vertex[face[2]] != cell) {
+      file_.refuse("face " + std::to_string(cells.size()) + " has vertices in cells " + std::to_string(cell) + ", " +
+                   std::to_string(of_vertex[face[1]]) + " and " + std::to_string(of_vertex[face[2]]) +
+                   ", must be in one");
+    }
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
 Cells ModelReader::cells(const Mesh& mesh, std::size_t count) const {
   const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, 1e300);
-  std::vector<std::uint32_t> cell_of_face = whole_numbers("cellOfFace");
-  if (cell_of_face.size() != mesh.faces.size()) {
-    file_.refuse("cellOfFace has " + std::to_string(cell_of_face.size()) + " entries for " +
-                 std::to_string(mesh.faces.size()) + " faces");
+  if (count > kMostCells) {
+    file_.refuse("has " + std::to_string(count) + " cells, must be at most " + std::to_string(kMostCells));
   }
+  std::vector<std::uint32_t> of_face = cell_of_face(mesh, count);
   std::vector<std::uint8_t> used(count, 0);
-  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
-    const std::uint32_t cell = cell_of_face[face];
-    if (cell >= count) file_.refuse("face " + std::to_string(face) + " is in cell " + out_of(cell, count));
-    used[cell] = 1;
-  }
+  for (const std::uint32_t cell : of_face) used[cell] = 1;
   const auto empty = std::find(used.begin(), used.end(), 0);
   if (empty != used.end()) file_.refuse("cell " + std::to_string(empty - used.begin()) + " has no faces");
-  return measure_cells(mesh, std::move(cell_of_face), size);
+  return measure_cells(mesh, std::move(of_face), size);
 }
 
 std::vector<glm::u8vec3> ModelReader::vertex_colors(std::size_t count) const {
@@ -186,19 +220,21 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   } catch (const std::invalid_argument& error) {
     file_.refuse(error.what());
   }
-  table.first_tile.push_back(0);
-  for (const ViewEntry& view : views) {
-    const TileGrid grid(view.camera.width, view.camera.height, table.options.tile_px);
-    table.first_tile.push_back(table.first_tile.back() + grid.tiles());
-  }
   std::vector<std::uint8_t> resident;
   if (object.Has("resident")) {
     resident = file_.values<std::uint8_t>(file_.accessor(object, "tiles", "resident"), "resident", kFlags);
   }
-  if (resident.size() != table.first_tile.back()) {
-    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
-                 " tiles whether they are there, its views have " + std::to_string(table.first_tile.back()));
+  std::uint64_t tiles = 0;
+  for (const ViewEntry& view : views) {
+    table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
+    tiles += TileGrid(view.camera.width, view.camera.height, table.options.tile_px).tiles();
   }
+  table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
+  if (resident.size() != tiles) {
+    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
+                 " tiles whether they are there, its views have " + std::to_string(tiles));
+  }
+  if (tiles >= kNotResident) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
   std::uint32_t next = 0;
   for (const std::uint8_t there : resident) table.slots.push_back(there ? next++ : kNotResident);
   return table;

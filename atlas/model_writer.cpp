@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "atlas/cell_split.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
@@ -80,28 +81,54 @@ int add_unlit_material(tinygltf::Model& model) {
   return static_cast<int>(model.materials.size()) - 1;
 }
 
-void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
-  const Mesh& mesh = snapshot.surface->mesh;
+// What the split vertices of a mesh have of the vertices that they are.
+template <typename T>
+std::vector<T> repeated(const std::vector<T>& values, const std::vector<std::uint32_t>& source) {
+  std::vector<T> split;
+  split.reserve(source.size());
+  for (const std::uint32_t vertex : source) split.push_back(values[vertex]);
+  return split;
+}
+
+// glTF has no vertex attributes of 32-bit whole numbers.
+int add_cells(tinygltf::Model& model, const std::vector<std::uint32_t>& cell_of_vertex) {
+  return add_accessor(model, std::vector<float>(cell_of_vertex.begin(), cell_of_vertex.end()),
+                      TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ARRAY_BUFFER);
+}
+
+int add_positions(tinygltf::Model& model, const Mesh& mesh, const std::vector<std::uint32_t>& source) {
+  const int accessor = add_accessor(model, repeated(mesh.positions, source), TINYGLTF_COMPONENT_TYPE_FLOAT,
+                                    TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
+  const Bounds box = bounds(mesh);
+  tinygltf::Accessor& positions = model.accessors[static_cast<std::size_t>(accessor)];
+  for (int axis = 0; axis < 3; ++axis) {
+    positions.minValues.push_back(box.min[axis]);
+    positions.maxValues.push_back(box.max[axis]);
+  }
+  return accessor;
+}
+
+tinygltf::Primitive add_triangles(tinygltf::Model& model, const Snapshot& snapshot) {
+  const CellSplit split = split_at_cells(snapshot.surface->mesh, snapshot.surface->cells.cell_of_face);
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.material = add_unlit_material(model);
-  const int positions = add_accessor(model, mesh.positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
-                                     TINYGLTF_TARGET_ARRAY_BUFFER);
-  const Bounds box = bounds(mesh);
-  for (int axis = 0; axis < 3; ++axis) {
-    model.accessors[static_cast<std::size_t>(positions)].minValues.push_back(box.min[axis]);
-    model.accessors[static_cast<std::size_t>(positions)].maxValues.push_back(box.max[axis]);
-  }
-  primitive.attributes["POSITION"] = positions;
-  const int colors = add_accessor(model, linear_colors(snapshot.vertex_colors), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
-                                  TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+  primitive.attributes["POSITION"] = add_positions(model, snapshot.surface->mesh, split.source);
+  const int colors =
+      add_accessor(model, linear_colors(repeated(snapshot.vertex_colors, split.source)),
+                   TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
   model.accessors[static_cast<std::size_t>(colors)].normalized = true;
   primitive.attributes["COLOR_0"] = colors;
-  primitive.indices = add_accessor(model, mesh.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+  primitive.attributes[kCellAttribute] = add_cells(model, split.cell_of_vertex);
+  primitive.indices = add_accessor(model, split.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
                                    TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * mesh.faces.size();
+  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * split.faces.size();
+  return primitive;
+}
+
+void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   tinygltf::Mesh gltf_mesh;
-  gltf_mesh.primitives.push_back(std::move(primitive));
+  gltf_mesh.primitives.push_back(add_triangles(model, snapshot));
   model.meshes.push_back(std::move(gltf_mesh));
   tinygltf::Node node;
   node.mesh = 0;
@@ -195,7 +222,6 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
   extension["version"] = Json(kLumigraphVersion);
   extension["offset"] = array_of(snapshot.surface->offset);
   extension["cellSize"] = Json(cells.size);
-  extension["cellOfFace"] = Json(add_scalars(model, cells.cell_of_face));
   extension["cellSeen"] =
       Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
   extension["referenceOffsets"] = Json(add_scalars(model, snapshot.references.offsets));
@@ -278,6 +304,10 @@ void write_gltf(const std::filesystem::path& folder, tinygltf::Model& model) {
 
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity) {
   check(validity);
+  if (snapshot.cell_seen.size() > kMostCells) {
+    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
+                     std::to_string(kMostCells) + ": give a larger --cell-size");
+  }
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";

@@ -25,8 +25,8 @@ using nlohmann::json;
 // A good model on disk, to be damaged.
 class DamagedModel {
  public:
-  DamagedModel() {
-    write_model(folder_.path(), small_snapshot(), {});
+  explicit DamagedModel(const Snapshot& good = small_snapshot()) {
+    write_model(folder_.path(), good, {});
     gltf_ = json::parse(bytes_of(file()));
   }
 
@@ -82,9 +82,9 @@ struct Case {
   std::string sentence;
 };
 
-void check_all(const std::vector<Case>& cases) {
+void check_all(const std::vector<Case>& cases, const Snapshot& good = small_snapshot()) {
   for (const Case& damaged : cases) {
-    DamagedModel model;
+    DamagedModel model(good);
     damaged.damage(model);
     CAPTURE(damaged.what);
     CHECK(model.sentence() == damaged.sentence);
@@ -153,8 +153,8 @@ TEST_CASE("a glTF file that is not a model of this program is refused") {
        "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
       {"an empty extension", [](DamagedModel& m) { m.lumigraph() = json::object(); },
        "LUMATLAS_lumigraph has no \"version\""},
-      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 2; },
-       "has version 2 of LUMATLAS_lumigraph, this program reads version 2"},
+      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 3; },
+       "has version 3 of LUMATLAS_lumigraph, this program reads version 2"},
       {"version 0", [](DamagedModel& m) { m.lumigraph()["version"] = 0; },
        "has version 0 of LUMATLAS_lumigraph, this program reads version 2"},
       {"a fraction of a version", [](DamagedModel& m) { m.lumigraph()["version"] = 1.5; },
@@ -281,22 +281,22 @@ TEST_CASE("accessors that do not fit are refused") {
   const auto indices = [](DamagedModel& m) -> json& { return m.accessor(m.primitive()["indices"]); };
   check_all({
       {"a huge count", [&](DamagedModel& m) { positions(m)["count"] = 4'000'000'000'000; },
-       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+       "POSITION: accessor 0 reaches beyond its buffer view of 588 bytes"},
       {"a count whose bytes overflow",
        [&](DamagedModel& m) { positions(m)["count"] = std::numeric_limits<std::uint64_t>::max(); },
-       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+       "POSITION: accessor 0 reaches beyond its buffer view of 588 bytes"},
       {"an offset too far", [&](DamagedModel& m) { positions(m)["byteOffset"] = 12; },
-       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+       "POSITION: accessor 0 reaches beyond its buffer view of 588 bytes"},
       {"an offset that overflows",
        [&](DamagedModel& m) { positions(m)["byteOffset"] = std::numeric_limits<std::uint64_t>::max() - 3; },
-       "POSITION: accessor 0 reaches beyond its buffer view of 348 bytes"},
+       "POSITION: accessor 0 reaches beyond its buffer view of 588 bytes"},
       {"a view whose end overflows",
        [](DamagedModel& m) {
          m.gltf()["bufferViews"][0]["byteOffset"] = std::numeric_limits<std::uint64_t>::max() - 7;
        },
-       "POSITION: buffer view 0 reaches beyond its buffer of 1184 bytes"},
+       "POSITION: buffer view 0 reaches beyond its buffer of 1644 bytes"},
       {"a huge view", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteLength"] = 1'000'000'000'000; },
-       "POSITION: buffer view 0 reaches beyond its buffer of 1184 bytes"},
+       "POSITION: buffer view 0 reaches beyond its buffer of 1644 bytes"},
       {"a stride", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteStride"] = 16; },
        "POSITION: buffer view 0 has a stride, must be packed"},
       {"no buffer view", [&](DamagedModel& m) { positions(m).erase("bufferView"); },
@@ -319,7 +319,7 @@ TEST_CASE("accessors that do not fit are refused") {
        "COLOR_0: accessor -5 does not exist"},
       {"no indices", [](DamagedModel& m) { m.primitive().erase("indices"); }, "indices: accessor -1 does not exist"},
       {"indices not in triples", [&](DamagedModel& m) { indices(m)["count"] = 100; },
-       "indices: accessor 2 has 100 elements, must have a multiple of 3"},
+       "indices: accessor 3 has 100 elements, must have a multiple of 3"},
       {"no indices at all", [&](DamagedModel& m) { indices(m)["count"] = 0; }, "its mesh has no faces"},
       {"no accessors", [](DamagedModel& m) { m.gltf().erase("accessors"); },
        "is no glTF 2.0 file that can be read: primitive indices accessor out of bounds"},
@@ -336,16 +336,16 @@ TEST_CASE("a mesh that is not there or not usable is refused") {
       {"no positions", [](DamagedModel& m) { m.primitive()["attributes"].erase("POSITION"); },
        "its mesh has no POSITION"},
       {"no colours", [](DamagedModel& m) { m.primitive()["attributes"].erase("COLOR_0"); }, "its mesh has no COLOR_0"},
-      {"a vertex too many", [](DamagedModel& m) { m.poke<std::uint32_t>(m.primitive()["indices"], 3 * 5 + 1, 29); },
-       "face 5 has the vertex 29 of 29"},
+      {"a vertex too many", [](DamagedModel& m) { m.poke<std::uint32_t>(m.primitive()["indices"], 3 * 5 + 1, 49); },
+       "face 5 has the vertex 49 of 49"},
       {"the largest vertex", [](DamagedModel& m) { m.poke<std::uint32_t>(m.primitive()["indices"], 0, 0xffffffffu); },
-       "face 0 has the vertex 4294967295 of 29"},
+       "face 0 has the vertex 4294967295 of 49"},
       {"NaN", [&](DamagedModel& m) { m.poke<float>(positions(m), 3 * 7 + 2, std::nanf("")); },
        "vertex 7 has a coordinate that is not finite"},
       {"infinity", [&](DamagedModel& m) { m.poke<float>(positions(m), 3, -std::numeric_limits<float>::infinity()); },
        "vertex 1 has a coordinate that is not finite"},
       {"fewer colours", [](DamagedModel& m) { m.accessor(m.primitive()["attributes"]["COLOR_0"])["count"] = 28; },
-       "COLOR_0 has 28 colours for 29 vertices"},
+       "COLOR_0 has 28 colours for 49 vertices"},
       {"no vertices", [&](DamagedModel& m) { m.accessor(positions(m))["count"] = 0; }, "face 0 has the vertex 0 of 0"},
   });
 }
@@ -354,20 +354,54 @@ TEST_CASE("a mesh may be degenerate or huge without harm") {
   DamagedModel model;
   const json positions = model.primitive()["attributes"]["POSITION"];
   SECTION("every vertex in one place") {
-    for (std::size_t i = 0; i < 3 * 29; ++i) model.poke<float>(positions, i, 1);
+    for (std::size_t i = 0; i < 3 * 49; ++i) model.poke<float>(positions, i, 1);
   }
   SECTION("coordinates at the end of the range") {
-    for (std::size_t i = 0; i < 3 * 29; ++i) model.poke<float>(positions, i, i % 2 == 0 ? 3e38f : -3e38f);
+    for (std::size_t i = 0; i < 3 * 49; ++i) model.poke<float>(positions, i, i % 2 == 0 ? 3e38f : -3e38f);
   }
   SECTION("coordinates too small to tell apart") {
-    for (std::size_t i = 0; i < 3 * 29; ++i) model.poke<float>(positions, i, static_cast<float>(i % 5) * 1e-45f);
+    for (std::size_t i = 0; i < 3 * 49; ++i) model.poke<float>(positions, i, static_cast<float>(i % 5) * 1e-45f);
   }
-  SECTION("one face many times") {
-    for (std::size_t i = 0; i < 3 * 34; ++i) {
-      model.poke<std::uint32_t>(model.primitive()["indices"], i, static_cast<std::uint32_t>(i % 3));
+  SECTION("one face many times in each cell") {
+    // The first of each cell.
+    const auto cell = [](std::size_t face) { return face * 5 / 34; };
+    const std::vector<glm::uvec3> faces = read_model(model.folder()).snapshot.surface->mesh.faces;
+    std::size_t first = 0;
+    for (std::size_t face = 0; face < faces.size(); ++face) {
+      if (cell(face) != cell(first)) first = face;
+      model.poke<glm::uvec3>(model.primitive()["indices"], face, faces[first]);
     }
   }
   CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("cells of vertices that are no cells or tear a face are refused") {
+  const auto cells = [](DamagedModel& m) { return json(m.primitive()["attributes"]["_CELL"]); };
+  const auto set = [=](std::size_t vertex, float cell) {
+    return [=](DamagedModel& m) { m.poke<float>(cells(m), vertex, cell); };
+  };
+  check_all({
+      {"none", [](DamagedModel& m) { m.primitive()["attributes"].erase("_CELL"); }, "its mesh has no _CELL"},
+      {"an accessor too many", [](DamagedModel& m) { m.primitive()["attributes"]["_CELL"] = 99; },
+       "_CELL: accessor 99 does not exist"},
+      {"positions", [](DamagedModel& m) { m.primitive()["attributes"]["_CELL"] = 0; },
+       "_CELL: accessor 0 has another type than this program writes"},
+      {"whole numbers", [=](DamagedModel& m) { m.accessor(cells(m))["componentType"] = 5125; },
+       "_CELL: accessor 2 has another type than this program writes"},
+      {"fewer", [=](DamagedModel& m) { m.accessor(cells(m))["count"] = 48; }, "_CELL has 48 cells for 49 vertices"},
+      {"a cell too many", set(12, 5), "vertex 12 is in cell 5 of 5"},
+      {"a huge cell", set(12, 1048576), "vertex 12 is in cell 1048576 of 5"},
+      {"a negative cell", set(12, -1), "vertex 12 is in cell -1 of 5"},
+      {"half a cell", set(12, 0.5f), "vertex 12 is in cell 0.5 of 5"},
+      {"NaN", set(12, std::nanf("")), "vertex 12 is in cell nan of 5"},
+      {"infinity", set(12, std::numeric_limits<float>::infinity()), "vertex 12 is in cell inf of 5"},
+      {"two cells in a face", set(0, 3), "face 0 has vertices in cells 3, 0 and 0, must be in one"},
+      {"a cell without faces",
+       [=](DamagedModel& m) {
+         for (std::size_t vertex = 0; vertex < 49; ++vertex) set(vertex, 3)(m);
+       },
+       "cell 0 has no faces"},
+  });
 }
 
 TEST_CASE("cells and references out of range are refused") {
@@ -378,15 +412,8 @@ TEST_CASE("cells and references out of range are refused") {
     return [=](DamagedModel& m) { m.accessor(m.lumigraph()[name])["count"] = elements; };
   };
   check_all({
-      {"a cell too many", set("cellOfFace", 12, 5), "face 12 is in cell 5 of 5"},
-      {"fewer faces", count("cellOfFace", 33), "cellOfFace has 33 entries for 34 faces"},
-      {"a cell without faces",
-       [&](DamagedModel& m) {
-         for (std::size_t face = 0; face < 34; ++face) set("cellOfFace", face, face % 2 == 0 ? 0 : 4)(m);
-       },
-       "cell 1 has no faces"},
-      {"fewer cells", count("cellSeen", 4), "face 28 is in cell 4 of 4"},
-      {"no cells", count("cellSeen", 0), "face 0 is in cell 0 of 0"},
+      {"fewer cells", count("cellSeen", 4), "vertex 23 is in cell 4 of 4"},
+      {"no cells", count("cellSeen", 0), "vertex 0 is in cell 0 of 0"},
       {"fewer offsets", count("referenceOffsets", 5), "referenceOffsets has 5 entries, must have 6 for 5 cells"},
       {"no offsets", count("referenceOffsets", 0), "referenceOffsets has 0 entries, must have 6 for 5 cells"},
       {"offsets from 1", set("referenceOffsets", 0, 1),
@@ -404,14 +431,14 @@ TEST_CASE("cells and references out of range are refused") {
       {"a reference to a view too many", set("references", 4, 3), "reference 4 is to view 3 of 3"},
       {"references to views that are not there", [](DamagedModel& m) { m.lumigraph().erase("views"); },
        "reference 0 is to view 0 of 0"},
-      {"no cellOfFace", [](DamagedModel& m) { m.lumigraph().erase("cellOfFace"); },
-       "LUMATLAS_lumigraph has no \"cellOfFace\""},
+      {"no cellSeen", [](DamagedModel& m) { m.lumigraph().erase("cellSeen"); },
+       "LUMATLAS_lumigraph has no \"cellSeen\""},
       {"an accessor too many", [](DamagedModel& m) { m.lumigraph()["cellSeen"] = 99; },
        "cellSeen: accessor 99 does not exist"},
       {"a negative accessor", [](DamagedModel& m) { m.lumigraph()["references"] = -1; },
        "LUMATLAS_lumigraph: \"references\" is -1, must be in [0, 1000000000]"},
-      {"the accessor of something else", [](DamagedModel& m) { m.lumigraph()["cellOfFace"] = 0; },
-       "cellOfFace: accessor 0 has another type than this program writes"},
+      {"the accessor of something else", [](DamagedModel& m) { m.lumigraph()["references"] = 0; },
+       "references: accessor 0 has another type than this program writes"},
       {"a negative size", [](DamagedModel& m) { m.lumigraph()["cellSize"] = -1; },
        "LUMATLAS_lumigraph: \"cellSize\" is -1, must be in [0, 1e+300]"},
       {"an infinite size", [](DamagedModel& m) { m.lumigraph()["cellSize"] = json::parse("1.7e308"); },
@@ -427,6 +454,35 @@ TEST_CASE("cells and references out of range are refused") {
        },
        "LUMATLAS_lumigraph: \"offset\" is not an array of 3 numbers"},
   });
+}
+
+TEST_CASE("tiles that do not fit their views are refused") {
+  const auto set = [](const char* name, const json& value) {
+    return [=](DamagedModel& m) { m.lumigraph()["tiles"][name] = value; };
+  };
+  check_all(
+      {
+          {"a number", [](DamagedModel& m) { m.lumigraph()["tiles"] = 3; }, "tiles is not an object"},
+          {"no size", [](DamagedModel& m) { m.lumigraph()["tiles"].erase("size"); }, "tiles has no \"size\""},
+          {"no gutter", [](DamagedModel& m) { m.lumigraph()["tiles"].erase("gutter"); }, "tiles has no \"gutter\""},
+          {"of no pixels", set("size", 0), "tiles: \"size\" is 0, must be in [8, 1024]"},
+          {"huge", set("size", 2'000'000'000), "tiles: \"size\" is 2000000000, must be in [8, 1024]"},
+          {"half a pixel", set("size", 8.5), "tiles: \"size\" is 8.5, must be a whole number"},
+          {"not a multiple of 8", set("size", 12),
+           "tiles: tile_px is 12, must be a multiple of 8 from 8 to 1024, or 0 for whole views"},
+          {"a wide gutter", set("gutter", 9), "tiles: \"gutter\" is 9, must be in [1, 8]"},
+          {"a gutter of no level", set("gutter", 3), "tiles: gutter_px is 3, must be 1, 2, 4 or 8"},
+          {"larger tiles", set("size", 16), "\"tiles\" says of 31 tiles whether they are there, its views have 10"},
+          {"none of them", [](DamagedModel& m) { m.lumigraph()["tiles"].erase("resident"); },
+           "\"tiles\" says of 0 tiles whether they are there, its views have 31"},
+          {"one less", [](DamagedModel& m) { m.accessor(m.lumigraph()["tiles"]["resident"])["count"] = 30; },
+           "\"tiles\" says of 30 tiles whether they are there, its views have 31"},
+          {"an accessor too many", set("resident", 99), "resident: accessor 99 does not exist"},
+          {"whole numbers",
+           [](DamagedModel& m) { m.accessor(m.lumigraph()["tiles"]["resident"])["componentType"] = 5125; },
+           "resident: accessor 7 has another type than this program writes"},
+      },
+      small_snapshot({}, {8, 2, 0}));
 }
 
 TEST_CASE("validity options out of range are refused") {
