@@ -5,15 +5,20 @@
 #include <cmath>
 #include <exception>
 #include <glm/glm.hpp>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "atlas/glb_file.h"
 #include "atlas/gltf_file.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
 #include "mesh/errors.h"
+#include "mesh/whole_file.h"
 
 namespace lumatlas {
 
@@ -33,8 +38,8 @@ struct ViewEntry {
   std::string name;
   Camera camera;
   glm::dvec3 gain{1.0};
-  fs::path image;
-  fs::path lens_mask, trust_mask;  // empty: there is none
+  GltfImage image;
+  std::optional<GltfImage> lens_mask, trust_mask;
 };
 
 // The lumigraph in a glTF file, part by part, each checked against the parts before it.
@@ -65,9 +70,9 @@ class ModelReader {
   [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
   [[nodiscard]] std::vector<ViewEntry> view_entries() const;
   void require_own_images(const std::vector<ViewEntry>& entries) const;
-  [[nodiscard]] fs::path image(const GltfFile::Object& view, const std::string& where, const char* name) const;
-  [[nodiscard]] Photograph sized_image(const fs::path& image, const Camera& camera) const;
-  [[nodiscard]] std::vector<std::uint8_t> mask(const fs::path& image, const Camera& camera) const;
+  [[nodiscard]] GltfImage image(const GltfFile::Object& view, const std::string& where, const char* name) const;
+  [[nodiscard]] Photograph sized_image(const GltfImage& image, const Camera& camera) const;
+  [[nodiscard]] std::vector<std::uint8_t> mask(const std::optional<GltfImage>& image, const Camera& camera) const;
   [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
                                 const ValidityOptions& options) const;
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
@@ -268,7 +273,7 @@ Camera ModelReader::camera(const GltfFile::Object& view, const std::string& wher
   return camera;
 }
 
-fs::path ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
+GltfImage ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
   return file_.image(file_.whole_number(view, where, name, 0, 1'000'000'000));
 }
 
@@ -298,27 +303,38 @@ std::vector<ViewEntry> ModelReader::view_entries() const {
 
 // A file of a few kilobytes could else ask for one large photograph a million times.
 void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) const {
-  std::set<fs::path> images;
+  std::set<fs::path> files;
+  std::map<const unsigned char*, const unsigned char*> ends;  // of the bytes in buffers, by their first
   for (const ViewEntry& entry : entries) {
-    if (images.insert(entry.image.lexically_normal()).second) continue;
-    file_.refuse("two views have the photograph " + entry.image.string() + ", each must have its own");
+    const std::span<const unsigned char> bytes = entry.image.bytes;
+    if (!bytes.empty()) {
+      const auto next = ends.lower_bound(bytes.data());
+      const bool before_next = next == ends.end() || next->first >= bytes.data() + bytes.size();
+      const bool after_last = next == ends.begin() || std::prev(next)->second <= bytes.data();
+      ends.emplace(bytes.data(), bytes.data() + bytes.size());
+      if (before_next && after_last) continue;
+    } else if (files.insert(entry.image.file.lexically_normal()).second) {
+      continue;
+    }
+    file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
   }
 }
 
-Photograph ModelReader::sized_image(const fs::path& image, const Camera& camera) const {
-  const ImageSize size = photograph_size(image);
+Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera) const {
+  const bool in_file = image.bytes.empty();
+  const ImageSize size = in_file ? photograph_size(image.file) : photograph_size(image.bytes, image.file.string());
   if (size.width != camera.width || size.height != camera.height) {
-    throw InputError(image.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+    throw InputError(image.file.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                      ", its view in " + path_.string() + " says " + std::to_string(camera.width) + "x" +
                      std::to_string(camera.height));
   }
-  return read_photograph(image);
+  return in_file ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
 }
 
 // The red of an image, one value per pixel; none without an image.
-std::vector<std::uint8_t> ModelReader::mask(const fs::path& image, const Camera& camera) const {
-  if (image.empty()) return {};
-  const Photograph picture = sized_image(image, camera);
+std::vector<std::uint8_t> ModelReader::mask(const std::optional<GltfImage>& image, const Camera& camera) const {
+  if (!image) return {};
+  const Photograph picture = sized_image(*image, camera);
   std::vector<std::uint8_t> values(picture.rgb.size() / 3);
   for (std::size_t pixel = 0; pixel < values.size(); ++pixel) values[pixel] = picture.rgb[3 * pixel];
   return values;
@@ -373,11 +389,20 @@ Model ModelReader::model() const {
   return model;
 }
 
+fs::path file_of(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored) ? path / kModelFileName : path;
+}
+
 }  // namespace
 
-Model read_model(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return ModelReader(fs::is_directory(path, ignored) ? path / kModelFileName : path).model();
+Model read_model(const fs::path& path) {
+  return ModelReader(file_of(path)).model();
+}
+
+std::string read_model_json(const fs::path& path) {
+  const fs::path file = file_of(path);
+  return is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
 }
 
 }  // namespace lumatlas

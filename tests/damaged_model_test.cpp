@@ -8,9 +8,12 @@
 #include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <span>
+#include <sstream>
 #include <string>
 #include <vector>
 
+#include "atlas/glb_file.h"
 #include "atlas/model_file.h"
 #include "mesh/errors.h"
 #include "tests/temporary_folder.h"
@@ -100,7 +103,7 @@ TEST_CASE("the good model is accepted") {
 
 TEST_CASE("a path without a model is refused") {
   const TemporaryFolder folder;
-  const std::string advice = ": no such file: give a folder that `lumatlas build` wrote, or the scene.gltf in it";
+  const std::string advice = ": no such file: give a folder or a .glb that `lumatlas build` wrote";
   CHECK_THROWS_WITH(read_model(folder / "missing"), (folder / "missing").string() + advice);
   CHECK_THROWS_WITH(read_model(folder.path()), (folder / "scene.gltf").string() + advice);
 }
@@ -118,7 +121,6 @@ TEST_CASE("a file that is no glTF is refused") {
   CHECK(sentence_for("{\"asset\": 3}") == no_gltf + "\"asset\" object not found in .gltf or not an object type");
   CHECK_THAT(sentence_for("hello, world"), Catch::StartsWith(no_gltf + "[json.exception.parse_error.101] "));
   CHECK_THAT(sentence_for("{\"asset\": \"\xff\xfe\"}"), Catch::StartsWith(no_gltf));
-  CHECK_THAT(sentence_for("glTF\x02 and then binary"), Catch::StartsWith(no_gltf));
   CHECK(sentence_for(std::string("{\"a\": \"") + std::string(5'000'000, 'x')).size() < 1100);
 }
 
@@ -615,16 +617,45 @@ TEST_CASE("images that do not fit are refused") {
   }
   SECTION("in a data URI") {
     model.gltf()["images"][1]["uri"] = "data:image/png;base64,iVBORw0KGgo=";
-    CHECK(model.sentence() == "is no glTF 2.0 file that can be read: No LoadImageData callback specified.");
+    CHECK(model.sentence() == "image 1 is a data URI, must be a file or in a buffer");
   }
   SECTION("in a buffer view that does not exist") {
     model.gltf()["images"][1] = {{"bufferView", 99}, {"mimeType", "image/png"}};
-    CHECK(model.sentence() ==
-          "is no glTF 2.0 file that can be read: image[1] bufferView \"99\" not found in the scene.");
+    CHECK(model.sentence() == "image 1: buffer view 99 does not exist");
   }
   SECTION("in a buffer view") {
     model.gltf()["images"][1] = {{"bufferView", 0}, {"mimeType", "image/png"}};
-    CHECK(model.sentence() == "is no glTF 2.0 file that can be read: No LoadImageData callback specified.");
+    CHECK(model.sentence() == "image 1: not a PNG, JPEG or WebP image");
+  }
+  SECTION("in a buffer view that lies beyond its buffer") {
+    model.gltf()["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 1'000'000'000'000}, {"byteLength", 9}});
+    model.gltf()["images"][1] = {{"bufferView", model.gltf()["bufferViews"].size() - 1}, {"mimeType", "image/png"}};
+    CHECK(model.sentence() == "image 1: buffer view 7 reaches beyond its buffer of 1644 bytes");
+  }
+  SECTION("in an empty buffer view") {
+    model.gltf()["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 0}});
+    model.gltf()["images"][1] = {{"bufferView", model.gltf()["bufferViews"].size() - 1}, {"mimeType", "image/png"}};
+    CHECK_THAT(model.sentence(), Catch::Contains("image 1 is empty") || Catch::Contains("byteLength"));
+  }
+  SECTION("nowhere") {
+    model.gltf()["images"][1] = {{"mimeType", "image/png"}};
+    CHECK(model.sentence() == "image 1 must have a \"uri\" or a \"bufferView\"");
+  }
+  SECTION("in two places") {
+    model.gltf()["images"][1]["bufferView"] = 0;
+    CHECK(model.sentence() == "image 1 must have a \"uri\" or a \"bufferView\"");
+  }
+  SECTION("at a number") {
+    model.gltf()["images"][1]["uri"] = 3;
+    CHECK(model.sentence() == "image 1: \"uri\" is not a string");
+  }
+  SECTION("in a negative buffer view") {
+    model.gltf()["images"][1] = {{"bufferView", -1}};
+    CHECK(model.sentence() == "image 1: \"bufferView\" is -1");
+  }
+  SECTION("in no list") {
+    model.gltf()["images"] = 3;
+    CHECK(model.sentence() == "\"images\" is not an array");
   }
   SECTION("one photograph for two views") {
     model.view(1)["image"] = 0;
@@ -638,6 +669,148 @@ TEST_CASE("images that do not fit are refused") {
   SECTION("none at all") {
     model.gltf().erase("images");
     CHECK(model.sentence() == "image 0 does not exist");
+  }
+}
+
+// A good model in one file, to be damaged. Its JSON is as long as it likes.
+class DamagedGlb {
+ public:
+  DamagedGlb() {
+    std::ostringstream file;
+    write_glb(file, small_snapshot(), {});
+    good_ = file.str();
+    const std::size_t json_bytes = word_at(12);
+    gltf_ = json::parse(good_.substr(20, json_bytes));
+    binary_ = good_.substr(20 + json_bytes + 8);
+  }
+
+  [[nodiscard]] const std::string& bytes() const { return good_; }
+  [[nodiscard]] json& gltf() { return gltf_; }
+  [[nodiscard]] std::uint32_t word_at(std::size_t at) const {
+    std::uint32_t word = 0;
+    std::memcpy(&word, &good_[at], 4);
+    return word;
+  }
+  [[nodiscard]] std::string with_word(std::size_t at, std::uint32_t word) const {
+    std::string bytes = good_;
+    std::memcpy(&bytes[at], &word, 4);
+    return bytes;
+  }
+  [[nodiscard]] std::string with_json() const {
+    std::ostringstream file;
+    write_glb_frame(file, gltf_.dump(),
+                    std::span(reinterpret_cast<const unsigned char*>(binary_.data()), binary_.size()));
+    return file.str();
+  }
+  // What the reader says, without the path.
+  [[nodiscard]] std::string sentence(const std::string& bytes) const {
+    const fs::path file = folder_.with_file("model.glb", bytes);
+    try {
+      (void)read_model(file);
+    } catch (const InputError& error) {
+      const std::string text = error.what();
+      CHECK(text.find('\n') == std::string::npos);
+      return text.starts_with(file.string() + ": ") ? text.substr(file.string().size() + 2) : text;
+    }
+    return "accepted";
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::string good_, binary_;
+  json gltf_;
+};
+
+TEST_CASE("the frame of a .glb must fit the file") {
+  const DamagedGlb model;
+  const std::string all = std::to_string(model.bytes().size());
+  const std::size_t json_bytes = model.word_at(12), binary_at = 20 + json_bytes;
+  const std::string after_json = std::to_string(model.bytes().size() - 20);
+  const std::string binary_bytes = std::to_string(model.bytes().size() - binary_at - 8);
+  const std::string damaged = ": it is damaged or cut off";
+  CHECK(model.sentence(model.bytes()) == "accepted");
+  CHECK(model.sentence(model.with_json()) == "accepted");
+  CHECK(model.sentence(model.with_word(4, 1)) == "is of glTF version 1, this program reads 2.0");
+  CHECK(model.sentence(model.with_word(8, 100)) == "has " + all + " bytes, its header says 100" + damaged);
+  CHECK(model.sentence(model.with_word(8, 0xffffffff)) ==
+        "has " + all + " bytes, its header says 4294967295" + damaged);
+  CHECK(model.sentence(model.bytes() + "x") ==
+        "has " + std::to_string(model.bytes().size() + 1) + " bytes, its header says " + all + damaged);
+  CHECK(model.sentence("glTF") == "its header has 12 bytes, but only 4 of the file are left" + damaged);
+  CHECK(model.sentence(model.with_word(16, 3)) == "its first chunk is not JSON: it is no glTF 2.0 file");
+  CHECK(model.sentence(model.with_word(12, 0xfffffffe)) ==
+        "its JSON has 4294967294 bytes, but only " + after_json + " of the file are left" + damaged);
+  CHECK(model.sentence(model.with_word(12, 0)) == "is no glTF 2.0 file that can be read: JSON string too short.");
+  CHECK_THAT(model.sentence(model.with_word(12, 100)), Catch::StartsWith("is no glTF 2.0 file that can be read: "));
+  CHECK(model.sentence(model.with_word(binary_at, 0xfffffffc)) ==
+        "its binary chunk has 4294967292 bytes, but only " + binary_bytes + " of the file are left" + damaged);
+  const std::string no_buffer = "its buffer has the path \"\", must lie in the model's own folder";
+  CHECK(model.sentence(model.with_word(binary_at, 0)) == no_buffer);
+  CHECK(model.sentence(model.with_word(binary_at + 4, 77)) == no_buffer);  // a chunk that nobody knows
+  CHECK_THAT(model.sentence(model.with_word(binary_at, 100)), Catch::Contains("File size mismatch : binary chunk"));
+}
+
+TEST_CASE("a .glb that is cut off is refused at any length") {
+  const DamagedGlb model;
+  for (std::size_t length = 0; length < model.bytes().size(); length += 101) {
+    CAPTURE(length);
+    CHECK(model.sentence(model.bytes().substr(0, length)) != "accepted");
+  }
+}
+
+TEST_CASE("a .glb with any of its first bytes or of its JSON changed is read or refused") {
+  const DamagedGlb model;
+  const std::size_t end = 20 + model.word_at(12) + 8;
+  for (std::size_t at = 0; at < end; ++at) {
+    std::string changed = model.bytes();
+    changed[at] = static_cast<char>(~changed[at]);
+    CAPTURE(at);
+    const std::string sentence = model.sentence(changed);
+    if (at < 20) CHECK(sentence != "accepted");
+  }
+}
+
+TEST_CASE("images in the buffer of a .glb must be there, each its own") {
+  DamagedGlb model;
+  json& images = model.gltf()["images"];
+  const auto view_of = [&](std::size_t image) -> json& {
+    return model.gltf()["bufferViews"][images[image]["bufferView"].get<std::size_t>()];
+  };
+  REQUIRE(images.size() == 6);
+  SECTION("one photograph for two views") {
+    images[1] = images[0];
+    CHECK_THAT(model.sentence(model.with_json()),
+               Catch::StartsWith("two views have the photograph ") && Catch::EndsWith("each must have its own"));
+  }
+  SECTION("photographs that overlap") {
+    view_of(0)["byteLength"] = view_of(0)["byteLength"].get<std::size_t>() + 9;
+    CHECK_THAT(model.sentence(model.with_json()), Catch::StartsWith("two views have the photograph "));
+  }
+  SECTION("a photograph in the other's middle") {
+    view_of(0)["byteLength"] =
+        view_of(4)["byteOffset"].get<std::size_t>() - view_of(0)["byteOffset"].get<std::size_t>();
+    CHECK_THAT(model.sentence(model.with_json()), Catch::StartsWith("two views have the photograph "));
+  }
+  SECTION("cut off") {
+    view_of(0)["byteLength"] = view_of(0)["byteLength"].get<std::size_t>() / 2;
+    CHECK_THAT(model.sentence(model.with_json()), Catch::StartsWith("image 0: the file is cut off after "));
+  }
+  SECTION("no image") {
+    view_of(0)["byteOffset"] = view_of(0)["byteOffset"].get<std::size_t>() + 4;
+    view_of(0)["byteLength"] = 60;
+    CHECK(model.sentence(model.with_json()) == "image 0: not a PNG, JPEG or WebP image");
+  }
+  SECTION("a photograph of another size") {
+    model.gltf()["extensions"]["LUMATLAS_lumigraph"]["views"][0]["width"] = 25;
+    CHECK_THAT(model.sentence(model.with_json()), Catch::StartsWith("image 0: is 24x16, its view in "));
+  }
+  SECTION("beside the file") {  // allowed: it is in the folder
+    images[0] = {{"uri", "missing.png"}};
+    CHECK_THAT(model.sentence(model.with_json()), Catch::EndsWith("missing.png: no such file"));
+  }
+  SECTION("a buffer twice") {
+    model.gltf()["buffers"].push_back({{"uri", "binary chunk"}, {"byteLength", 10}});
+    CHECK(model.sentence(model.with_json()) == "has two buffers with the path \"binary chunk\"");
   }
 }
 

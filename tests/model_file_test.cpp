@@ -4,7 +4,10 @@
 #include <tbb/global_control.h>
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -13,6 +16,7 @@
 #include <utility>
 #include <vector>
 
+#include "atlas/glb_file.h"
 #include "blend/reference.h"
 #include "mesh/errors.h"
 #include "tests/temporary_folder.h"
@@ -208,6 +212,82 @@ TEST_CASE("a model that was read renders the same picture") {
   CHECK(before.state == after.state);
   for (const PixelState state : {PixelState::empty, PixelState::unseen, PixelState::untextured, PixelState::textured}) {
     CHECK(std::count(before.state.begin(), before.state.end(), state) > 0);  // the scene shows every case
+  }
+}
+
+fs::path written_glb(const TemporaryFolder& folder, const Snapshot& snapshot, const ImageCoding& coding = {},
+                     const std::string& notes = {}) {
+  fs::path file = folder / "model.glb";
+  std::ofstream stream(file, std::ios::binary);
+  write_glb(stream, snapshot, kValidity, coding, notes);
+  stream.close();
+  REQUIRE(stream);
+  return file;
+}
+
+TEST_CASE("a model in one file reads back as the one in a folder") {
+  const TemporaryFolder folder, alone;
+  const std::uint32_t tile_px = GENERATE(0u, 8u);
+  const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
+  write_model(folder.path(), written, kValidity);
+  const fs::path file = written_glb(alone, written);
+  const Model from_folder = read_model(folder.path()), from_file = read_model(file);
+  check_same(from_file.snapshot, from_folder.snapshot);
+  CHECK(resident(from_file.snapshot.tiles) == resident(from_folder.snapshot.tiles));
+  CHECK(from_file.validity.depth_edge == kValidity.depth_edge);
+  CHECK(std::distance(fs::directory_iterator(alone.path()), {}) == 1);
+}
+
+TEST_CASE("a model in one file is read whatever its name is, and written again as the same bytes") {
+  const TemporaryFolder folder;
+  const fs::path file = written_glb(folder, small_snapshot(kValidity));
+  fs::rename(file, folder / "scene.gltf");
+  const std::string bytes = bytes_of(folder / "scene.gltf");
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK((bytes_of(written_glb(folder, read)) == bytes));
+}
+
+TEST_CASE("notes are in the file as the asset's extras, whatever they hold") {
+  const TemporaryFolder folder;
+  const nlohmann::json notes = {{"options", {{"hold_out", nullptr}, {"bytes", 5'000'000'000}, {"share", 0.1}}},
+                                {"plan", {{{"name", "c \u00e9.jpg"}, {"kept", true}, {"gain", -3}}}}};
+  const fs::path file = written_glb(folder, small_snapshot(), {}, notes.dump());
+  const nlohmann::json gltf = nlohmann::json::parse(read_model_json(file));
+  CHECK(gltf.at("asset").at("extras") == notes);
+  CHECK_FALSE(
+      nlohmann::json::parse(read_model_json(written_glb(folder, small_snapshot()))).at("asset").contains("extras"));
+}
+
+TEST_CASE("a .glb has no room for 4 GiB") {
+  CHECK_NOTHROW(require_fits_glb(4'294'967'295));
+  CHECK_THROWS_MATCHES(require_fits_glb(4'294'967'296), InputError,
+                       Catch::Message("the model takes 4294967296 bytes, a .glb holds less than 4 GiB: name a folder "
+                                      "instead"));
+}
+
+TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact") {
+  const TemporaryFolder folder, alone;
+  const std::uint32_t tile_px = GENERATE(0u, 8u);
+  const Snapshot written = compacted(small_snapshot(kValidity, {tile_px, 2, 0}));
+  const ImageCoding coding{ImageFormat::jpeg, 95};
+  write_model(folder.path(), written, kValidity, coding);
+  CHECK(fs::exists(folder / "images/00001.jpg"));
+  CHECK(fs::exists(folder / "images/00001-trust.png"));
+  const Snapshot read = read_model(folder.path()).snapshot;
+  check_same(read_model(written_glb(alone, written, coding)).snapshot, read);
+  for (std::uint32_t view = 0; view < 3; ++view) {
+    const StoredView &before = *written.views[view], &after = *read.views[view];
+    CHECK(after.trust == before.trust);
+    CHECK(after.photograph.valid == before.photograph.valid);
+    std::vector<std::uint8_t> there(before.photograph.rgb.size() / 3, 1);
+    if (tile_px > 0) there = written.tiles.resident_pixels(view, before.camera);
+    double squares = 0, count = 0;
+    for (std::size_t byte = 0; byte < before.photograph.rgb.size(); ++byte) {
+      if (!there[byte / 3]) continue;
+      squares += std::pow(before.photograph.rgb[byte] - after.photograph.rgb[byte], 2);
+      ++count;
+    }
+    CHECK(std::sqrt(squares / count) < 4);  // of 255; with black beside the tiles it is 9
   }
 }
 
