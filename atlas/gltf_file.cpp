@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <utility>
@@ -37,13 +40,6 @@ std::string one_line(std::string text) {
   std::replace_if(text.begin(), text.end(), is_control, ' ');
   while (!text.empty() && text.back() == ' ') text.pop_back();
   return text;
-}
-
-std::string shown(double value) {
-  std::ostringstream text;
-  text.precision(10);
-  text << value;
-  return text.str();
 }
 
 // How deep arrays and objects are nested in a JSON text.
@@ -90,17 +86,22 @@ std::string percent_decoded(const std::string& uri) {
   return decoded;
 }
 
+// Stands for the URI of the buffer in a .glb, which has none.
+constexpr const char* kBinaryChunk = "binary chunk";
+
 // What tinygltf is given instead of the file system. It would look for a buffer along any path that the file says, and
 // then in the working directory too.
 struct Folder {
   const GltfFile& file;
   fs::path path;
+  std::function<std::vector<unsigned char>()> binary_chunk;  // empty: there is none
   std::set<fs::path> read;  // a buffer that is read a thousand times would fill the memory
 
   static Folder& of(void* user_data) { return *static_cast<Folder*>(user_data); }
 
   static std::string place(const std::string& uri, void* user_data) {
     Folder& folder = of(user_data);
+    if (folder.binary_chunk && uri == kBinaryChunk) return uri;
     const fs::path relative(uri);
     if (!stays_in_folder(relative) || has_control(uri)) {
       folder.file.refuse("its buffer has the path \"" + uri + "\", must lie in the model's own folder");
@@ -111,6 +112,10 @@ struct Folder {
   static bool read_file(std::vector<unsigned char>* bytes, std::string*, const std::string& path, void* user_data) {
     Folder& folder = of(user_data);
     if (!folder.read.insert(path).second) folder.file.refuse("has two buffers with the path \"" + path + "\"");
+    if (folder.binary_chunk && path == kBinaryChunk) {
+      *bytes = folder.binary_chunk();
+      return true;
+    }
     const std::string text = read_whole_file(path);
     bytes->assign(text.begin(), text.end());
     return true;
@@ -120,19 +125,32 @@ struct Folder {
 
 }  // namespace
 
+std::string shown(double value) {
+  std::ostringstream text;
+  text.precision(10);
+  text << value;
+  return text.str();
+}
+
 GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
   std::error_code ignored;
   if (!fs::is_regular_file(path_, ignored)) {
-    refuse("no such file: give a folder that `lumatlas build` wrote, or the scene.gltf in it");
+    refuse("no such file: give a folder or a .glb that `lumatlas build` wrote");
   }
-  const std::string json = read_whole_file(path_);
-  if (json.size() > std::numeric_limits<std::uint32_t>::max())
+  GlbFrame frame;
+  if (is_glb(path_)) {
+    frame = read_glb_frame(path_);
+  } else {
+    frame.json = read_whole_file(path_);
+  }
+  if (frame.json.size() > std::numeric_limits<std::uint32_t>::max()) {
     refuse("is larger than 4 GiB, too large for a glTF file");
-  const int levels = nesting(json);
+  }
+  const int levels = nesting(frame.json);
   if (levels > kMaxNesting) {
     refuse("nests its values " + std::to_string(levels) + " deep, must be at most " + std::to_string(kMaxNesting));
   }
-  parse(json);
+  parse(frame);
   check_version();
 }
 
@@ -140,8 +158,59 @@ void GltfFile::refuse(const std::string& why) const {
   throw InputError(path_.string() + ": " + one_line(why));
 }
 
-void GltfFile::parse(const std::string& json) {
-  Folder folder{*this, path_.parent_path(), {}};
+namespace {
+
+// Gives the buffer that is the binary chunk a URI, and returns how many bytes of the chunk it is; none if there is no
+// such buffer. A chunk may end in up to three bytes that are not the buffer's.
+std::optional<std::uint64_t> name_binary_chunk(nlohmann::json& document, const GlbFrame& frame) {
+  if (frame.binary_bytes == 0 || !document.contains("buffers")) return std::nullopt;
+  nlohmann::json& buffers = document["buffers"];
+  if (!buffers.is_array() || buffers.empty() || !buffers[0].is_object() || buffers[0].contains("uri")) {
+    return std::nullopt;
+  }
+  buffers[0]["uri"] = kBinaryChunk;
+  const auto length = buffers[0].find("byteLength");
+  if (length == buffers[0].end() || !length->is_number_unsigned()) return frame.binary_bytes;
+  const auto bytes = length->get<std::uint64_t>();
+  return bytes < frame.binary_bytes && frame.binary_bytes - bytes < 4 ? bytes : frame.binary_bytes;
+}
+
+}  // namespace
+
+void GltfFile::take_images(nlohmann::json& document) {
+  const auto found = document.find("images");
+  if (found == document.end()) return;
+  if (!found->is_array()) refuse("\"images\" is not an array");
+  for (const nlohmann::json& image : *found) {
+    const std::string where = "image " + std::to_string(images_.size());
+    if (!image.is_object() || image.contains("uri") == image.contains("bufferView")) {
+      refuse(where + " must have a \"uri\" or a \"bufferView\"");
+    }
+    ImagePlace place;
+    if (image.contains("uri")) {
+      if (!image["uri"].is_string()) refuse(where + ": \"uri\" is not a string");
+      place.uri = image["uri"];
+    } else {
+      const nlohmann::json& view = image["bufferView"];
+      if (!view.is_number_unsigned() || view > kMaxIndex) refuse(where + ": \"bufferView\" is " + view.dump());
+      place.buffer_view = view;
+    }
+    images_.push_back(std::move(place));
+  }
+  document.erase(found);
+}
+
+void GltfFile::parse(const GlbFrame& frame) {
+  Folder folder{*this, path_.parent_path(), {}, {}};
+  nlohmann::json document = nlohmann::json::parse(frame.json, nullptr, false);
+  std::string json = frame.json;  // what is no JSON, tinygltf refuses
+  if (document.is_object()) {
+    take_images(document);
+    if (const std::optional<std::uint64_t> bytes = name_binary_chunk(document, frame)) {
+      folder.binary_chunk = [&, count = *bytes] { return read_glb_binary(path_, frame, count); };
+    }
+    json = document.dump();
+  }
   tinygltf::TinyGLTF reader;
   reader.SetFsCallbacks({&Folder::exists, &Folder::place, &Folder::read_file, &Folder::write_file, &folder});
   std::string error, warning;
@@ -295,14 +364,21 @@ GltfFile::Bytes GltfFile::bytes_of(int accessor_index, const std::string& what, 
   return {bytes.data() + accessor.byteOffset, count};
 }
 
-fs::path GltfFile::image(std::uint32_t index) const {
+GltfImage GltfFile::image(std::uint32_t index) const {
   const std::string where = "image " + std::to_string(index);
-  if (index >= model_.images.size()) refuse(where + " does not exist");
-  const std::string relative = percent_decoded(model_.images[index].uri);
+  if (index >= images_.size()) refuse(where + " does not exist");
+  const ImagePlace& place = images_[index];
+  if (place.buffer_view >= 0) {
+    const std::span<const unsigned char> bytes = view_bytes(place.buffer_view, where);
+    if (bytes.empty()) refuse(where + " is empty");
+    return {path_.string() + ": " + where, bytes};
+  }
+  if (place.uri.starts_with("data:")) refuse(where + " is a data URI, must be a file or in a buffer");
+  const std::string relative = percent_decoded(place.uri);
   if (!stays_in_folder(relative) || has_control(relative)) {
     refuse(where + " has the path \"" + relative + "\", must lie in the model's own folder");
   }
-  return path_.parent_path() / relative;
+  return {path_.parent_path() / relative, {}};
 }
 
 }  // namespace lumatlas

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to atlas/: a glTF 2.0 file with its buffer, and its parts with every check that a hostile file needs.
+// Internal to atlas/: a glTF 2.0 file, .gltf or .glb, with its buffer, and its parts with every check that a hostile
+// file needs.
 //
 // Nothing outside of the file's own folder is opened, whatever its URIs say (symbolic links in that folder are
 // followed: whoever made them is on this file system). Every refusal is an InputError of one line that names the file.
@@ -8,10 +9,12 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "atlas/glb_file.h"
 #include "atlas/tiny_gltf.h"
 
 namespace lumatlas {
@@ -21,6 +24,15 @@ struct AccessorType {
   int component;  // TINYGLTF_COMPONENT_TYPE_...
   int type;       // TINYGLTF_TYPE_...
   std::size_t elements_per_value = 1;
+};
+
+// A number as sentences show it, with up to ten digits.
+[[nodiscard]] std::string shown(double value);
+
+// An image, not decoded: a file, or bytes of a buffer.
+struct GltfImage {
+  std::filesystem::path file;            // in a buffer: what stands for it in sentences
+  std::span<const unsigned char> bytes;  // empty: in `file`
 };
 
 class GltfFile {
@@ -57,7 +69,7 @@ class GltfFile {
     return values;
   }
 
-  [[nodiscard]] std::filesystem::path image(std::uint32_t index) const;
+  [[nodiscard]] GltfImage image(std::uint32_t index) const;  // its bytes live as long as this object
 
  private:
   struct Bytes {
@@ -68,10 +80,18 @@ class GltfFile {
                                std::size_t value_size) const;
   [[nodiscard]] std::span<const unsigned char> view_bytes(int view, const std::string& what) const;
   void require_within(double x, const std::string& what, double least, double most) const;
-  void parse(const std::string& json);
+  void parse(const GlbFrame& frame);
+  void take_images(nlohmann::json& document);
   void check_version() const;
 
+  // tinygltf is not given the images: it would look for them before their places have been checked.
+  struct ImagePlace {
+    std::string uri;
+    int buffer_view = -1;  // -1: at the URI
+  };
+
   std::filesystem::path path_;
+  std::vector<ImagePlace> images_;
   tinygltf::Model model_;
 };
 

@@ -2,10 +2,14 @@
 // What the writer and the reader of models must agree on; the fields are described in docs/model-format.md.
 #pragma once
 
+#include <cstdint>
+
 namespace lumatlas {
 
 inline constexpr const char* kLumigraphExtension = "LUMATLAS_lumigraph";
 inline constexpr const char* kUnlitExtension = "KHR_materials_unlit";
 inline constexpr int kLumigraphVersion = 2;
+inline constexpr const char* kCellAttribute = "_CELL";
+inline constexpr std::uint32_t kMostCells = 1u << 24;  // whole numbers up to this are exact in _CELL, a float
 
 }  // namespace lumatlas

@@ -1,32 +1,46 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A model on disk: a folder with a glTF 2.0 file, its buffer and its images, from which the renderer draws without the
-// original scene. Any glTF viewer shows the mesh with its vertex colours; the extension LUMATLAS_lumigraph
-// (docs/model-format.md) adds the views, cells and references.
+// A model on disk: a folder with a glTF 2.0 file, its buffer and its images, or one .glb with everything in it, from
+// which the renderer draws without the original scene. Any glTF viewer shows the mesh with its vertex colours; the
+// extension LUMATLAS_lumigraph (docs/model-format.md) adds the views, cells and references.
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
+#include <string>
 
 #include "atlas/atlas.h"
+#include "atlas/photograph.h"
 #include "atlas/validity.h"
 
 namespace lumatlas {
 
 inline constexpr const char* kModelFileName = "scene.gltf";
 
-// Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. Photographs are written as PNG, so that
-// reading the model back gives the same pictures to the bit. Free slots are left out: the views keep their order, their
-// slots become consecutive. Names become Unicode on one line. The mesh's own colours are left out: what is shown of
-// them is in the snapshot's vertex colours. Throws InputError if a file cannot be written.
-void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity);
+// Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. With photographs as PNG, reading the model
+// back gives the same pictures to the bit. Free slots are left out: the views keep their order, their slots become
+// consecutive. Vertices are split where cells meet; faces keep their order. Names become Unicode on one line. The
+// mesh's own colours are left out: what is shown of them is in the snapshot's vertex colours. Throws InputError if a
+// file cannot be written, or the model has more than 2^24 cells.
+void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
+                 const ImageCoding& photographs = {});
+
+// The same as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it becomes the
+// asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB or more, for
+// which a .glb has no room. Holds the whole file in memory, twice.
+void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
+               const ImageCoding& photographs = {}, const std::string& notes = {});
 
 struct Model {
   Snapshot snapshot;
   ValidityOptions validity;  // that its masks were made with
 };
 
-// Reads a model folder, or its .gltf file. Depth and validity are not in the file: they are made again from the mesh,
-// with the options that it was written with. Opens nothing outside of the folder. Throws InputError: file, index,
-// value, what is wrong with it; of several views that cannot be read, the first.
+// Reads a model folder, its .gltf file, or a .glb, which may have any name. Depth and validity are not in the file:
+// they are made again from the mesh, with the options that it was written with. Opens nothing outside of the folder.
+// Throws InputError: file, index, value, what is wrong with it; of several views that cannot be read, the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
+
+// The JSON of a model, without any check but that its file can be read. Throws InputError.
+[[nodiscard]] std::string read_model_json(const std::filesystem::path& path);
 
 }  // namespace lumatlas

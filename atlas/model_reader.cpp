@@ -5,15 +5,20 @@
 #include <cmath>
 #include <exception>
 #include <glm/glm.hpp>
+#include <iterator>
+#include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
 
+#include "atlas/glb_file.h"
 #include "atlas/gltf_file.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
 #include "mesh/errors.h"
+#include "mesh/whole_file.h"
 
 namespace lumatlas {
 
@@ -33,8 +38,8 @@ struct ViewEntry {
   std::string name;
   Camera camera;
   glm::dvec3 gain{1.0};
-  fs::path image;
-  fs::path lens_mask, trust_mask;  // empty: there is none
+  GltfImage image;
+  std::optional<GltfImage> lens_mask, trust_mask;
 };
 
 // The lumigraph in a glTF file, part by part, each checked against the parts before it.
@@ -54,6 +59,8 @@ class ModelReader {
  private:
   [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
   [[nodiscard]] Mesh mesh() const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t count) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& mesh, std::size_t count) const;
   [[nodiscard]] Cells cells(const Mesh& mesh, std::size_t count) const;
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
@@ -64,9 +71,9 @@ class ModelReader {
   [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
   [[nodiscard]] std::vector<ViewEntry> view_entries() const;
   void require_own_images(const std::vector<ViewEntry>& entries) const;
-  [[nodiscard]] fs::path image(const GltfFile::Object& view, const std::string& where, const char* name) const;
-  [[nodiscard]] Photograph sized_image(const fs::path& image, const Camera& camera) const;
-  [[nodiscard]] std::vector<std::uint8_t> mask(const fs::path& image, const Camera& camera) const;
+  [[nodiscard]] GltfImage image(const GltfFile::Object& view, const std::string& where, const char* name) const;
+  [[nodiscard]] Photograph sized_image(const GltfImage& image, const Camera& camera) const;
+  [[nodiscard]] std::vector<std::uint8_t> mask(const std::optional<GltfImage>& image, const Camera& camera) const;
   [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
                                 const ValidityOptions& options) const;
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
@@ -107,22 +114,53 @@ Mesh ModelReader::mesh() const {
   return mesh;
 }
 
+// By vertex, in [0, count).
+std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t count) const {
+  const auto numbers = file_.values<float>(file_.attribute(kCellAttribute), kCellAttribute, kNumbers);
+  if (numbers.size() != vertices) {
+    file_.refuse(std::string(kCellAttribute) + " has " + std::to_string(numbers.size()) + " cells for " +
+                 std::to_string(vertices) + " vertices");
+  }
+  std::vector<std::uint32_t> cells;
+  cells.reserve(vertices);
+  for (const float number : numbers) {
+    // Written so that NaN is refused too.
+    if (!(number >= 0 && number < static_cast<float>(count) && number == std::floor(number))) {
+      file_.refuse("vertex " + std::to_string(cells.size()) + " is in cell " + shown(number) + " of " +
+                   std::to_string(count));
+    }
+    cells.push_back(static_cast<std::uint32_t>(number));
+  }
+  return cells;
+}
+
+std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& mesh, std::size_t count) const {
+  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(mesh.positions.size(), count);
+  std::vector<std::uint32_t> cells;
+  cells.reserve(mesh.faces.size());
+  for (const glm::uvec3& face : mesh.faces) {
+    const std::uint32_t cell = of_vertex[face[0]];
+    if (of_vertex[face[1]] != cell || of_vertex[face[2]] != cell) {
+      file_.refuse("face " + std::to_string(cells.size()) + " has vertices in cells " + std::to_string(cell) + ", " +
+                   std::to_string(of_vertex[face[1]]) + " and " + std::to_string(of_vertex[face[2]]) +
+                   ", must be in one");
+    }
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
 Cells ModelReader::cells(const Mesh& mesh, std::size_t count) const {
   const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, 1e300);
-  std::vector<std::uint32_t> cell_of_face = whole_numbers("cellOfFace");
-  if (cell_of_face.size() != mesh.faces.size()) {
-    file_.refuse("cellOfFace has " + std::to_string(cell_of_face.size()) + " entries for " +
-                 std::to_string(mesh.faces.size()) + " faces");
+  if (count > kMostCells) {
+    file_.refuse("has " + std::to_string(count) + " cells, must be at most " + std::to_string(kMostCells));
   }
+  std::vector<std::uint32_t> of_face = cell_of_face(mesh, count);
   std::vector<std::uint8_t> used(count, 0);
-  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
-    const std::uint32_t cell = cell_of_face[face];
-    if (cell >= count) file_.refuse("face " + std::to_string(face) + " is in cell " + out_of(cell, count));
-    used[cell] = 1;
-  }
+  for (const std::uint32_t cell : of_face) used[cell] = 1;
   const auto empty = std::find(used.begin(), used.end(), 0);
   if (empty != used.end()) file_.refuse("cell " + std::to_string(empty - used.begin()) + " has no faces");
-  return measure_cells(mesh, std::move(cell_of_face), size);
+  return measure_cells(mesh, std::move(of_face), size);
 }
 
 std::vector<glm::u8vec3> ModelReader::vertex_colors(std::size_t count) const {
@@ -204,19 +242,21 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   } catch (const std::invalid_argument& error) {
     file_.refuse(error.what());
   }
-  table.first_tile.push_back(0);
-  for (const ViewEntry& view : views) {
-    const TileGrid grid(view.camera.width, view.camera.height, table.options.tile_px);
-    table.first_tile.push_back(table.first_tile.back() + grid.tiles());
-  }
   std::vector<std::uint8_t> resident;
   if (object.Has("resident")) {
     resident = file_.values<std::uint8_t>(file_.accessor(object, "tiles", "resident"), "resident", kFlags);
   }
-  if (resident.size() != table.first_tile.back()) {
-    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
-                 " tiles whether they are there, its views have " + std::to_string(table.first_tile.back()));
+  std::uint64_t tiles = 0;
+  for (const ViewEntry& view : views) {
+    table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
+    tiles += TileGrid(view.camera.width, view.camera.height, table.options.tile_px).tiles();
   }
+  table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
+  if (resident.size() != tiles) {
+    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
+                 " tiles whether they are there, its views have " + std::to_string(tiles));
+  }
+  if (tiles >= kNotResident) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
   std::uint32_t next = 0;
   for (const std::uint8_t there : resident) table.slots.push_back(there ? next++ : kNotResident);
   return table;
@@ -250,7 +290,7 @@ Camera ModelReader::camera(const GltfFile::Object& view, const std::string& wher
   return camera;
 }
 
-fs::path ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
+GltfImage ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
   return file_.image(file_.whole_number(view, where, name, 0, 1'000'000'000));
 }
 
@@ -280,27 +320,38 @@ std::vector<ViewEntry> ModelReader::view_entries() const {
 
 // A file of a few kilobytes could else ask for one large photograph a million times.
 void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) const {
-  std::set<fs::path> images;
+  std::set<fs::path> files;
+  std::map<const unsigned char*, const unsigned char*> ends;  // of the bytes in buffers, by their first
   for (const ViewEntry& entry : entries) {
-    if (images.insert(entry.image.lexically_normal()).second) continue;
-    file_.refuse("two views have the photograph " + entry.image.string() + ", each must have its own");
+    const std::span<const unsigned char> bytes = entry.image.bytes;
+    if (!bytes.empty()) {
+      const auto next = ends.lower_bound(bytes.data());
+      const bool before_next = next == ends.end() || next->first >= bytes.data() + bytes.size();
+      const bool after_last = next == ends.begin() || std::prev(next)->second <= bytes.data();
+      ends.emplace(bytes.data(), bytes.data() + bytes.size());
+      if (before_next && after_last) continue;
+    } else if (files.insert(entry.image.file.lexically_normal()).second) {
+      continue;
+    }
+    file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
   }
 }
 
-Photograph ModelReader::sized_image(const fs::path& image, const Camera& camera) const {
-  const ImageSize size = photograph_size(image);
+Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera) const {
+  const bool in_file = image.bytes.empty();
+  const ImageSize size = in_file ? photograph_size(image.file) : photograph_size(image.bytes, image.file.string());
   if (size.width != camera.width || size.height != camera.height) {
-    throw InputError(image.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
+    throw InputError(image.file.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                      ", its view in " + path_.string() + " says " + std::to_string(camera.width) + "x" +
                      std::to_string(camera.height));
   }
-  return read_photograph(image);
+  return in_file ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
 }
 
 // The red of an image, one value per pixel; none without an image.
-std::vector<std::uint8_t> ModelReader::mask(const fs::path& image, const Camera& camera) const {
-  if (image.empty()) return {};
-  const Photograph picture = sized_image(image, camera);
+std::vector<std::uint8_t> ModelReader::mask(const std::optional<GltfImage>& image, const Camera& camera) const {
+  if (!image) return {};
+  const Photograph picture = sized_image(*image, camera);
   std::vector<std::uint8_t> values(picture.rgb.size() / 3);
   for (std::size_t pixel = 0; pixel < values.size(); ++pixel) values[pixel] = picture.rgb[3 * pixel];
   return values;
@@ -356,11 +407,20 @@ Model ModelReader::model() const {
   return model;
 }
 
+fs::path file_of(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_directory(path, ignored) ? path / kModelFileName : path;
+}
+
 }  // namespace
 
-Model read_model(const std::filesystem::path& path) {
-  std::error_code ignored;
-  return ModelReader(fs::is_directory(path, ignored) ? path / kModelFileName : path).model();
+Model read_model(const fs::path& path) {
+  return ModelReader(file_of(path)).model();
+}
+
+std::string read_model_json(const fs::path& path) {
+  const fs::path file = file_of(path);
+  return is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
 }
 
 }  // namespace lumatlas

@@ -7,13 +7,19 @@
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <sstream>
 #include <string>
+#include <utility>
 
+#include "atlas/cell_split.h"
+#include "atlas/glb_file.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
+#include "atlas/model_images.h"
 #include "atlas/srgb.h"
 #include "atlas/tiny_gltf.h"
 #include "mesh/errors.h"
+#include "mesh/pending_file.h"
 
 namespace lumatlas {
 
@@ -21,30 +27,28 @@ namespace {
 
 using Json = tinygltf::Value;
 
-std::string image_name(std::size_t view) {
-  std::string number = std::to_string(view);
-  number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
-  return "images/" + number;
-}
-
-// Appends values to the model's only buffer and describes them. glTF wants every view aligned to its component.
-template <typename T>
-int add_accessor(tinygltf::Model& model, const std::vector<T>& values, int component, int type, int target = 0) {
-  std::vector<unsigned char>& bytes = model.buffers[0].data;
-  bytes.resize((bytes.size() + 3) / 4 * 4);
+// Appends bytes to the model's only buffer. glTF wants what accessors refer to aligned to its component.
+int add_view(tinygltf::Model& model, const void* first, std::size_t bytes, int target = 0) {
+  std::vector<unsigned char>& buffer = model.buffers[0].data;
+  buffer.resize((buffer.size() + 3) / 4 * 4);
   tinygltf::BufferView view;
   view.buffer = 0;
-  view.byteOffset = bytes.size();
-  view.byteLength = values.size() * sizeof(T);
+  view.byteOffset = buffer.size();
+  view.byteLength = bytes;
   view.target = target;
-  bytes.resize(bytes.size() + view.byteLength);
-  if (!values.empty()) std::memcpy(&bytes[view.byteOffset], values.data(), view.byteLength);
+  buffer.resize(buffer.size() + bytes);
+  if (bytes > 0) std::memcpy(&buffer[view.byteOffset], first, bytes);
+  model.bufferViews.push_back(std::move(view));
+  return static_cast<int>(model.bufferViews.size()) - 1;
+}
+
+template <typename T>
+int add_accessor(tinygltf::Model& model, const std::vector<T>& values, int component, int type, int target = 0) {
   tinygltf::Accessor accessor;
-  accessor.bufferView = static_cast<int>(model.bufferViews.size());
+  accessor.bufferView = add_view(model, values.data(), values.size() * sizeof(T), target);
   accessor.componentType = component;
   accessor.type = type;
   accessor.count = values.size();
-  model.bufferViews.push_back(std::move(view));
   model.accessors.push_back(std::move(accessor));
   return static_cast<int>(model.accessors.size()) - 1;
 }
@@ -80,28 +84,54 @@ int add_unlit_material(tinygltf::Model& model) {
   return static_cast<int>(model.materials.size()) - 1;
 }
 
-void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
-  const Mesh& mesh = snapshot.surface->mesh;
+// What the split vertices of a mesh have of the vertices that they are.
+template <typename T>
+std::vector<T> repeated(const std::vector<T>& values, const std::vector<std::uint32_t>& source) {
+  std::vector<T> split;
+  split.reserve(source.size());
+  for (const std::uint32_t vertex : source) split.push_back(values[vertex]);
+  return split;
+}
+
+// glTF has no vertex attributes of 32-bit whole numbers.
+int add_cells(tinygltf::Model& model, const std::vector<std::uint32_t>& cell_of_vertex) {
+  return add_accessor(model, std::vector<float>(cell_of_vertex.begin(), cell_of_vertex.end()),
+                      TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ARRAY_BUFFER);
+}
+
+int add_positions(tinygltf::Model& model, const Mesh& mesh, const std::vector<std::uint32_t>& source) {
+  const int accessor = add_accessor(model, repeated(mesh.positions, source), TINYGLTF_COMPONENT_TYPE_FLOAT,
+                                    TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
+  const Bounds box = bounds(mesh);
+  tinygltf::Accessor& positions = model.accessors[static_cast<std::size_t>(accessor)];
+  for (int axis = 0; axis < 3; ++axis) {
+    positions.minValues.push_back(box.min[axis]);
+    positions.maxValues.push_back(box.max[axis]);
+  }
+  return accessor;
+}
+
+tinygltf::Primitive add_triangles(tinygltf::Model& model, const Snapshot& snapshot) {
+  const CellSplit split = split_at_cells(snapshot.surface->mesh, snapshot.surface->cells.cell_of_face);
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.material = add_unlit_material(model);
-  const int positions = add_accessor(model, mesh.positions, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3,
-                                     TINYGLTF_TARGET_ARRAY_BUFFER);
-  const Bounds box = bounds(mesh);
-  for (int axis = 0; axis < 3; ++axis) {
-    model.accessors[static_cast<std::size_t>(positions)].minValues.push_back(box.min[axis]);
-    model.accessors[static_cast<std::size_t>(positions)].maxValues.push_back(box.max[axis]);
-  }
-  primitive.attributes["POSITION"] = positions;
-  const int colors = add_accessor(model, linear_colors(snapshot.vertex_colors), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
-                                  TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+  primitive.attributes["POSITION"] = add_positions(model, snapshot.surface->mesh, split.source);
+  const int colors =
+      add_accessor(model, linear_colors(repeated(snapshot.vertex_colors, split.source)),
+                   TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
   model.accessors[static_cast<std::size_t>(colors)].normalized = true;
   primitive.attributes["COLOR_0"] = colors;
-  primitive.indices = add_accessor(model, mesh.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+  primitive.attributes[kCellAttribute] = add_cells(model, split.cell_of_vertex);
+  primitive.indices = add_accessor(model, split.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
                                    TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * mesh.faces.size();
+  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * split.faces.size();
+  return primitive;
+}
+
+void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   tinygltf::Mesh gltf_mesh;
-  gltf_mesh.primitives.push_back(std::move(primitive));
+  gltf_mesh.primitives.push_back(add_triangles(model, snapshot));
   model.meshes.push_back(std::move(gltf_mesh));
   tinygltf::Node node;
   node.mesh = 0;
@@ -112,28 +142,6 @@ void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   model.defaultScene = 0;
 }
 
-int add_image(tinygltf::Model& model, const std::string& uri) {
-  tinygltf::Image image;
-  image.uri = uri;
-  image.mimeType.clear();
-  model.images.push_back(std::move(image));
-  return static_cast<int>(model.images.size()) - 1;
-}
-
-struct Mask {
-  const char* property;  // of the view in the extension
-  const char* ending;    // of the image's name
-  std::span<const std::uint8_t> values;
-};
-
-// Those that a view has.
-std::vector<Mask> masks_of(const StoredView& view) {
-  std::vector<Mask> masks;
-  if (!view.photograph.valid.empty()) masks.push_back({"lensMask", "-lens.png", view.photograph.valid});
-  if (!view.trust.empty()) masks.push_back({"trustMask", "-trust.png", view.trust});
-  return masks;
-}
-
 // A file system's names are bytes, JSON's are Unicode: bytes that are not UTF-8 become U+FFFD, control characters '?'.
 std::string unicode_name(std::string name) {
   std::replace_if(
@@ -142,7 +150,12 @@ std::string unicode_name(std::string name) {
   return nlohmann::json::parse(quoted).get<std::string>();
 }
 
-Json view_json(tinygltf::Model& model, const StoredView& view, const glm::dvec3& gain, std::size_t index) {
+const char* property_of(ModelImageKind kind) {
+  if (kind == ModelImageKind::lens_mask) return "lensMask";
+  return kind == ModelImageKind::trust_mask ? "trustMask" : "image";
+}
+
+Json view_json(const StoredView& view, const glm::dvec3& gain) {
   const Camera& camera = view.camera;
   Json::Array rotation;
   for (int row = 0; row < 3; ++row) {
@@ -150,10 +163,6 @@ Json view_json(tinygltf::Model& model, const StoredView& view, const glm::dvec3&
   }
   Json::Object object;
   object["name"] = Json(unicode_name(view.name));
-  object["image"] = Json(add_image(model, image_name(index) + ".png"));
-  for (const Mask& mask : masks_of(view)) {
-    object[mask.property] = Json(add_image(model, image_name(index) + mask.ending));
-  }
   object["width"] = Json(static_cast<int>(camera.width));
   object["height"] = Json(static_cast<int>(camera.height));
   object["focalLength"] = Json(Json::Array{Json(camera.fx), Json(camera.fy)});
@@ -162,6 +171,19 @@ Json view_json(tinygltf::Model& model, const StoredView& view, const glm::dvec3&
   object["translation"] = array_of(camera.cam_from_world_translation);
   object["gain"] = array_of(gain);
   return Json(std::move(object));
+}
+
+// The stored views in their order, and which of the file's images are theirs.
+Json views_json(const Snapshot& snapshot, const std::vector<ModelImage>& images) {
+  Json::Array views;
+  for (std::size_t image = 0; image < images.size(); ++image) {
+    const std::uint32_t slot = images[image].slot;
+    if (images[image].kind == ModelImageKind::photograph) {
+      views.push_back(view_json(*snapshot.views[slot], snapshot.gains[slot]));
+    }
+    views.back().Get<Json::Object>()[property_of(images[image].kind)] = Json(static_cast<int>(image));
+  }
+  return Json(std::move(views));
 }
 
 // References by the views' numbers in the file instead of their slots.
@@ -189,13 +211,13 @@ Json tiles_json(tinygltf::Model& model, const Snapshot& snapshot) {
   return Json(std::move(object));
 }
 
-void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const ValidityOptions& validity) {
+void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images,
+                   const ValidityOptions& validity) {
   const Cells& cells = snapshot.surface->cells;
   Json::Object extension;
   extension["version"] = Json(kLumigraphVersion);
   extension["offset"] = array_of(snapshot.surface->offset);
   extension["cellSize"] = Json(cells.size);
-  extension["cellOfFace"] = Json(add_scalars(model, cells.cell_of_face));
   extension["cellSeen"] =
       Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
   extension["referenceOffsets"] = Json(add_scalars(model, snapshot.references.offsets));
@@ -210,52 +232,47 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Valid
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))}});
   if (!snapshot.tiles.whole_views()) extension["tiles"] = tiles_json(model, snapshot);
-  Json::Array views;
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (!snapshot.views[slot]) continue;
-    views.push_back(view_json(model, *snapshot.views[slot], snapshot.gains[slot], views.size()));
-  }
-  if (!views.empty()) extension["views"] = Json(std::move(views));
+  if (!images.empty()) extension["views"] = views_json(snapshot, images);
   model.extensions[kLumigraphExtension] = Json(std::move(extension));
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }
 
-Photograph grey_image(const Camera& camera, std::span<const std::uint8_t> values) {
-  Photograph image;
-  image.width = camera.width;
-  image.height = camera.height;
-  image.rgb.reserve(3 * values.size());
-  for (const std::uint8_t value : values) image.rgb.insert(image.rgb.end(), 3, value);
-  return image;
+void write_bytes(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
+  PendingFile pending(file);
+  std::ofstream stream(pending.path(), std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  stream.close();
+  if (!stream) throw InputError(file.string() + ": cannot be written: check that the disk has room");
+  pending.commit();
 }
 
-// Black where no tile is resident.
-Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot) {
-  const StoredView& view = *snapshot.views[slot];
-  Photograph part = view.photograph;
-  if (snapshot.tiles.whole_views()) return part;
-  const std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
-  for (std::size_t pixel = 0; pixel < resident.size(); ++pixel) {
-    if (!resident[pixel]) std::fill_n(&part.rgb[3 * pixel], 3, 0);
-  }
-  return part;
-}
-
-void write_images(const std::filesystem::path& folder, const Snapshot& snapshot) {
+// Beside the glTF file.
+void add_image_files(tinygltf::Model& model, const std::filesystem::path& folder, const Snapshot& snapshot,
+                     const std::vector<ModelImage>& images) {
   std::error_code error;
   std::filesystem::create_directories(folder / "images", error);
   if (error) throw InputError((folder / "images").string() + ": cannot be made: " + error.message());
-  std::vector<std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (snapshot.views[slot]) slots.push_back(slot);
+  for (const ModelImage& image : images) {
+    model.images.emplace_back();
+    model.images.back().uri = image.name;
   }
-  tbb::parallel_for(std::size_t{0}, slots.size(), [&](std::size_t index) {
-    const StoredView& view = *snapshot.views[slots[index]];
-    write_image(folder / (image_name(index) + ".png"), resident_part(snapshot, slots[index]));
-    for (const Mask& mask : masks_of(view)) {
-      write_image(folder / (image_name(index) + mask.ending), grey_image(view.camera, mask.values));
-    }
+  tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
+    write_bytes(folder / images[index].name, encoded(images[index], snapshot));
   });
+}
+
+// In the model's only buffer.
+void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images) {
+  std::vector<std::vector<std::uint8_t>> files(images.size());
+  tbb::parallel_for(std::size_t{0}, images.size(),
+                    [&](std::size_t index) { files[index] = encoded(images[index], snapshot); });
+  for (std::size_t index = 0; index < images.size(); ++index) {
+    model.images.emplace_back();
+    model.images.back().mimeType = mime_type(images[index].coding.format);
+    model.images.back().bufferView = add_view(model, files[index].data(), files[index].size());
+    std::vector<std::uint8_t>().swap(files[index]);
+    require_fits_glb(model.buffers[0].data.size());
+  }
 }
 
 // Whether the JSON in a file that was just written is there to its closing bracket.
@@ -278,19 +295,55 @@ void write_gltf(const std::filesystem::path& folder, tinygltf::Model& model) {
   }
 }
 
-}  // namespace
-
-void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity) {
-  check(validity);
+// Everything but the images and the notes.
+tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>& images,
+                         const ValidityOptions& validity) {
+  if (snapshot.cell_seen.size() > kMostCells) {
+    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
+                     std::to_string(kMostCells) + ": give a larger --cell-size");
+  }
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";
   model.buffers.emplace_back();
-  model.buffers[0].uri = "scene.bin";
   add_mesh(model, snapshot);
-  add_lumigraph(model, snapshot, validity);
-  write_images(folder, snapshot);
+  add_lumigraph(model, snapshot, images, validity);
+  return model;
+}
+
+// tinygltf writes its JSON; it would copy the buffer, and leave out what is null in the notes.
+std::string glb_json(tinygltf::Model& model, std::uint64_t buffer_bytes, const std::string& notes) {
+  std::ostringstream text;
+  tinygltf::TinyGLTF writer;
+  (void)writer.WriteGltfSceneToStream(&model, text, false, false);
+  nlohmann::json document = nlohmann::json::parse(text.str());
+  document["buffers"][0] = {{"byteLength", buffer_bytes}};
+  if (!notes.empty()) document["asset"]["extras"] = nlohmann::json::parse(notes);
+  return document.dump();
+}
+
+}  // namespace
+
+void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
+                 const ImageCoding& photographs) {
+  check(validity);
+  check(photographs);
+  const std::vector<ModelImage> images = images_of(snapshot, photographs);
+  tinygltf::Model model = model_of(snapshot, images, validity);
+  model.buffers[0].uri = "scene.bin";
+  add_image_files(model, folder, snapshot, images);
   write_gltf(folder, model);
+}
+
+void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
+               const ImageCoding& photographs, const std::string& notes) {
+  check(validity);
+  check(photographs);
+  const std::vector<ModelImage> images = images_of(snapshot, photographs);
+  tinygltf::Model model = model_of(snapshot, images, validity);
+  add_images(model, snapshot, images);
+  const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
+  write_glb_frame(file, glb_json(model, buffer.size(), notes), buffer);
 }
 
 }  // namespace lumatlas

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/photograph.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -11,6 +12,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -63,15 +65,38 @@ constexpr std::array<Signature, 10> kSignatures{{
     {"RIFF", "webp"},
 }};
 
-std::ifstream open_file(const fs::path& path) {
+void require_readable(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) fail(path, "no such file");
   if (!fs::is_regular_file(status)) fail(path, "is not a file");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) fail(path, "cannot be opened; check that it may be read");
-  return file;
+  if (!std::ifstream(path, std::ios::binary)) fail(path, "cannot be opened; check that it may be read");
 }
+
+// An image's file, on disk or in memory.
+class Source {
+ public:
+  explicit Source(const fs::path& path) : path_(path) { require_readable(path); }
+  Source(std::span<const std::uint8_t> file, const std::string& name)
+      : path_(name), bytes_(file), proxy_(std::in_place, file.data(), file.size()) {}
+
+  [[nodiscard]] const fs::path& path() const { return path_; }  // in memory: what stands for it in sentences
+  [[nodiscard]] bool in_memory() const { return proxy_.has_value(); }
+  [[nodiscard]] std::uint64_t size() const { return in_memory() ? bytes_.size() : fs::file_size(path_); }
+  [[nodiscard]] std::string bytes() const {
+    return in_memory() ? std::string(bytes_.begin(), bytes_.end()) : read_whole_file(path_);
+  }
+  [[nodiscard]] std::unique_ptr<std::istream> stream() const {
+    if (in_memory()) return std::make_unique<std::istringstream>(bytes());
+    return std::make_unique<std::ifstream>(path_, std::ios::binary);
+  }
+  [[nodiscard]] OIIO::Filesystem::IOProxy* proxy() { return in_memory() ? &*proxy_ : nullptr; }
+
+ private:
+  fs::path path_;
+  std::span<const std::uint8_t> bytes_;
+  std::optional<OIIO::Filesystem::IOMemReader> proxy_;
+};
 
 using Reader = std::unique_ptr<OIIO::ImageInput>;
 
@@ -94,18 +119,26 @@ Reader reader_by_ending(const fs::path& path) {
   return reader;
 }
 
+// Other readers would look for a file by that name.
+bool may_be_in_memory(const Signature& signature) {
+  const std::string_view format = signature.format;
+  return format == "jpeg" || format == "png" || format == "webp";
+}
+
 // By the first bytes, because photographs are often misnamed; else by the ending.
-Reader reader_for(const fs::path& path) {
-  std::ifstream file = open_file(path);
+Reader reader_for(const Source& source) {
+  const std::unique_ptr<std::istream> file = source.stream();
   std::array<char, 8> head{};
-  file.read(head.data(), head.size());
-  const std::string_view bytes(head.data(), static_cast<std::size_t>(file.gcount()));
-  if (bytes.empty()) fail(path, "is empty");
+  file->read(head.data(), head.size());
+  const std::string_view bytes(head.data(), static_cast<std::size_t>(file->gcount()));
+  if (bytes.empty()) fail(source.path(), "is empty");
   for (const Signature& signature : kSignatures) {
     if (!bytes.starts_with(signature.first_bytes)) continue;
+    if (source.in_memory() && !may_be_in_memory(signature)) continue;
     if (Reader reader = reader_named(signature.format)) return reader;
   }
-  return reader_by_ending(path);
+  if (source.in_memory()) fail(source.path(), "not a PNG, JPEG or WebP image");
+  return reader_by_ending(source.path());
 }
 
 // What must be known before anything is allocated for the pixels.
@@ -115,31 +148,32 @@ struct Header {
   int orientation;  // EXIF: 1 as stored, 2..4 mirrored or turned by 180 degrees, 5..8 with rows and columns exchanged
 };
 
-void check_size(const fs::path& path, const Header& header) {
+void check_size(const Source& source, const Header& header) {
+  const fs::path& path = source.path();
   const std::string size = std::to_string(header.width) + "x" + std::to_string(header.height) + " pixels";
   if (header.width < 1 || header.height < 1) fail(path, size + ", there is nothing in it");
   if (header.width > kMaxSide || header.height > kMaxSide) fail(path, size + ", more than 65536 a side");
-  const std::uint64_t file_bytes = fs::file_size(path);
+  const std::uint64_t file_bytes = source.size();
   if (header.width * header.height * header.pixel_bytes > kAlwaysPlausible + kMaxCompression * file_bytes) {
     fail(path, "claims " + size + ", which its " + std::to_string(file_bytes) + " bytes cannot hold");
   }
 }
 
-Header jpeg_header(const fs::path& path) {
-  std::ifstream file = open_file(path);
-  const std::optional<JpegHeader> jpeg = read_jpeg_header(file);
-  if (!jpeg) fail(path, "is damaged or cut off, a JPEG without a frame header");
+Header jpeg_header(const Source& source) {
+  const std::optional<JpegHeader> jpeg = read_jpeg_header(*source.stream());
+  if (!jpeg) fail(source.path(), "is damaged or cut off, a JPEG without a frame header");
   return {jpeg->width, jpeg->height, 3, jpeg->orientation};
 }
 
 // A reader that does its work on the calling thread, so that callers decide about parallelism.
-void open_image(const fs::path& path, OIIO::ImageInput& reader) {
+void open_image(Source& source, OIIO::ImageInput& reader) {
   reader.threads(1);
   OIIO::ImageSpec config;
+  if (OIIO::Filesystem::IOProxy* proxy = source.proxy()) config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
   config.attribute("oiio:UnassociatedAlpha", 1);  // alpha is dropped, so colours must not be multiplied by it
   OIIO::ImageSpec spec;
-  if (!reader.open(path.string(), spec, config)) {
-    fail(path, std::string("cannot be read as ") + reader.format_name() + because(reader.geterror()));
+  if (!reader.open(source.path().string(), spec, config)) {
+    fail(source.path(), std::string("cannot be read as ") + reader.format_name() + because(reader.geterror()));
   }
 }
 
@@ -159,20 +193,20 @@ bool is_png(const OIIO::ImageInput& reader) {
 }
 
 // Leaves a JPEG's reader closed, see image_header.h.
-Header checked_header(const fs::path& path, OIIO::ImageInput& reader, Orientation orientation) {
-  if (!is_jpeg(reader)) open_image(path, reader);
-  Header header = is_jpeg(reader) ? jpeg_header(path) : opened_header(path, reader);
-  check_size(path, header);
+Header checked_header(Source& source, OIIO::ImageInput& reader, Orientation orientation) {
+  if (!is_jpeg(reader)) open_image(source, reader);
+  Header header = is_jpeg(reader) ? jpeg_header(source) : opened_header(source.path(), reader);
+  check_size(source, header);
   if (orientation == Orientation::as_stored) header.orientation = 1;
   return header;
 }
 
-void check_complete(const fs::path& path, const OIIO::ImageInput& reader) {
+void check_complete(const Source& source, const OIIO::ImageInput& reader) {
   if (!is_jpeg(reader) && !is_png(reader)) return;  // the other readers tell
-  const std::string file = read_whole_file(path);
+  const std::string file = source.bytes();
   const std::span bytes(reinterpret_cast<const std::uint8_t*>(file.data()), file.size());
   if (is_jpeg(reader) ? !jpeg_is_complete(bytes) : !png_is_complete(bytes)) {
-    fail(path, "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
+    fail(source.path(), "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
   }
 }
 
@@ -291,25 +325,91 @@ bool write_pixels(OIIO::ImageOutput& output, const Photograph& image) {
   return output.write_image(TypeDesc::FLOAT, linear.data());
 }
 
-}  // namespace
-
-ImageSize photograph_size(const fs::path& path, Orientation orientation) {
-  const Reader reader = reader_for(path);
-  return upright_size(checked_header(path, *reader, orientation));
+OIIO::ImageSpec spec_of(const Photograph& image) {
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, TypeDesc::UINT8);
+  // Six times as fast as the defaults on photographs, and no larger.
+  spec.attribute("png:compressionLevel", 1);
+  spec.attribute("png:filter", 0x20);  // "up", PNG_FILTER_UP
+  return spec;
 }
 
-Photograph read_photograph(const fs::path& path, Orientation orientation) {
-  const Reader reader = reader_for(path);
-  check_complete(path, *reader);
-  const Header header = checked_header(path, *reader, orientation);
-  if (is_jpeg(*reader)) open_image(path, *reader);
+ImageSize size_of(Source& source, Orientation orientation) {
+  const Reader reader = reader_for(source);
+  return upright_size(checked_header(source, *reader, orientation));
+}
+
+Photograph read_from(Source& source, Orientation orientation) {
+  const Reader reader = reader_for(source);
+  check_complete(source, *reader);
+  const Header header = checked_header(source, *reader, orientation);
+  if (is_jpeg(*reader)) open_image(source, *reader);
   const ImageSize size = upright_size(header);
   Photograph photo;
   photo.width = size.width;
   photo.height = size.height;
   photo.rgb.resize(std::size_t{3} * size.width * size.height);
-  read_into(path, *reader, header, photo);
+  read_into(source.path(), *reader, header, photo);
   return photo;
+}
+
+}  // namespace
+
+ImageSize photograph_size(const fs::path& path, Orientation orientation) {
+  Source source(path);
+  return size_of(source, orientation);
+}
+
+ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name) {
+  Source source(file, name);
+  return size_of(source, Orientation::exif);
+}
+
+Photograph read_photograph(const fs::path& path, Orientation orientation) {
+  Source source(path);
+  return read_from(source, orientation);
+}
+
+Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name) {
+  Source source(file, name);
+  return read_from(source, Orientation::exif);
+}
+
+const char* ending(ImageFormat format) {
+  if (format == ImageFormat::jpeg) return ".jpg";
+  return format == ImageFormat::webp ? ".webp" : ".png";
+}
+
+const char* mime_type(ImageFormat format) {
+  if (format == ImageFormat::jpeg) return "image/jpeg";
+  return format == ImageFormat::webp ? "image/webp" : "image/png";
+}
+
+void check(const ImageCoding& coding) {
+  if (coding.quality >= 1 && coding.quality <= 100) return;
+  throw std::invalid_argument("image: quality is " + std::to_string(coding.quality) + ", must be in [1, 100]");
+}
+
+std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding) {
+  check(image);
+  check(coding);
+  const std::string name = std::string("image") + ending(coding.format);
+  const auto output = OIIO::ImageOutput::create(name);
+  if (!output) {
+    OIIO::geterror();
+    fail(name, "OpenImageIO is installed without this format");
+  }
+  OIIO::ImageSpec spec = spec_of(image);
+  spec.attribute("CompressionQuality", coding.quality);
+  spec.attribute("jpeg:subsampling", "4:4:4");
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  spec.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+  output->threads(1);
+  if (!output->open(name, spec) || !write_pixels(*output, image) || !output->close()) {
+    fail(name, "cannot be encoded" + because(output->geterror()));
+  }
+  return bytes;
 }
 
 void write_image(const fs::path& path, const Photograph& image) {
@@ -320,10 +420,7 @@ void write_image(const fs::path& path, const Photograph& image) {
     fail(path, "no image format is known by the ending '" + path.extension().string() + "'; use .png or .jpg");
   }
   output->threads(1);
-  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, TypeDesc::UINT8);
-  // Six times as fast as the defaults on photographs, and no larger.
-  spec.attribute("png:compressionLevel", 1);
-  spec.attribute("png:filter", 0x20);  // "up", PNG_FILTER_UP
+  const OIIO::ImageSpec spec = spec_of(image);
   PendingFile file(path);
   if (!output->open(file.path().string(), spec) || !write_pixels(*output, image) || !output->close()) {
     fail(path, "cannot be written" + because(output->geterror()));

@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace lumatlas {
@@ -30,6 +32,26 @@ struct ImageSize {
 // light. Throws InputError: path and reason, also for a truncated file.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
+
+// The same of a PNG, JPEG or WebP file in memory; `name` stands for its path in sentences.
+[[nodiscard]] ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name);
+[[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);
+
+enum class ImageFormat { png, jpeg, webp };
+[[nodiscard]] const char* ending(ImageFormat format);     // of a file's name: ".png"
+[[nodiscard]] const char* mime_type(ImageFormat format);  // "image/png"
+
+struct ImageCoding {
+  ImageFormat format = ImageFormat::png;
+  int quality = 95;  // of JPEG and WebP, [1, 100]; PNG is exact
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const ImageCoding& coding);
+
+// The bytes of a file, 8-bit RGB. JPEG keeps colour at full resolution, so that it does not bleed. The same bytes each
+// time. Throws std::invalid_argument for what is no image, InputError if it cannot be encoded.
+[[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding);
 
 // PNG, 8-bit RGB, or by the ending another format that OpenImageIO writes. Writes beside `path`, then renames.
 void write_image(const std::filesystem::path& path, const Photograph& image);

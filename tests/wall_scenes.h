@@ -100,18 +100,19 @@ inline std::vector<std::uint8_t> mottled_trust(const Camera& camera) {
 
 // A store with free slots between and after three views of different sizes, made with `validity`: one has no masks, one
 // a lens mask and a trust mask, one a trust mask; a cell without references and one that nobody saw.
-inline Snapshot small_snapshot(const ValidityOptions& validity = {}) {
+inline Snapshot small_snapshot(const ValidityOptions& validity = {}, const TileOptions& layout = kWholeViews) {
   const auto surface = wall_and_panel(5);
-  Atlas atlas(surface, 5);
+  Atlas atlas(surface, 5, layout);
   const auto insert = [&](const char* name, const Camera& camera, const glm::dvec3& gain, bool lens, bool trust) {
     Photograph photograph = position_photograph(camera.width, camera.height, atlas.size());
     if (lens) {
       photograph.valid.assign(photograph.rgb.size() / 3, 255);
       for (std::size_t pixel = 0; pixel < photograph.valid.size(); pixel += 7) photograph.valid[pixel] = 0;
     }
-    const std::uint32_t slot = atlas.insert(traced_view(*surface, name, camera, std::move(photograph), validity,
-                                                        trust ? mottled_trust(camera) : std::vector<std::uint8_t>{}));
-    atlas.set_gain(slot, gain);
+    TiledView tiled =
+        make_tiled_view(name, camera, std::move(photograph), make_ray_visibility(surface->mesh)->trace(camera),
+                        surface->cells, layout, validity, trust ? mottled_trust(camera) : std::vector<std::uint8_t>{});
+    atlas.set_gain(atlas.insert(std::move(tiled.view), std::move(tiled.shown)), gain);
   };
   insert("a.jpg", oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3}), {1, 1, 1}, false, false);
   insert("dropped.jpg", forward_camera(8, 8), {3, 3, 3}, false, false);

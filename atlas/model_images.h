@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to atlas/: the images of a model file, photographs and masks, as they are written.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "atlas/photograph.h"
+
+namespace lumatlas {
+
+enum class ModelImageKind { photograph, lens_mask, trust_mask };
+
+struct ModelImage {
+  ModelImageKind kind;
+  std::uint32_t slot;  // of the snapshot's view
+  std::string name;    // of a file in the model's folder
+  ImageCoding coding;  // masks are PNG
+};
+
+// Those of all stored views in their order: of each its photograph, then the masks that it has.
+[[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs);
+
+// The bytes of a file.
+[[nodiscard]] std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snapshot);
+
+}  // namespace lumatlas
