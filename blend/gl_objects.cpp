@@ -91,6 +91,26 @@ GLint gl_limit(GLenum name) {
   return value;
 }
 
+std::optional<std::uint64_t> free_gl_memory() {
+  GLint kibibytes[4] = {};  // AMD's query writes four numbers, of which the first is all that is free
+  if (epoxy_has_gl_extension("GL_NVX_gpu_memory_info")) {
+    glGetIntegerv(GL_GPU_MEMORY_INFO_CURRENT_AVAILABLE_VIDMEM_NVX, kibibytes);
+  } else if (epoxy_has_gl_extension("GL_ATI_meminfo")) {
+    glGetIntegerv(GL_TEXTURE_FREE_MEMORY_ATI, kibibytes);
+  } else {
+    return std::nullopt;
+  }
+  return std::uint64_t{1024} * static_cast<std::uint32_t>(kibibytes[0]);
+}
+
+void require_gl_memory(std::uint64_t needed, std::optional<std::uint64_t> available, const char* what,
+                       const char* advice) {
+  if (!available || needed <= *available) return;
+  const auto mebibytes = [](std::uint64_t bytes) { return std::to_string((bytes + (1u << 20) - 1) >> 20) + " MiB"; };
+  throw GlError("the model needs " + mebibytes(needed) + " of GPU memory for " + what + ", of which " +
+                mebibytes(*available) + " are free: " + advice);
+}
+
 void require_picture_size(std::uint32_t width, std::uint32_t height) {
   constexpr std::uint64_t kMostPixels = std::numeric_limits<GLsizei>::max() / 4;
   const auto most = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));

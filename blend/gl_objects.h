@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <initializer_list>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
@@ -85,6 +86,13 @@ template <typename T>
 
 // What the driver says for, say, GL_MAX_TEXTURE_SIZE.
 [[nodiscard]] GLint gl_limit(GLenum name);
+
+// Free GL memory, bytes, where the driver tells (NVIDIA, AMD); others allocate until the machine has no more.
+[[nodiscard]] std::optional<std::uint64_t> free_gl_memory();
+
+// Throws GlError with both numbers and what to do if `needed` bytes for `what` are more than are free.
+void require_gl_memory(std::uint64_t needed, std::optional<std::uint64_t> available, const char* what,
+                       const char* advice);
 
 // Throws GlError for a picture above the driver's texture size or 2^29 pixels: OpenGL counts the bytes that it reads
 // back, four a pixel, in 31 bits.

@@ -120,6 +120,8 @@ void PhotographArray::allocate(const ArrayShape& shape) {
   held_.clear();
   photographs_ = {};  // give the earlier ones back before asking for more
   depths_ = {};
+  require_gl_memory(shape.bytes(), free_gl_memory(), "its photographs",
+                    "build it with fewer views or a smaller --budget");
   const auto width = static_cast<GLsizei>(shape.columns * shape.slot_width);
   const auto height = static_cast<GLsizei>(shape.rows * shape.slot_height);
   const auto pages = static_cast<GLsizei>(shape.pages);

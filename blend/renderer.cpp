@@ -3,6 +3,7 @@
 #include "blend/renderer.h"
 
 #include <epoxy/gl.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +18,7 @@
 
 #include "blend/cell_shares.h"
 #include "blend/exposure.h"
+#include "blend/geometric_weight.h"
 #include "blend/gl_objects.h"
 #include "blend/photograph_array.h"
 #include "blend/shaders.h"
@@ -107,16 +109,17 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
   return targets;
 }
 
-std::string with_limits(std::string_view source) {
+std::string with_definitions(std::string_view source, const RendererOptions& options) {
   std::string text(source);
   text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) +
-                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) + "\n");
+                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) +
+                                       "\n#define SKIP_LOSERS " + (options.skip_losers ? "1" : "0") + "\n");
   return text;
 }
 
 // The blend pass with another output, for those who ask for it: the usual picture pays nothing.
-GlProgram make_blend_variant(const std::string& name) {
-  std::string text = with_limits(k_blend_frag);
+GlProgram make_blend_variant(const std::string& name, const RendererOptions& options) {
+  std::string text = with_definitions(k_blend_frag, options);
   text.insert(text.find('\n') + 1, "#define " + name + "\n");
   return make_program("blend, " + name, k_screen_vert, text);
 }
@@ -204,8 +207,13 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
 }
 
 struct Renderer::State {
+  explicit State(const RendererOptions& renderer_options)
+      : steps(renderer_options),
+        blend_program(make_program("blend", k_screen_vert, with_definitions(k_blend_frag, renderer_options))) {}
+
+  RendererOptions steps;
   GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
-  GlProgram blend_program = make_program("blend", k_screen_vert, with_limits(k_blend_frag));
+  GlProgram blend_program;
   GlProgram linear_program, diagnosis_program;  // made when they are first asked for
   GlVertexArray no_vertices;
   GlVertexArray mesh;
@@ -214,14 +222,17 @@ struct Renderer::State {
   GLsizei index_count = 0;
   double near_depth = 0;
   NearbyExposure nearby_exposure;
-  // What share_cells() needs again for another width.
+  // What share_cells() needs again for another width, and order_references() for another camera.
   std::shared_ptr<const Surface> surface;
   std::vector<glm::u8vec3> vertex_colors;
+  ReferenceTable references;
+  std::vector<glm::dvec3> centers;     // of the stored views' cameras, by slot
   std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
   Targets targets;
 
   void load_shares(double width);
+  void order_references(const glm::dvec3& center, const BlendOptions& blend);
   void load_mesh(const ZoneMesh& copy);
   void load_tables(const Snapshot& snapshot);
   void draw_surface(const Camera& camera) const;
@@ -276,6 +287,23 @@ void Renderer::State::load_tables(const Snapshot& snapshot) {
   slots = make_buffer(snapshot.references.views);
   views = make_buffer(view_blocks(snapshot, photographs));
   cell_seen = make_buffer(std::vector<std::uint32_t>(snapshot.cell_seen.begin(), snapshot.cell_seen.end()));
+}
+
+// By their weights at the middle of each cell.
+void Renderer::State::order_references(const glm::dvec3& center, const BlendOptions& blend) {
+  std::vector<std::uint32_t>& views_of_cells = references.views;
+  tbb::parallel_for(std::size_t{0}, surface->cells.cells.size(), [&](std::size_t cell) {
+    const std::size_t begin = references.offsets[cell];
+    const std::size_t count = references.offsets[cell + 1] - begin;
+    std::vector<std::pair<double, std::uint32_t>> ranked;
+    ranked.reserve(count);
+    for (const std::uint32_t slot : references.of_cell(cell)) {
+      ranked.emplace_back(-geometric_weight(surface->cells.cells[cell].centroid, center, centers[slot], blend), slot);
+    }
+    std::sort(ranked.begin(), ranked.end());
+    for (std::size_t i = 0; i < count; ++i) views_of_cells[begin + i] = ranked[i].second;
+  });
+  slots = make_buffer(views_of_cells);
 }
 
 void Renderer::State::draw_surface(const Camera& camera) const {
@@ -334,6 +362,7 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glBindTextures(2, static_cast<GLsizei>(textures.size()), textures.data());
   glBindVertexArray(no_vertices.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
+  glUseProgram(0);  // a program in use outlives its deletion, with its shaders
   check_gl("blending views");
 }
 
@@ -361,7 +390,8 @@ Rendering Renderer::State::read_back() const {
   return rendering;
 }
 
-Renderer::Renderer(const EglContext& /*current*/) : state_(std::make_unique<State>()) {
+Renderer::Renderer(const EglContext& /*current*/, const RendererOptions& options)
+    : state_(std::make_unique<State>(options)) {
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   state_->no_vertices = GlVertexArray(name);
@@ -375,6 +405,11 @@ void Renderer::load(const Snapshot& snapshot) {
   state_->loaded = false;
   state_->surface = snapshot.surface;
   state_->vertex_colors = snapshot.vertex_colors;
+  state_->references = snapshot.references;
+  state_->centers.assign(snapshot.views.size(), glm::dvec3(0));
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) state_->centers[slot] = snapshot.views[slot]->camera.center();
+  }
   state_->border_width.reset();
   const Bounds box = bounds(snapshot.surface->mesh);
   state_->near_depth = kNearShare * glm::length(box.max - box.min);
@@ -394,18 +429,23 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
     state_->targets = make_targets(camera.width, camera.height);
   }
   state_->load_shares(options.border_width);
+  if (state_->steps.order_references) state_->order_references(camera.center(), options);
   state_->draw_surface(camera);
 }
 
-Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
+void Renderer::draw(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
   state_->draw_blend(state_->blend_program, state_->targets.blend_pass, camera, options);
+}
+
+Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
+  draw(camera, options);
   return state_->read_back();
 }
 
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  if (state_->linear_program.get() == 0) state_->linear_program = make_blend_variant("LINEAR");
+  if (state_->linear_program.get() == 0) state_->linear_program = make_blend_variant("LINEAR", state_->steps);
   const Targets& targets = state_->targets;
   const GlTexture linear =
       make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
@@ -423,7 +463,7 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  if (state_->diagnosis_program.get() == 0) state_->diagnosis_program = make_blend_variant("DIAGNOSE");
+  if (state_->diagnosis_program.get() == 0) state_->diagnosis_program = make_blend_variant("DIAGNOSE", state_->steps);
   const Targets& targets = state_->targets;
   const GlTexture packed =
       make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));

@@ -19,22 +19,30 @@ namespace lumatlas {
 // they are laid out by.
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
+// Neither changes a picture, but where two views weigh the same; bench_render says what each is worth.
+struct RendererOptions {
+  bool skip_losers = true;       // look at no photograph whose weight is too low even if it is valid
+  bool order_references = true;  // before each picture, those of each cell best first, so that more are skipped
+};
+
 class Renderer {
  public:
   // `context` must be current on the calling thread, for every call, and outlive the renderer.
-  explicit Renderer(const EglContext& context);
+  explicit Renderer(const EglContext& context, const RendererOptions& options = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
   // Copies the snapshot to the GPU in place of an earlier one; photographs or tiles that it shares with that one are
-  // not copied again. Throws GlError if the driver's limits (layers, texture size, buffer size) are exceeded, naming
-  // the limit, the number and what to do; the earlier one is then gone too.
+  // not copied again. Throws GlError if the driver's limits (layers, texture size, buffer size) or its free memory,
+  // where it tells that, are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument for bad options
   // or without load().
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
+  // As render(), but leaves the picture on the GPU, which may still be at work on it.
+  void draw(const Camera& camera, const BlendOptions& options);
   // The same picture before it is rounded and cut off at white.
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
   // What the same picture is made of.

@@ -10,6 +10,7 @@
 
 #include "atlas/srgb.h"
 #include "blend/exposure.h"
+#include "blend/gl_objects.h"
 #include "blend/reference.h"
 #include "tests/gl_test_context.h"
 #include "tests/small_scenes.h"
@@ -404,6 +405,67 @@ TEST_CASE("a renderer without a snapshot, and bad options, are refused by name")
   if (!context) return;
   Renderer renderer(*context);
   CHECK_THROWS_WITH(renderer.render(room_camera(0), {}), Catch::Contains("no snapshot is loaded"));
+}
+
+// Names of every kind that are in use in the current context.
+std::size_t gl_objects() {
+  std::size_t objects = 0;
+  for (GLuint name = 1; name < 4000; ++name) {
+    objects += glIsBuffer(name) + glIsTexture(name) + glIsFramebuffer(name) + glIsVertexArray(name) + glIsShader(name) +
+               glIsProgram(name);
+  }
+  return objects;
+}
+
+TEST_CASE("a renderer gives back every GL object, whatever it loaded, drew and was refused") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const std::size_t before = gl_objects();
+  std::size_t with_one = 0;
+  for (int round = 0; round < 3; ++round) {
+    Renderer renderer(*context);
+    for (const std::size_t views : {std::size_t{4}, std::size_t{2}}) {
+      renderer.load(room_snapshot(views, {}));
+      for (const double width : {0.0, 0.3}) {
+        BlendOptions options;
+        options.border_width = width;
+        CHECK(count(renderer.render(room_camera(1), options), PixelState::textured) > 0);
+        CHECK(count(renderer.render(room_camera(2).scaled_to(40, 30), options), PixelState::textured) > 0);
+      }
+    }
+    Snapshot many = room_snapshot(1, {});
+    many.views.resize(1u << 20, many.views[0]);
+    many.gains.resize(many.views.size(), glm::dvec3(1));
+    CHECK_THROWS_AS(renderer.load(many), GlError);
+    renderer.load(room_snapshot(1, {}));
+    CHECK(count(renderer.render(room_camera(0), {}), PixelState::textured) > 0);
+    if (round == 0) with_one = gl_objects();
+    CHECK(gl_objects() == with_one);
+  }
+  CHECK(with_one > before + 10);
+  CHECK(gl_objects() == before);
+}
+
+TEST_CASE("a model that does not fit the memory that is free is refused with both numbers and what to do") {
+  CHECK_NOTHROW(require_gl_memory(1u << 20, 1u << 20, "its photographs", "use fewer"));
+  CHECK_NOTHROW(require_gl_memory(std::uint64_t{1} << 50, std::nullopt, "its photographs", "use fewer"));
+  CHECK_THROWS_WITH(
+      require_gl_memory((std::uint64_t{5} << 30) + 1, std::uint64_t{2} << 30, "its photographs", "use fewer"),
+      "the model needs 5121 MiB of GPU memory for its photographs, of which 2048 MiB are free: use fewer");
+}
+
+TEST_CASE("the steps for speed change no picture") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot snapshot = room_snapshot(14, {});
+  const auto picture = [&](const RendererOptions& steps) {
+    Renderer renderer(*context, steps);
+    renderer.load(snapshot);
+    return renderer.render(novel_camera(4), {}).picture.rgb;
+  };
+  const std::vector<std::uint8_t> plain = picture({.skip_losers = false, .order_references = false});
+  CHECK(picture({.skip_losers = true, .order_references = false}) == plain);
+  CHECK(picture({.skip_losers = true, .order_references = true}) == plain);
 }
 
 TEST_CASE("more photographs than the driver has layers are refused with what to do") {

@@ -41,8 +41,9 @@ struct BlendFlags {
         ->delimiter(',');
     command
         .add_option("--border-width", border_width,
-                    "Over which neighbouring cells share their references, as a share of the cell size; 0: not at all; "
-                    "without it 0.1, with --weights printed 0")
+                    "Over which neighbouring cells fade into each other, as a share of the cell size; 0: not at all; "
+                    "without it " +
+                        CLI::detail::to_string(BlendOptions{}.border_width) + ", with --weights printed 0")
         ->check(number_between(0, 1));
     command
         .add_option(

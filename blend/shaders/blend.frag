@@ -109,7 +109,9 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   for (uint reference = offsets[cell]; reference < offsets[cell + 1u]; ++reference) {
     uint slot = slots[reference];
     float weight = geometric_weight(to_novel, o, views[slot].center.xyz - world);
+#if SKIP_LOSERS
     if (weight <= best[blended_views].w) continue;  // validity can only lower it
+#endif
     vec3 texel;
     float footprint;
     if (!project(slot, world, z, texel, footprint)) continue;

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/geometric_weight.h"
+
+#include <algorithm>
+#include <glm/glm.hpp>
+
+namespace lumatlas {
+
+double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center,
+                        const BlendOptions& options) {
+  const double o = glm::length(novel_center - world);
+  const double i = glm::length(stored_center - world);
+  if (!(o > 0 && i > 0)) return 0;
+  const double w_dir = std::max(0.0, glm::dot(novel_center - world, stored_center - world) / (o * i));
+  const double w_pos =
+      options.position == BlendOptions::Position::printed ? std::max(0.0, 1 - o / i) : std::min(o, i) / std::max(o, i);
+  return options.lambda * w_dir + (1 - options.lambda) * w_pos;
+}
+
+}  // namespace lumatlas
