@@ -207,7 +207,7 @@ TEST_CASE("only photographs that are to be stored are read, and one of those tha
 
 TEST_CASE("the summary adds up") {
   BuildOptions options = options_for(6);
-  options.planner.coverage.max_references = 3;
+  options.planner.coverage.max_references = 2;
   const BuildResult result = build_model(small_scene(), options);
   const nlohmann::json totals = summary(result, options);
   const nlohmann::json& views = totals["views"];
@@ -217,7 +217,7 @@ TEST_CASE("the summary adds up") {
             views["outliers"].get<int>() ==
         kViews);
   const auto by_references = totals["references_per_cell"].get<std::vector<std::size_t>>();
-  REQUIRE(by_references.size() == 4);
+  REQUIRE(by_references.size() == 3);
   std::size_t cells = 0, references = 0;
   for (std::size_t count = 0; count < by_references.size(); ++count) {
     cells += by_references[count];
@@ -225,7 +225,7 @@ TEST_CASE("the summary adds up") {
   }
   CHECK(totals["cells"] == cells);
   CHECK(totals["references"] == references);
-  CHECK(totals["cells_full"] == by_references[3]);
+  CHECK(totals["cells_full"] == by_references[2]);
   CHECK(totals["cells_full"] > 0);
   CHECK(totals["cells_referenced"] == cells - by_references[0]);
   CHECK(totals["cells_referenced"].get<std::size_t>() + totals["cells_not_referenced"].get<std::size_t>() +
@@ -246,8 +246,10 @@ TEST_CASE("the summary adds up") {
                        !Catch::Contains("refine "));
 }
 
-TEST_CASE("the plan tells the coverage after each view, which never falls") {
-  const BuildResult result = build_model(small_scene(), options_for(6));
+TEST_CASE("the plan tells the coverage after each view, which without demand never falls") {
+  BuildOptions options = options_for(6);
+  options.planner.coverage.demand = false;
+  const BuildResult result = build_model(small_scene(), options);
   const nlohmann::json plan = plan_json(result)["views"];
   REQUIRE(plan.size() == kViews);
   double before = 0;
@@ -277,15 +279,35 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
   CHECK(effective["views"] == 6);
   CHECK(effective["metric"] == "departures");
   CHECK(effective["depart"] == nlohmann::json{"hemisphere"});
-  for (const char* const key : {"mesh",           "hold_out",          "partition",
-                                "cell_size",      "references",        "coverage_lambda",
-                                "ideal_distance", "distance_sigma",    "max_cell_coverage",
-                                "directions",     "direction_width",   "views_per_direction",
-                                "min_view_gain",  "min_exchange_gain", "min_reference_gain",
-                                "victims",        "visibility",        "fade",
-                                "refine",         "refine_points",     "revisits",
-                                "prior",          "max_move",          "outlier",
-                                "masks",          "white_balance",     "refine_intrinsics"}) {
+  for (const char* const key : {"mesh",
+                                "hold_out",
+                                "partition",
+                                "cell_size",
+                                "references",
+                                "coverage_lambda",
+                                "ideal_distance",
+                                "distance_sigma",
+                                "max_cell_coverage",
+                                "directions",
+                                "direction_width",
+                                "views_per_direction",
+                                "demand",
+                                "demand_prior",
+                                "min_view_gain",
+                                "min_exchange_gain",
+                                "min_reference_gain",
+                                "victims",
+                                "visibility",
+                                "fade",
+                                "refine",
+                                "refine_points",
+                                "revisits",
+                                "prior",
+                                "max_move",
+                                "outlier",
+                                "masks",
+                                "white_balance",
+                                "refine_intrinsics"}) {
     CAPTURE(key);
     CHECK(effective.contains(key));
   }
