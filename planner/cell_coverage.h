@@ -20,7 +20,7 @@ class CellCoverage {
  public:
   virtual ~CellCoverage() = default;
 
-  // In cells: what a cell counts for, >= 0.
+  // What a cell counts for, >= 0: in cells, or in pictures where cells count by demand.
   [[nodiscard]] virtual double value(std::uint32_t cell) const = 0;
   // By how much a view more would raise the cell's value. `victims`, if not empty, says by slot (1) of which members it
   // is asked by how much less or more that would be if they had left before: added to `corrections` (by slot), for
@@ -33,6 +33,13 @@ class CellCoverage {
   // is not null.
   [[nodiscard]] virtual double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                                    const Contribution* newcomer) const = 0;
+
+  // A measure by which a cell's value depends on all offered views that see it, stored or not, is told of each by
+  // ask(). unask() takes back one that it was told of.
+  virtual void ask(std::uint32_t /*cell*/, const Contribution& /*part*/) {}
+  virtual void unask(std::uint32_t /*cell*/, const Contribution& /*part*/) {}
+  // What the cell counts for beside others; where cells count alike, 1.
+  [[nodiscard]] virtual double weight(std::uint32_t /*cell*/) const { return 1; }
 
   // A slot is a member at most once.
   virtual void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) = 0;

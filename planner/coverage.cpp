@@ -13,10 +13,6 @@ namespace {
 
 using Comparison = CoverageDepartures::Comparison;
 
-double sigma(const CoverageOptions& options) {
-  return options.distance_sigma > 0 ? options.distance_sigma : options.ideal_distance / 2;
-}
-
 double max_cell_coverage(const CoverageOptions& options) {
   return options.max_cell_coverage > 0 ? options.max_cell_coverage : options.max_references / 2.0;
 }
@@ -69,6 +65,8 @@ void check(const CoverageOptions& options) {
   require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
   require(std::isfinite(options.max_cell_coverage) && options.max_cell_coverage >= 0, "max_cell_coverage",
           options.max_cell_coverage, "finite and not negative");
+  require(std::isfinite(options.demand_prior) && options.demand_prior >= 0, "demand_prior", options.demand_prior,
+          "finite and not negative");
   require(options.directions >= 1, "directions", options.directions, "at least 1");
   require(options.direction_width > 0 && options.direction_width <= 180, "direction_width", options.direction_width,
           "above 0 and at most 180");
@@ -88,16 +86,22 @@ double tammes_cosine_bound(const CoverageOptions& options) {
   return 2 * (1 - share) * (1 - share) - 1;
 }
 
+double positional_coverage(double distance, double cell_share, double ideal_distance, const CoverageOptions& options) {
+  const double sigma = options.distance_sigma > 0 ? options.distance_sigma : ideal_distance / 2;
+  const double off = (distance - ideal_distance) / sigma;
+  return std::exp(-off * off / 2) * cell_share;
+}
+
 Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
                           const CoverageOptions& options) {
   const glm::dvec3 to_camera = camera.center() - cell.centroid;
   const double distance = glm::length(to_camera);
   if (!(distance > 0)) return {};  // a camera at the centroid sees the cell from nowhere in particular
-  const double off = (distance - options.ideal_distance) / sigma(options);
-  const double g = std::exp(-off * off / 2);
   double share = visible_pixels / total_pixels(cell, cell_size, distance, camera);
   if (options.departures.bounded_share) share = std::min(share, 1.0);
-  return {to_camera / distance, g * share};
+  const double picture = static_cast<double>(camera.width) * camera.height;
+  return {to_camera / distance, positional_coverage(distance, share, options.ideal_distance, options), distance, share,
+          visible_pixels / picture};
 }
 
 double directional_coverage(double gamma, bool alone, const CoverageOptions& options) {

@@ -46,14 +46,18 @@ struct CoverageOptions {
     paper,       // the paper's, with the departures below
   };
   Metric metric = Metric::directions;
-  CoverageDepartures departures;      // of Metric::paper; bounded_share of both
-  double lambda = 0.35;               // weight of direction against position, [0, 1]
-  double ideal_distance = 0;          // d_max, scene units, > 0; see median_surface_distance()
-  double distance_sigma = 0;          // sigma of g, scene units, > 0; 0: half of ideal_distance
+  CoverageDepartures departures;  // of Metric::paper; bounded_share of both
+  double lambda = 0.35;           // weight of direction against position, [0, 1]
+  double ideal_distance = 0;  // d_max, scene units, > 0; see median_surface_distance(); for a cell with demand, its own
+  double distance_sigma = 0;  // sigma of g, scene units, > 0; 0: half of d_max
   std::uint32_t max_references = 16;  // R_max per cell, >= 1
   double max_cell_coverage = 0;       // fcov_max of Metric::paper, > 0; 0: max_references / 2
   static constexpr std::uint32_t kMostViewsPerDirection = 8;
   // Of Metric::directions.
+  // A cell counts by its share of the pictures of all offered views, and d_max is the distance that they see it from;
+  // off: cells count alike, and d_max is one for all. See cell_demand.h.
+  bool demand = true;
+  double demand_prior = 10;       // views that do not see a cell, added to those that do; finite, >= 0
   std::uint32_t directions = 32;  // novel directions per cell, >= 1
   double direction_width = 90;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
   // How many of its best views a novel direction counts, [1, 8]; 3: those blended.
@@ -64,13 +68,22 @@ struct CoverageOptions {
   [[nodiscard]] static CoverageOptions printed();
 };
 
+// Whether what a cell is worth depends on all offered views that see it.
+[[nodiscard]] inline bool has_demand(const CoverageOptions& options) {
+  return options.demand && options.metric == CoverageOptions::Metric::directions;
+}
+
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const CoverageOptions& options);
 
 // One view's part in one cell, all that coverage needs to know of it.
 struct Contribution {
   glm::dvec3 direction{0.0};  // unit, from the cell's centroid to the camera
-  double positional = 0;      // cov_p, in [0, 1]; with an unbounded share it can exceed 1
+  double positional =
+      0;                // cov_p at CoverageOptions::ideal_distance, in [0, 1]; with an unbounded share it can exceed 1
+  double distance = 0;  // from the centroid to the camera, scene units; 0: the view is nobody's demand
+  double cell_share = 0;     // pix_vis / pix_total, at most 1 if that is bounded
+  double picture_share = 0;  // of the picture's pixels, in [0, 1]
 };
 
 // A view's part in one of the cells that it sees.
@@ -81,6 +94,11 @@ struct CellPart {
 
 // cos theta(R_max): a bound on the cosine between neighbours among R_max evenly spread directions, in [-1, 1).
 [[nodiscard]] double tammes_cosine_bound(const CoverageOptions& options);
+
+// cov_p of a view that sees so much of a cell from that distance, if d_max is `ideal_distance`, > 0. All lengths in
+// scene units.
+[[nodiscard]] double positional_coverage(double distance, double cell_share, double ideal_distance,
+                                         const CoverageOptions& options);
 
 // `visible_pixels` counts the camera's pixels on the cell, at the camera's resolution.
 [[nodiscard]] Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,

@@ -31,6 +31,7 @@ void add_to(std::vector<double>& sums, std::span<const double> terms) {
 CoverageLedger::CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                                double min_reference_gain)
     : coverage_(make_cell_coverage(surface, options, min_reference_gain)),
+      has_demand_(has_demand(options)),
       parts_(slots),
       stored_(slots, 0),
       loss_(slots, 0) {}
@@ -110,6 +111,22 @@ void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change&
     summed_coverage_ += rises[i];
     add_to(loss_, losses[i]);
   }
+}
+
+void CoverageLedger::ask(std::span<const CellPart> parts) {
+  if (!has_demand_) return;
+  change_cells(parts, [&](const CellPart& entry) { coverage_->ask(entry.cell, entry.part); });
+}
+
+void CoverageLedger::unask(std::span<const CellPart> parts) {
+  if (!has_demand_) return;
+  change_cells(parts, [&](const CellPart& entry) { coverage_->unask(entry.cell, entry.part); });
+}
+
+double CoverageLedger::weight(std::span<const CellPart> parts) const {
+  double sum = 0;
+  for (const CellPart& entry : parts) sum += coverage_->weight(entry.cell);
+  return sum;
 }
 
 void CoverageLedger::insert(std::uint32_t slot, std::vector<CellPart> parts) {

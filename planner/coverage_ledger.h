@@ -25,7 +25,16 @@ class CoverageLedger {
   CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                  double min_reference_gain);
 
-  // By how much scov, in cells, would rise with the view.
+  // An offered view, whatever becomes of it, asks for the cells that it sees: see CellDemand. unask() takes that back,
+  // with the same parts. Without CoverageOptions::demand, nothing changes; with it, cells that nobody asked for are
+  // worth nothing.
+  void ask(std::span<const CellPart> parts);
+  void unask(std::span<const CellPart> parts);
+  // What scov would be if the view's cells, and no others, were served as well as one can be.
+  [[nodiscard]] double weight(std::span<const CellPart> parts) const;
+  [[nodiscard]] double weight(std::uint32_t cell) const { return coverage_->weight(cell); }  // the same of one cell
+
+  // By how much scov would rise with the view.
   [[nodiscard]] double gain(std::span<const CellPart> parts) const;
   // The same for each slot in `victims`, if its view left first: less what is lost with it.
   [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
@@ -38,7 +47,7 @@ class CoverageLedger {
   // The slot must not be free (std::logic_error).
   void erase(std::uint32_t slot);
 
-  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }    // scov, in cells
+  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }    // scov, by CellCoverage::value()
   [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
   [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }  // its part in scov
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
@@ -54,6 +63,7 @@ class CoverageLedger {
   void change_cells(std::span<const CellPart> parts, const Change& change);
 
   std::unique_ptr<CellCoverage> coverage_;
+  bool has_demand_;
   std::vector<std::vector<CellPart>> parts_;  // by slot: what its view adds to the cells that it sees
   std::vector<std::uint8_t> stored_;          // by slot
   std::vector<double> loss_;                  // by slot

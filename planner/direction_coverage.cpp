@@ -77,16 +77,39 @@ DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptio
       above_(novel_directions(options.directions, false)),
       around_(novel_directions(options.directions, true)),
       frames_(cell_frames(surface)),
-      cells_(frames_.size()) {
+      cells_(frames_.size(), empty_state()) {
   const float sum = 2 - std::ldexp(1.0f, 1 - static_cast<int>(options.views_per_direction));
   for (std::uint32_t j = 0; j < options.views_per_direction; ++j) {
     rank_value_.push_back(std::ldexp(1.0f, -static_cast<int>(j)) / sum);
   }
 }
 
+// A cell that no view was offered of.
+DirectionCoverage::State DirectionCoverage::empty_state() const {
+  State state;
+  state.weight = options_.demand ? 0 : 1;
+  state.ideal_distance = options_.demand ? 0 : options_.ideal_distance;
+  return state;
+}
+
+// cov_p at the cell's ideal distance: of what is kept, so that it is the same whenever it is computed.
+float DirectionCoverage::positional(std::uint32_t cell, const Member& member) const {
+  const double ideal_distance = cells_[cell].ideal_distance;
+  if (!(ideal_distance > 0)) return 0;
+  return static_cast<float>(positional_coverage(static_cast<double>(member.distance),
+                                                static_cast<double>(member.cell_share), ideal_distance, options_));
+}
+
 DirectionCoverage::Member DirectionCoverage::member(std::uint32_t cell, std::uint32_t slot,
                                                     const Contribution& part) const {
-  return {slot, glm::vec3(frames_[cell].cell_from_world * part.direction), static_cast<float>(part.positional), false};
+  Member member{slot,
+                glm::vec3(frames_[cell].cell_from_world * part.direction),
+                static_cast<float>(part.distance),
+                static_cast<float>(part.cell_share),
+                static_cast<float>(part.positional),
+                false};
+  if (options_.demand) member.positional = positional(cell, member);
+  return member;
 }
 
 const std::vector<glm::vec3>& DirectionCoverage::novel(std::uint32_t cell) const {
@@ -152,13 +175,15 @@ double DirectionCoverage::value_of(std::span<const Served> best) const {
   return sum / options_.directions;
 }
 
-// By how much a view would raise the value, and by how much less or more if one of the best had left before.
-double DirectionCoverage::gain_over(std::span<const Served> best, std::span<const float> quality,
+// `factor` times by how much a view would raise the value, and by how much less or more if one of the best had left
+// before.
+double DirectionCoverage::gain_over(std::span<const Served> best, std::span<const float> quality, double factor,
                                     std::span<double> corrections) const {
+  const double scale = factor / options_.directions;
   if (best.empty()) {
     double sum = 0;
     for (const float q : quality) sum += rank_value_[0] * q;
-    return sum / options_.directions;
+    return scale * sum;
   }
   double sum = 0;
   const std::size_t ranks = rank_value_.size();
@@ -172,11 +197,11 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
     std::copy(served.begin() + 1, served.end(), others.begin());
     for (std::size_t j = 0; j < ranks && served[j].slot != kNobody; ++j) {
       // `others` is `served` without its j-th.
-      corrections[served[j].slot] += (rise(std::span(others).first(ranks), quality[s]) - gain) / options_.directions;
+      corrections[served[j].slot] += scale * (rise(std::span(others).first(ranks), quality[s]) - gain);
       others[j] = served[j];
     }
   }
-  return sum / options_.directions;
+  return scale * sum;
 }
 
 void DirectionCoverage::losses_of(std::span<const Served> best, double factor, std::span<double> losses) const {
@@ -193,11 +218,11 @@ double DirectionCoverage::gain(std::uint32_t cell, const Contribution& part, std
                                std::span<double> corrections) const {
   thread_local std::vector<float> quality;
   qualities(cell, member(cell, kNobody, part), value_kernel_, quality);
-  return gain_over(cells_[cell].best, quality, corrections);
+  return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
 }
 
 void DirectionCoverage::add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
-  losses_of(cells_[cell].best, factor, losses);
+  losses_of(cells_[cell].best, factor * cells_[cell].weight, losses);
 }
 
 double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
@@ -212,7 +237,30 @@ double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<cons
       admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNobody});
     }
   }
-  return value_of(best);
+  return cells_[cell].weight * value_of(best);
+}
+
+void DirectionCoverage::ask(std::uint32_t cell, const Contribution& part) {
+  cells_[cell].demand.add(part);
+  meet_demand(cell);
+}
+
+void DirectionCoverage::unask(std::uint32_t cell, const Contribution& part) {
+  cells_[cell].demand.remove(part);
+  meet_demand(cell);
+}
+
+// Brings the weight up to date, and where d_max is another, what all members are worth.
+void DirectionCoverage::meet_demand(std::uint32_t cell) {
+  State& state = cells_[cell];
+  state.weight = state.demand.weight(options_.demand_prior);
+  const double ideal_distance = state.demand.ideal_distance();
+  if (ideal_distance == state.ideal_distance) return;
+  state.ideal_distance = ideal_distance;
+  if (state.members.empty()) return;
+  for (Member& member : state.members) member.positional = positional(cell, member);
+  state.best = best_of(cell, value_kernel_, [](const Member&) { return true; });
+  state.value = value_of(state.best);
 }
 
 void DirectionCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
@@ -273,7 +321,7 @@ void DirectionCoverage::reference_newest(std::uint32_t cell) {
       std::max_element(members.begin(), members.end(), [](const Member& a, const Member& b) { return a.slot < b.slot; })
           ->slot +
       std::size_t{1});
-  const double gain = gain_over(best, quality, exchange);
+  const double gain = gain_over(best, quality, 1, exchange);
   losses_of(best, -1, exchange);
   Member* victim = nullptr;
   for (Member& member : members) {
@@ -296,7 +344,7 @@ void DirectionCoverage::refill(std::uint32_t cell) {
   for (Member& member : members) {
     if (member.referenced || !(member.positional > 0)) continue;
     qualities(cell, member, reference_kernel_, quality);
-    const double gain = gain_over(best, quality, {});
+    const double gain = gain_over(best, quality, 1, {});
     if (gain > most) {
       most = gain;
       choice = &member;
@@ -315,7 +363,7 @@ std::vector<std::uint32_t> DirectionCoverage::references(std::uint32_t cell) con
 
 void DirectionCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
   std::vector<CellFrame> frames = cell_frames(surface);
-  std::vector<State> cells(previous_cell.size());
+  std::vector<State> cells(previous_cell.size(), empty_state());
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     if (previous_cell[cell] == kNoCell) continue;
     cells[cell] = std::move(cells_[previous_cell[cell]]);

@@ -4,17 +4,20 @@
 //
 //   q(f, s)    = cov_p(f) (lambda k(f, s) + 1 - lambda)       how well view f serves novel direction s, in [0, 1]
 //   k(f, s)    = max(0, 1 - (1 - cos angle(f, s)) / (1 - cos direction_width))
-//   value(b)   = mean over the cell's novel directions s of  sum_j v_j q_j(s)        in [0, 1]
+//   value(b)   = w(b) mean over the cell's novel directions s of  sum_j v_j q_j(s)   in [0, w(b)]
 //
 // where q_1(s) >= q_2(s) >= ... are the K = views_per_direction best of q(f, s) over the views, and v_j halves from one
-// to the next and sums to 1. The novel directions are spread over the hemisphere above the cell in proportion to the
-// area that the cell shows to them; over the sphere where the cell has no mean normal.
+// to the next and sums to 1. w(b), in [0, 1], and the d_max of cov_p are what the stream asks of the cell
+// (cell_demand.h); without demand, w(b) is 1 and d_max one for all. The novel directions are spread over the hemisphere
+// above the cell in proportion to the area that the cell shows to them; over the sphere where the cell has no mean
+// normal.
 //
 // A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
-// falls as others come: value(), and so scov, is monotone submodular. For such a measure choosing offline by greedy
-// selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a quarter of it, if an
-// exchange must gain scov / N, whatever gains at all is taken while there is room, and views are bounded by number
-// alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain.
+// falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure choosing
+// offline by greedy selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a
+// quarter of it, if an exchange must gain scov / N, whatever gains at all is taken while there is room, and views are
+// bounded by number alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain. That is for a
+// measure that stays as it is, as it does without demand.
 //
 // All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
 // narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
@@ -25,6 +28,7 @@
 #include <glm/vec3.hpp>
 
 #include "planner/cell_coverage.h"
+#include "planner/cell_demand.h"
 
 namespace lumatlas {
 
@@ -44,12 +48,15 @@ class DirectionCoverage final : public CellCoverage {
   // The options must have passed check(). `min_reference_gain`: in cells, see make_cell_coverage().
   DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
 
-  [[nodiscard]] double value(std::uint32_t cell) const override { return cells_[cell].value; }
+  [[nodiscard]] double value(std::uint32_t cell) const override { return cells_[cell].weight * cells_[cell].value; }
   [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
                             std::span<double> corrections) const override;
   void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
   [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                            const Contribution* newcomer) const override;
+  void ask(std::uint32_t cell, const Contribution& part) override;
+  void unask(std::uint32_t cell, const Contribution& part) override;
+  [[nodiscard]] double weight(std::uint32_t cell) const override { return cells_[cell].weight; }
   void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
   void erase(std::uint32_t cell, std::uint32_t slot) override;
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const override;
@@ -59,7 +66,8 @@ class DirectionCoverage final : public CellCoverage {
   struct Member {
     std::uint32_t slot;
     glm::vec3 direction;  // in the cell's frame
-    float positional;
+    float distance, cell_share;
+    float positional;  // at the cell's ideal distance
     bool referenced;
   };
   struct Served {
@@ -71,8 +79,14 @@ class DirectionCoverage final : public CellCoverage {
     std::vector<Member> members;
     // Of each novel direction the best K + 1 views, best first; empty until a view sees the cell.
     std::vector<Served> best;
-    double value = 0;
+    double value = 0;  // before the weight
+    CellDemand demand;
+    double weight = 0;
+    double ideal_distance = 0;
   };
+  [[nodiscard]] State empty_state() const;
+  [[nodiscard]] float positional(std::uint32_t cell, const Member& member) const;
+  void meet_demand(std::uint32_t cell);
   [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
   [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
   // lambda and direction_width, of the value or of the choice of references.
@@ -89,7 +103,7 @@ class DirectionCoverage final : public CellCoverage {
   template <typename Wanted>
   [[nodiscard]] std::vector<Served> best_of(std::uint32_t cell, const Kernel& kernel, const Wanted& is_wanted) const;
   [[nodiscard]] double value_of(std::span<const Served> best) const;
-  [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality,
+  [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality, double factor,
                                  std::span<double> corrections) const;
   void losses_of(std::span<const Served> best, double factor, std::span<double> losses) const;
   void serve_without(std::uint32_t cell, std::uint32_t slot);

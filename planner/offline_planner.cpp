@@ -36,7 +36,9 @@ class OfflinePlanner {
                  const OfflineOptions& options)
       : views_(views),
         count_(std::min<std::size_t>(count, views.size())),
-        ledger_(surface, static_cast<std::uint32_t>(count_), options.coverage, options.min_reference_gain) {}
+        ledger_(surface, static_cast<std::uint32_t>(count_), options.coverage, options.min_reference_gain) {
+    for (const std::vector<CellPart>& parts : views) ledger_.ask(parts);
+  }
 
   OfflineChoice plan(std::uint32_t max_passes) {
     select_greedily();

@@ -32,6 +32,24 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_;
 };
 
+// A view asks for the cells that it sees; that is taken back if it is not said to stand: a view that turns out to be an
+// outlier stood elsewhere, and one whose photograph cannot be had is to leave no trace.
+class Asking {
+ public:
+  Asking(CoverageLedger& ledger, std::span<const CellPart> seen) : ledger_(ledger), seen_(seen) { ledger.ask(seen); }
+  ~Asking() {
+    if (!stands_) ledger_.unask(seen_);
+  }
+  Asking(const Asking&) = delete;
+  Asking& operator=(const Asking&) = delete;
+  void stand() { stands_ = true; }
+
+ private:
+  CoverageLedger& ledger_;
+  std::span<const CellPart> seen_;
+  bool stands_ = false;
+};
+
 constexpr Requirement require{"planner"};
 
 const PlannerOptions& checked(const PlannerOptions& options) {
@@ -105,7 +123,8 @@ std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPi
 std::vector<float> Planner::cell_coverage() const {
   std::vector<float> coverage(atlas_.surface().cells.cells.size());
   for (std::uint32_t cell = 0; cell < coverage.size(); ++cell) {
-    coverage[cell] = static_cast<float>(ledger_.coverage(cell));
+    const double weight = ledger_.weight(cell);
+    coverage[cell] = weight > 0 ? static_cast<float>(ledger_.coverage(cell) / weight) : 0.0f;
   }
   return coverage;
 }
@@ -193,8 +212,8 @@ std::uint64_t Planner::bytes_of(std::uint32_t slot) const {
   return lumatlas::stored_bytes(atlas_.view(slot)->camera);
 }
 
-bool Planner::is_worth_it(const Exchange& exchange, std::size_t cells_seen) const {
-  double least = options_.min_view_gain * static_cast<double>(cells_seen);
+bool Planner::is_worth_it(const Exchange& exchange, std::span<const CellPart> seen) const {
+  double least = options_.min_view_gain * ledger_.weight(seen);
   if (!exchange.victims.empty()) {
     least = std::max(least, options_.min_exchange_gain * ledger_.summed_coverage() / atlas_.size());
   }
@@ -212,13 +231,16 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, const Phot
   Verdict verdict;
   require_room_for(name, camera);
   std::vector<CellPart> seen = look(camera, verdict);
+  std::optional<Asking> asking;
   Exchange exchange;
   {
     const Stopwatch stopwatch(verdict.plan_ms);
+    asking.emplace(ledger_, seen);
     exchange = best_exchange(seen, lumatlas::stored_bytes(camera));
   }
   verdict.gain = exchange.gain;
-  if (is_worth_it(exchange, seen.size())) take(name, camera, std::move(seen), exchange, photograph(), verdict);
+  if (is_worth_it(exchange, seen)) take(name, camera, seen, exchange, photograph(), verdict);
+  if (verdict.decision != Decision::outlier) asking->stand();
   return verdict;
 }
 
@@ -232,15 +254,22 @@ Verdict Planner::keep(const std::string& name, const Camera& camera, const Photo
   }
   Verdict verdict;
   std::vector<CellPart> seen = look(camera, verdict);
+  Asking asking(ledger_, seen);
   const Exchange exchange{{}, ledger_.gain(seen)};
   verdict.gain = exchange.gain;
-  take(name, camera, std::move(seen), exchange, photograph(), verdict);
+  take(name, camera, seen, exchange, photograph(), verdict);
+  if (verdict.decision != Decision::outlier) asking.stand();
   return verdict;
 }
 
+void Planner::pass_by(const Camera& camera) {
+  Verdict unused;
+  ledger_.ask(look(camera, unused));
+}
+
 // Stores the view unless it is an outlier. `seen` was counted at the given pose, and stays.
-void Planner::take(const std::string& name, const Camera& camera, std::vector<CellPart> seen, const Exchange& exchange,
-                   Photograph photograph, Verdict& verdict) {
+void Planner::take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen,
+                   const Exchange& exchange, Photograph photograph, Verdict& verdict) {
   require_photograph_of(name, camera, photograph);
   Camera refined = camera;
   if (options_.refinement.any()) {
@@ -262,7 +291,7 @@ void Planner::take(const std::string& name, const Camera& camera, std::vector<Ce
   }
   verdict.slot = atlas_.insert(std::move(tiled.view), std::move(tiled.shown));
   stored_bytes_ += bytes_of(*verdict.slot);
-  ledger_.insert(*verdict.slot, std::move(seen));
+  ledger_.insert(*verdict.slot, seen);
   publish(ledger_.parts(*verdict.slot));
   if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity);
 }

@@ -23,7 +23,8 @@ struct PlannerOptions {
   CoverageOptions coverage;
   ValidityOptions validity;
   RefinementOptions refinement;
-  // Delta_scov: a view is kept if it raises scov by more than this share of the number of cells that it sees; >= 0.
+  // Delta_scov: a view is kept if it raises scov by more than this share of what its cells would be worth, served as
+  // well as one can be: their number, or with CoverageOptions::demand the sum of their weights; >= 0.
   // 0 keeps whatever helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell counts
   // up to fcov_max and not up to 1, 0.1 is right.
   double min_view_gain = 0.001;
@@ -57,7 +58,7 @@ struct Verdict {
   Decision decision = Decision::rejected;
   std::optional<std::uint32_t> slot;  // where it was stored
   std::vector<std::string> replaced;  // the names of the views that it took the place of
-  double gain = 0;                    // by which scov rose, or would have risen, in cells
+  double gain = 0;                    // by which scov rose, or would have risen
   std::uint32_t cells_seen = 0;
   double visibility_ms = 0;              // wall time of the visibility pass,
   double plan_ms = 0;                    // of the decision,
@@ -97,6 +98,9 @@ class Planner {
   // still be found an outlier.
   Verdict keep(const std::string& name, const Camera& camera, const PhotographSource& photograph);
 
+  // Looks at a view that was not chosen elsewhere: it is not stored, but counts for what the stream asks for.
+  void pass_by(const Camera& camera);
+
   // What the camera sees of each cell: what it would add to an empty store.
   [[nodiscard]] std::vector<CellPart> parts_of(const Camera& camera) const;
 
@@ -120,8 +124,10 @@ class Planner {
 
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
   [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
-  [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }  // scov, in cells
-  [[nodiscard]] std::vector<float> cell_coverage() const;                             // each cell's part in scov
+  // scov: in cells, or with CoverageOptions::demand in pictures.
+  [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }
+  // Each cell's part in it, for what the cell counts: of the directions measure in [0, 1].
+  [[nodiscard]] std::vector<float> cell_coverage() const;
 
  private:
   // Which views would leave for a view, and by how much scov would rise.
@@ -140,8 +146,8 @@ class Planner {
   void require_room_for(const std::string& name, const Camera& camera) const;
   [[nodiscard]] Exchange best_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
   [[nodiscard]] Exchange joint_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
-  [[nodiscard]] bool is_worth_it(const Exchange& exchange, std::size_t cells_seen) const;
-  void take(const std::string& name, const Camera& camera, std::vector<CellPart> seen, const Exchange& exchange,
+  [[nodiscard]] bool is_worth_it(const Exchange& exchange, std::span<const CellPart> seen) const;
+  void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
   void evict(std::uint32_t slot);
   void publish(std::span<const CellPart> cells);

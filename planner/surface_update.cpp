@@ -120,7 +120,10 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
   }
   const std::vector<std::uint32_t> again = views_of_change(previous_cell, changed, *surface);
   atlas_.replace_surface(surface, previous_cell);
-  for (const std::uint32_t slot : again) ledger_.erase(slot);
+  for (const std::uint32_t slot : again) {
+    ledger_.unask(ledger_.parts(slot));
+    ledger_.erase(slot);
+  }
   ledger_.follow(*surface, unchanged);
   visibility_ = &visibility;
   refiner_.see_with(visibility);
@@ -130,7 +133,9 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     const Camera small = planning_camera(atlas_.view(slot)->camera);
     const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), surface->cells);
     atlas_.mark_seen(seen);
-    ledger_.insert(slot, parts(small, seen));
+    std::vector<CellPart> counted = parts(small, seen);
+    ledger_.ask(counted);
+    ledger_.insert(slot, std::move(counted));
     update.depths_made_again += make_depth_again(slot);
   }
   for (std::uint32_t cell = 0; cell < cells; ++cell) atlas_.set_references(cell, ledger_.references(cell));

@@ -231,7 +231,7 @@ TEST_CASE("only photographs that are to be stored are read, and one of those tha
 
 TEST_CASE("the summary adds up") {
   BuildOptions options = options_for(6);
-  options.planner.coverage.max_references = 3;
+  options.planner.coverage.max_references = 2;
   const BuildResult result = build_model(small_scene(), options);
   const nlohmann::json totals = summary(result, options);
   const nlohmann::json& views = totals["views"];
@@ -241,7 +241,7 @@ TEST_CASE("the summary adds up") {
             views["outliers"].get<int>() ==
         kViews);
   const auto by_references = totals["references_per_cell"].get<std::vector<std::size_t>>();
-  REQUIRE(by_references.size() == 4);
+  REQUIRE(by_references.size() == 3);
   std::size_t cells = 0, references = 0;
   for (std::size_t count = 0; count < by_references.size(); ++count) {
     cells += by_references[count];
@@ -249,7 +249,7 @@ TEST_CASE("the summary adds up") {
   }
   CHECK(totals["cells"] == cells);
   CHECK(totals["references"] == references);
-  CHECK(totals["cells_full"] == by_references[3]);
+  CHECK(totals["cells_full"] == by_references[2]);
   CHECK(totals["cells_full"] > 0);
   CHECK(totals["cells_referenced"] == cells - by_references[0]);
   CHECK(totals["cells_referenced"].get<std::size_t>() + totals["cells_not_referenced"].get<std::size_t>() +
@@ -270,8 +270,10 @@ TEST_CASE("the summary adds up") {
                        !Catch::Contains("refine "));
 }
 
-TEST_CASE("the plan tells the coverage after each view, which never falls") {
-  const BuildResult result = build_model(small_scene(), options_for(6));
+TEST_CASE("the plan tells the coverage after each view, which without demand never falls") {
+  BuildOptions options = options_for(6);
+  options.planner.coverage.demand = false;
+  const BuildResult result = build_model(small_scene(), options);
   const nlohmann::json plan = plan_json(result)["views"];
   REQUIRE(plan.size() == kViews);
   double before = 0;
@@ -285,8 +287,10 @@ TEST_CASE("the plan tells the coverage after each view, which never falls") {
   CHECK(before == result.summed_coverage);
 }
 
-TEST_CASE("a built model says of each cell its part in the coverage") {
-  const BuildResult result = build_model(small_scene(), options_for(6));
+TEST_CASE("a built model says of each cell how well it is covered") {
+  BuildOptions options = options_for(6);
+  options.planner.coverage.demand = false;  // so that all cells count alike
+  const BuildResult result = build_model(small_scene(), options);
   const Snapshot& snapshot = result.snapshot;
   REQUIRE(snapshot.cell_coverage.size() == snapshot.surface->cells.cells.size());
   double sum = 0;
@@ -296,6 +300,12 @@ TEST_CASE("a built model says of each cell its part in the coverage") {
     if (snapshot.cell_seen[cell] == 0) CHECK(snapshot.cell_coverage[cell] == 0);
   }
   CHECK(sum == Approx(result.summed_coverage).epsilon(1e-5));  // each is rounded to a float
+  options.planner.coverage.demand = true;
+  const BuildResult with_demand = build_model(small_scene(), options);
+  const std::vector<float>& coverage = with_demand.snapshot.cell_coverage;
+  CHECK(*std::min_element(coverage.begin(), coverage.end()) >= 0);
+  CHECK(*std::max_element(coverage.begin(), coverage.end()) <= 1.0001f);
+  CHECK(*std::max_element(coverage.begin(), coverage.end()) > 0.1f);
 }
 
 TEST_CASE("the options in effect say all that a build depends on, and name the departures from the print") {
@@ -314,15 +324,35 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
   CHECK(effective["views"] == 6);
   CHECK(effective["metric"] == "departures");
   CHECK(effective["depart"] == nlohmann::json{"hemisphere"});
-  for (const char* const key : {"mesh",           "hold_out",          "partition",
-                                "cell_size",      "references",        "coverage_lambda",
-                                "ideal_distance", "distance_sigma",    "max_cell_coverage",
-                                "directions",     "direction_width",   "views_per_direction",
-                                "min_view_gain",  "min_exchange_gain", "min_reference_gain",
-                                "victims",        "visibility",        "fade",
-                                "refine",         "refine_points",     "revisits",
-                                "prior",          "max_move",          "outlier",
-                                "masks",          "white_balance",     "refine_intrinsics"}) {
+  for (const char* const key : {"mesh",
+                                "hold_out",
+                                "partition",
+                                "cell_size",
+                                "references",
+                                "coverage_lambda",
+                                "ideal_distance",
+                                "distance_sigma",
+                                "max_cell_coverage",
+                                "directions",
+                                "direction_width",
+                                "views_per_direction",
+                                "demand",
+                                "demand_prior",
+                                "min_view_gain",
+                                "min_exchange_gain",
+                                "min_reference_gain",
+                                "victims",
+                                "visibility",
+                                "fade",
+                                "refine",
+                                "refine_points",
+                                "revisits",
+                                "prior",
+                                "max_move",
+                                "outlier",
+                                "masks",
+                                "white_balance",
+                                "refine_intrinsics"}) {
     CAPTURE(key);
     CHECK(effective.contains(key));
   }

@@ -155,6 +155,9 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--block", "2"},
       {"build", made().scene, "-o", out, "--refine", "all", "--refine-intrinsics"},
       {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
+      {"build", made().scene, "-o", out, "--ideal-distance", "2"},
+      {"build", made().scene, "-o", out, "--demand-prior", "-1"},
+      {"build", made().scene, "-o", out, "--demand-prior", "inf"},
       {"build", made().scene, "-o", out, "--coverage-lambda", "nan"},
       {"build", made().scene, "-o", out, "--cell-size", "inf"},
       {"build", made().scene, "-o", out, "--min-gain", "-1"},
@@ -345,6 +348,11 @@ TEST_CASE(
     CHECK(with({"--choice", choice})["choice"] == choice);
     CHECK(nlohmann::json::parse(bytes_of(fs::path(model) / "plan.json"))["summary"]["views"]["stored"] == 3);
   }
+  CHECK(with({})["demand"] == true);
+  CHECK(with({"--no-demand"})["demand"] == false);
+  CHECK(with({"--no-demand", "--ideal-distance", "2"})["ideal_distance"] == 2);
+  CHECK(with({"--demand-prior", "3"})["demand_prior"] == 3);
+  CHECK(with({"--metric", "printed", "--ideal-distance", "2"})["ideal_distance"] == 2);
   CHECK(with({"--metric", "printed"})["depart"].empty());
   CHECK(with({"--metric", "departures"})["depart"].size() == 5);
   const nlohmann::json two = with({"--metric", "departures", "--depart", "others,first-view"});

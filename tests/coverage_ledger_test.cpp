@@ -33,7 +33,7 @@ CoverageOptions printed() {
   return options;
 }
 
-// A view that sees a random half of the room's cells from random directions.
+// A view that sees a random half of the room's cells from random directions and distances, more or less of them.
 std::vector<CellPart> random_parts(std::mt19937& random, const Surface& surface) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<CellPart> parts;
@@ -41,13 +41,23 @@ std::vector<CellPart> random_parts(std::mt19937& random, const Surface& surface)
     if (random() % 2 == 0) continue;
     const glm::dvec3 towards = 1.5 * surface.cells.cells[cell].normal;
     const glm::dvec3 direction(uniform(random), uniform(random), uniform(random));
-    parts.push_back({cell, {glm::normalize(direction + towards), 0.5 + 0.5 * uniform(random)}});
+    const double cell_share = 0.5 + 0.5 * uniform(random);
+    const double distance = 2 + uniform(random);
+    const double picture_share = 0.1 * (1 + uniform(random));
+    const double positional = positional_coverage(distance, cell_share, 2, {});
+    parts.push_back({cell, {glm::normalize(direction + towards), positional, distance, cell_share, picture_share}});
   }
   return parts;
 }
 
 struct Ledger {
   explicit Ledger(const CoverageOptions& options) : ledger(*surface, kSlots, options, kMinReferenceGain) {}
+  // A view that is offered; it may be stored or not.
+  std::vector<CellPart> offered() {
+    asked.push_back(random_parts(random, *surface));
+    ledger.ask(asked.back());
+    return asked.back();
+  }
   std::vector<std::uint32_t> stored() const {
     std::vector<std::uint32_t> slots;
     for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
@@ -58,16 +68,23 @@ struct Ledger {
 
   std::shared_ptr<const Surface> surface = room_surface();
   std::mt19937 random{17};
+  std::vector<std::vector<CellPart>> asked;
   CoverageLedger ledger;
 };
 
-// A random insertion or eviction.
+// A random insertion or eviction; as many views are offered and not stored, and some of these taken back.
 void step(Ledger& scene) {
+  if (scene.random() % 2 == 0) scene.offered();
+  if (scene.random() % 4 == 0 && !scene.asked.empty()) {
+    std::swap(scene.asked[scene.random() % scene.asked.size()], scene.asked.back());
+    scene.ledger.unask(scene.asked.back());
+    scene.asked.pop_back();
+  }
   const auto slot = static_cast<std::uint32_t>(scene.random() % kSlots);
   if (scene.ledger.stored(slot)) {
     scene.ledger.erase(slot);
   } else {
-    scene.ledger.insert(slot, random_parts(scene.random, *scene.surface));
+    scene.ledger.insert(slot, scene.offered());
   }
 }
 
@@ -75,6 +92,7 @@ void check_against_scratch(const Ledger& scene, const CoverageOptions& options) 
   // A ledger that never saw the views that have left. References depend on the history, so only what does not depend on
   // them is compared for the paper's metric through value_by_definition below.
   CoverageLedger fresh(*scene.surface, kSlots, options, kMinReferenceGain);
+  std::for_each(scene.asked.rbegin(), scene.asked.rend(), [&](const auto& parts) { fresh.ask(parts); });
   for (const std::uint32_t slot : scene.stored()) {
     fresh.insert(slot, {scene.ledger.parts(slot).begin(), scene.ledger.parts(slot).end()});
   }
@@ -115,11 +133,9 @@ TEST_CASE("whatever is kept up equals its definition, after hundreds of insertio
 TEST_CASE("the gain of an exchange is what scov rises by when it is made") {
   const CoverageOptions options = options_of(Metric::directions);
   Ledger scene(options);
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
-    scene.ledger.insert(slot, random_parts(scene.random, *scene.surface));
-  }
+  for (std::uint32_t slot = 0; slot < kSlots; ++slot) scene.ledger.insert(slot, scene.offered());
   for (int round = 0; round < 60; ++round) {
-    const std::vector<CellPart> parts = random_parts(scene.random, *scene.surface);
+    const std::vector<CellPart> parts = scene.offered();
     const std::vector<std::uint32_t> slots = scene.stored();
     const std::vector<double> gains = scene.ledger.exchange_gains(parts, slots);
     const std::uint32_t victim = slots[scene.random() % slots.size()];
@@ -206,6 +222,11 @@ TEST_CASE("by directions, a view more never makes the store worth less, and adds
     // Two stores, one a part of the other.
     CoverageLedger small(*scene.surface, kSlots, options, 0);
     CoverageLedger large(*scene.surface, kSlots, options, 0);
+    for (int i = 0; i < 5; ++i) {
+      const std::vector<CellPart> asked = random_parts(scene.random, *scene.surface);
+      small.ask(asked);
+      large.ask(asked);
+    }
     for (std::uint32_t slot = 0; slot + 1 < kSlots; ++slot) {
       const std::vector<CellPart> parts = random_parts(scene.random, *scene.surface);
       if (scene.random() % 2 == 0) small.insert(slot, parts);
@@ -226,7 +247,9 @@ TEST_CASE("by directions, the order of arrival does not change what a store is w
   CoverageLedger forward(*scene.surface, kSlots, options, 0);
   CoverageLedger backward(*scene.surface, kSlots, options, 0);
   for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
+    forward.ask(views[slot]);
     forward.insert(slot, views[slot]);
+    backward.ask(views[kSlots - 1 - slot]);
     backward.insert(kSlots - 1 - slot, views[kSlots - 1 - slot]);
   }
   CHECK(forward.summed_coverage() == Approx(backward.summed_coverage()).margin(1e-9));

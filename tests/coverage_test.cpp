@@ -264,6 +264,9 @@ TEST_CASE("coverage options that break a rule are refused by name") {
   options = options_at(std::numeric_limits<double>::quiet_NaN());
   CHECK_THROWS_WITH(check(options), Catch::Contains("ideal_distance"));
   options = options_at(1);
+  options.demand_prior = -1;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("demand_prior is -1"));
+  options = options_at(1);
   options.max_references = 0;
   CHECK_THROWS_WITH(check(options), Catch::Contains("max_references"));
   options = options_at(1);

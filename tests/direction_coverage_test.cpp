@@ -27,6 +27,7 @@ CoverageOptions options_of(std::uint32_t directions, std::uint32_t views) {
   options.directions = directions;
   options.views_per_direction = views;
   options.max_references = 2;
+  options.demand = false;  // what demand does is in cell_demand_test.cpp
   return options;
 }
 

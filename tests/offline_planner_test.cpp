@@ -43,7 +43,9 @@ Views random_views(std::mt19937& random, std::size_t count, std::uint32_t cells)
       if (uniform(random) < 0.5) continue;
       const glm::dvec3 anywhere(uniform(random) - 0.5, uniform(random) - 0.5, uniform(random) - 0.5);
       const glm::dvec3 direction = glm::normalize(room().cells.cells[cell].normal + 2.0 * anywhere);
-      view.push_back({cell, {direction, uniform(random)}});
+      const double distance = 1 + 2 * uniform(random), cell_share = uniform(random);
+      const double positional = positional_coverage(distance, cell_share, 2, {});
+      view.push_back({cell, {direction, positional, distance, cell_share, 0.1 * uniform(random)}});
     }
   }
   return views;
@@ -52,6 +54,7 @@ Views random_views(std::mt19937& random, std::size_t count, std::uint32_t cells)
 double coverage_of(const Views& views, const Choice& choice, const OfflineOptions& options) {
   CoverageLedger ledger(room(), static_cast<std::uint32_t>(choice.size()), options.coverage,
                         options.min_reference_gain);
+  for (const std::vector<CellPart>& view : views) ledger.ask(view);
   for (std::uint32_t slot = 0; slot < choice.size(); ++slot) ledger.insert(slot, views[choice[slot]]);
   return ledger.summed_coverage();
 }
@@ -70,6 +73,7 @@ void for_each_choice(std::uint32_t of, std::size_t count, const std::function<vo
 // The first of the views that add most, one after the other, each time by asking them all.
 Choice plain_greedy(const Views& views, std::size_t count, const OfflineOptions& options) {
   CoverageLedger ledger(room(), static_cast<std::uint32_t>(count), options.coverage, options.min_reference_gain);
+  for (const std::vector<CellPart>& view : views) ledger.ask(view);
   Choice choice;
   while (choice.size() < count) {
     std::uint32_t best = 0;

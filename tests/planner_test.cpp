@@ -92,8 +92,10 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("keeping a view raises the coverage by what its verdict says, and a rejected one leaves it") {
-  Planned scene(4);
+TEST_CASE("without demand, keeping a view raises the coverage by what its verdict says, and a rejected one leaves it") {
+  PlannerOptions options = options_for_room();
+  options.coverage.demand = false;
+  Planned scene(4, options);
   for (std::size_t i = 0; i < 50; ++i) {
     const double before = scene.planner.summed_coverage();
     const Verdict verdict = scene.offer((13 * i) % 50);

@@ -196,7 +196,7 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
     CHECK(verdict.refinement->outlier);
     CHECK(verdict.refinement->alignment.correlation < options_for_relief().refinement.least_correlation);
   }
-  CHECK(stream.planner.summed_coverage() == coverage);
+  CHECK(stream.planner.summed_coverage() == Approx(coverage).epsilon(1e-12));  // sums in another order
   check_same_store(stream.atlas, untouched.atlas);
   const Frame next = stream.frame(10, 1, 0.5);
   CHECK(stream.offer(next).decision == untouched.offer(next).decision);

@@ -163,6 +163,8 @@ void run_stream(Planner& planner, const Stream& stream, const std::optional<std:
       planned.verdict = planner.offer(view.name, view.camera, photograph);
     } else if (std::binary_search(chosen->begin(), chosen->end(), place)) {
       planned.verdict = planner.keep(view.name, view.camera, photograph);
+    } else {
+      planner.pass_by(view.camera);
     }
     planned.summed_coverage = planner.summed_coverage();
     progress.tick();

@@ -239,6 +239,8 @@ json coverage_options_json(const CoverageOptions& coverage) {
           {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
           {"max_cell_coverage",
            coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
+          {"demand", coverage.demand},
+          {"demand_prior", coverage.demand_prior},
           {"directions", coverage.directions},
           {"direction_width", coverage.direction_width},
           {"reference_width", coverage.reference_width},

@@ -26,7 +26,9 @@ struct CoverageFlags {
   std::optional<double> min_view_gain, min_reference_gain;  // none: as the measure wants them
   std::string metric = "directions";
   std::vector<std::string> depart;
+  bool no_demand = false;
   CLI::Option* depart_option = nullptr;
+  CLI::Option* ideal_distance_option = nullptr;
 
   void add_to(CLI::App& command) {
     command
@@ -49,10 +51,12 @@ struct CoverageFlags {
     command
         .add_option("--coverage-lambda", values.lambda, "Weight of direction against position when views are chosen")
         ->check(number_between(0, 1));
-    command
-        .add_option("--ideal-distance", values.ideal_distance,
-                    "Camera distance at which a cell is covered best, scene units; 0: the scene's median")
-        ->check(finite_not_negative());
+    ideal_distance_option =
+        command
+            .add_option("--ideal-distance", values.ideal_distance,
+                        "Camera distance at which a cell is covered best, scene units; 0: the scene's median; needs "
+                        "--no-demand or --metric departures or printed")
+            ->check(finite_not_negative());
     command
         .add_option("--distance-sigma", values.distance_sigma,
                     "How far from it coverage falls to 0.6, scene units; 0: half of it")
@@ -72,6 +76,10 @@ struct CoverageFlags {
     if (metric == "directions") {
       if (depart_option->count() > 0) {
         throw CLI::ValidationError("--depart", "needs --metric departures or --metric printed");
+      }
+      options.coverage.demand = !no_demand;
+      if (options.coverage.demand && ideal_distance_option->count() > 0) {
+        throw CLI::ValidationError("--ideal-distance", "needs --no-demand, or --metric departures or printed");
       }
     } else {
       options.coverage.metric = CoverageOptions::Metric::paper;
@@ -94,6 +102,13 @@ struct CoverageFlags {
   }
 
   void add_directions_to(CLI::App& command) {
+    command.add_flag("--no-demand", no_demand,
+                     "With --metric directions: let cells count alike, and have one ideal distance, instead of by how "
+                     "large and from how far the offered views see them");
+    command
+        .add_option("--demand-prior", values.demand_prior,
+                    "With --metric directions: views that do not see a cell, added to those that do")
+        ->check(finite_not_negative());
     command
         .add_option("--directions", values.directions,
                     "With --metric directions: novel directions in which a cell is to be shown")

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/cell_demand.h"
+
+#include <cmath>
+
+namespace lumatlas {
+
+namespace {
+
+// A picture in shares, an octave in logarithms of distance: a million views of anything within 2^+-64 fit into 63 bits.
+constexpr double kPicture = 1 << 24;
+constexpr double kOctave = 1 << 8;
+constexpr double kStepsPerOctave = 8;
+
+}  // namespace
+
+void CellDemand::count(const Contribution& part, int sign) {
+  if (!(part.distance > 0)) return;
+  const std::int64_t share = std::llround(part.picture_share * kPicture);
+  views_ += sign;
+  shares_ += sign * share;
+  log_distances_ += sign * share * std::llround(std::log2(part.distance) * kOctave);
+}
+
+double CellDemand::weight(double prior) const {
+  return views_ > 0 ? static_cast<double>(shares_) / kPicture / (static_cast<double>(views_) + prior) : 0;
+}
+
+double CellDemand::ideal_distance() const {
+  if (shares_ <= 0) return 0;
+  const double octaves = static_cast<double>(log_distances_) / static_cast<double>(shares_) / kOctave;
+  return std::exp2(std::round(octaves * kStepsPerOctave) / kStepsPerOctave);
+}
+
+}  // namespace lumatlas
