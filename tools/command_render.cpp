@@ -77,7 +77,7 @@ void run(const RenderFlags& flags) {
 void add_render_command(CLI::App& program) {
   auto flags = std::make_shared<RenderFlags>();
   CLI::App* command = program.add_subcommand("render", "Render pictures of a model from given cameras");
-  command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
+  command->add_option("MODEL", flags->model, "Folder or .glb that `lumatlas build` wrote")->required();
   command->add_option("--views", flags->views, "COLMAP workspace whose cameras are rendered, at their size")
       ->required();
   command->add_option("-o,--output", flags->output, "Folder of the pictures; earlier ones there are replaced")
