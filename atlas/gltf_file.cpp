@@ -133,10 +133,6 @@ std::string shown(double value) {
 }
 
 GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
-  std::error_code ignored;
-  if (!fs::is_regular_file(path_, ignored)) {
-    refuse("no such file: give a folder or a .glb that `lumatlas build` wrote");
-  }
   GlbFrame frame;
   if (is_glb(path_)) {
     frame = read_glb_frame(path_);

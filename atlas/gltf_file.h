@@ -39,7 +39,7 @@ class GltfFile {
  public:
   using Object = tinygltf::Value;
 
-  explicit GltfFile(std::filesystem::path path);
+  explicit GltfFile(std::filesystem::path path);  // which must be a file
 
   [[noreturn]] void refuse(const std::string& why) const;
 

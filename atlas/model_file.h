@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iosfwd>
 #include <string>
+#include <vector>
 
 #include "atlas/atlas.h"
 #include "atlas/photograph.h"
@@ -39,6 +40,27 @@ struct Model {
 // they are made again from the mesh, with the options that it was written with. Opens nothing outside of the folder.
 // Throws InputError: file, index, value, what is wrong with it; of several views that cannot be read, the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
+
+// What a model file holds and what that takes, without a look at its pixels.
+struct ModelFacts {
+  std::filesystem::path file;
+  std::size_t vertices = 0;  // split at the borders of cells
+  std::size_t faces = 0;
+  std::size_t cells = 0;
+  std::size_t cells_seen = 0;
+  std::vector<Camera> views;
+  ReferenceTable references;
+  TileTable tiles;
+  // Bytes on disk.
+  std::uint64_t json_bytes = 0;
+  std::uint64_t mesh_bytes = 0;
+  std::uint64_t table_bytes = 0;  // cells, references, tiles
+  std::uint64_t photograph_bytes = 0;
+  std::uint64_t mask_bytes = 0;
+};
+
+// Checks all but the images, of which it asks the size. Throws InputError as read_model().
+[[nodiscard]] ModelFacts read_model_facts(const std::filesystem::path& path);
 
 // The JSON of a model, without any check but that its file can be read. Throws InputError.
 [[nodiscard]] std::string read_model_json(const std::filesystem::path& path);

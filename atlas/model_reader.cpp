@@ -55,9 +55,11 @@ class ModelReader {
   }
 
   [[nodiscard]] Model model() const;
+  [[nodiscard]] ModelFacts facts() const;
 
  private:
   [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
+  [[nodiscard]] std::vector<std::uint8_t> cells_seen() const;
   [[nodiscard]] Mesh mesh() const;
   [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t count) const;
   [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& mesh, std::size_t count) const;
@@ -385,6 +387,10 @@ std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::
   return views;
 }
 
+std::vector<std::uint8_t> ModelReader::cells_seen() const {
+  return file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
+}
+
 Model ModelReader::model() const {
   Model model;
   model.validity = validity();
@@ -393,8 +399,7 @@ Model ModelReader::model() const {
   surface->mesh = mesh();
   const std::vector<double> offset = file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3);
   surface->offset = {offset[0], offset[1], offset[2]};
-  snapshot.cell_seen =
-      file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
+  snapshot.cell_seen = cells_seen();
   surface->cells = cells(surface->mesh, snapshot.cell_seen.size());
   snapshot.surface = surface;
   const std::vector<ViewEntry> entries = view_entries();
@@ -407,15 +412,57 @@ Model ModelReader::model() const {
   return model;
 }
 
+std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
+  if (!image) return 0;
+  if (!image->bytes.empty()) return image->bytes.size();
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(image->file, error);
+  if (error) throw InputError(image->file.string() + ": " + error.message());
+  return bytes;
+}
+
+ModelFacts ModelReader::facts() const {
+  ModelFacts facts;
+  facts.file = path_;
+  const Mesh surface = mesh();
+  facts.vertices = surface.positions.size();
+  facts.faces = surface.faces.size();
+  const std::vector<std::uint8_t> seen = cells_seen();
+  facts.cells = seen.size();
+  facts.cells_seen = static_cast<std::size_t>(std::count_if(seen.begin(), seen.end(), [](auto s) { return s != 0; }));
+  (void)cells(surface, facts.cells);
+  const std::vector<ViewEntry> entries = view_entries();
+  facts.references = references(facts.cells, entries.size());
+  facts.tiles = tiles(entries);
+  for (const ViewEntry& entry : entries) {
+    facts.views.push_back(entry.camera);
+    facts.photograph_bytes += bytes_of(entry.image);
+    facts.mask_bytes += bytes_of(entry.lens_mask) + bytes_of(entry.trust_mask);
+  }
+  facts.json_bytes = read_model_json(path_).size();
+  facts.mesh_bytes =
+      facts.vertices * (sizeof(glm::vec3) + sizeof(glm::u16vec4) + sizeof(float)) + facts.faces * sizeof(glm::uvec3);
+  facts.table_bytes = facts.cells + facts.tiles.slots.size() +
+                      sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
+  return facts;
+}
+
+// Of a folder, the file in it.
 fs::path file_of(const fs::path& path) {
   std::error_code ignored;
-  return fs::is_directory(path, ignored) ? path / kModelFileName : path;
+  const fs::path file = fs::is_directory(path, ignored) ? path / kModelFileName : path;
+  if (fs::is_regular_file(file, ignored)) return file;
+  throw InputError(file.string() + ": no such file: give a folder or a .glb that `lumatlas build` wrote");
 }
 
 }  // namespace
 
 Model read_model(const fs::path& path) {
   return ModelReader(file_of(path)).model();
+}
+
+ModelFacts read_model_facts(const fs::path& path) {
+  return ModelReader(file_of(path)).facts();
 }
 
 std::string read_model_json(const fs::path& path) {

@@ -133,6 +133,55 @@ TEST_CASE("a scene is made and built, quietly, and the summary is JSON and nothi
   CHECK(summary["texels"]["resident"].get<std::size_t>() == summary["views"]["kept"].get<std::size_t>() * 64 * 48);
 }
 
+// Of a folder of pictures, by name.
+std::vector<std::string> picture_bytes(const fs::path& folder) {
+  std::vector<std::string> names = names_in(folder), bytes;
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : names) {
+    if (name.ends_with(".png")) bytes.push_back(bytes_of(folder / name));
+  }
+  return bytes;
+}
+
+TEST_CASE("a model may be one file: it renders the same pictures as the folder, and tells how it was built") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "model.glb").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--quiet"}).status == 0);
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"model.glb"});
+  const std::string from_folder = (folder / "a").string(), from_file = (folder / "b").string();
+  REQUIRE(lumatlas({"render", made().model, "--views", made().scene, "-o", from_folder, "--quiet"}).status == 0);
+  REQUIRE(lumatlas({"render", file, "--views", made().scene, "-o", from_file, "--quiet"}).status == 0);
+  CHECK(picture_bytes(from_folder).size() == 12);
+  CHECK((picture_bytes(from_folder) == picture_bytes(from_file)));
+  const Outcome scored = lumatlas({"validate", file, "--views", made().scene, "--no-alignment", "--no-pictures",
+                                   "--baselines", "none", "--json", "--quiet"});
+  REQUIRE(scored.status == 0);
+  CHECK(nlohmann::json::parse(scored.out)["protocol"]["hold"] == 4);  // from the file
+  CHECK(fs::exists(folder / "model-report/index.html"));
+}
+
+TEST_CASE("inspect tells a model from a scene") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "model.glb").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--budget", "300kB", "--image", "jpeg",
+                    "--quality", "80", "--quiet"})
+              .status == 0);
+  const nlohmann::json summary = nlohmann::json::parse(made().build.out);
+  const nlohmann::json whole = nlohmann::json::parse(lumatlas({"inspect", made().model, "--json"}).out);
+  CHECK(whole["views"]["count"] == summary["views"]["stored"]);
+  CHECK(whole["references"]["per_cell"] == summary["references_per_cell"]);
+  CHECK(whole["texels"]["resident"] == summary["texels"]["resident"]);
+  CHECK(whole["bytes"]["resident"] == summary["bytes"]["resident"]);
+  CHECK(whole["bytes"]["budget"].is_null());
+  const nlohmann::json model = nlohmann::json::parse(lumatlas({"inspect", file, "--json"}).out);
+  CHECK(model["bytes"]["budget"] == 300000);
+  CHECK(model["bytes"]["resident"].get<std::size_t>() <= 300000);
+  CHECK(model["tiles"]["resident"].get<std::size_t>() < model["tiles"]["of"].get<std::size_t>());
+  CHECK(model["file"]["sum"].get<std::size_t>() <= fs::file_size(file));
+  CHECK(model["file"]["sum"].get<std::size_t>() > fs::file_size(file) * 99 / 100);
+  CHECK_THAT(lumatlas({"inspect", file}).out, Catch::Contains("of 0.3 MB"));
+}
+
 TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") {
   const Outcome outcome = lumatlas({"inspect", made().scene, "--json", "--quiet"});
   REQUIRE(outcome.status == 0);
@@ -150,6 +199,11 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene},
       {"build", made().scene, "-o", out, "--unknown"},
       {"build", made().scene, "-o", out, "--views", "0"},
+      {"build", made().scene, "-o", out, "--image", "gif"},
+      {"build", made().scene, "-o", out, "--quality", "90"},
+      {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "0"},
+      {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "101"},
+      {"inspect", made().model, "--mesh", "mesh.ply"},
       {"build", made().scene, "-o", out, "--views", "-3"},
       {"build", made().scene, "-o", out, "--views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
@@ -258,8 +312,9 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
   const std::string out = (made().folder / "unused").string();
   check_failure(lumatlas({"build", "/nowhere", "-o", out}), "/nowhere: no such folder");
   check_failure(lumatlas({"build", made().scene, "--mesh", "/no.ply", "-o", out}), "/no.ply: no such file");
-  check_failure(lumatlas({"validate", "/nowhere", "--views", made().scene}), "/nowhere: no such folder");
-  check_failure(lumatlas({"validate", made().scene, "--views", made().scene}), "name a folder that `lumatlas build`");
+  check_failure(lumatlas({"validate", "/nowhere", "--views", made().scene}), "/nowhere: no such file: give a folder");
+  check_failure(lumatlas({"validate", made().scene, "--views", made().scene}),
+                "give a folder or a .glb that `lumatlas build`");
   check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--path", "/nowhere"}), "/nowhere");

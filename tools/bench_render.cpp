@@ -182,7 +182,7 @@ int main(int argc, char** argv) {
   CLI::App program("Benchmark of lumatlas's renderer: what references per cell and each step for speed are worth");
   program.option_defaults()->always_capture_default();
   lumatlas::Flags flags;
-  program.add_option("MODEL", flags.models, "Folders that `lumatlas build` wrote")->required();
+  program.add_option("MODEL", flags.models, "Folders or .glb files that `lumatlas build` wrote")->required();
   program.add_option("--references", flags.references, "R, per cell, of the views that see it")
       ->allow_extra_args(false)
       ->check(CLI::Range(1u, 100000u));

@@ -154,17 +154,6 @@ json bytes_json(const BuildResult& result, const Holding& holding) {
           {"peak_rss", peak_resident_bytes()}};
 }
 
-// How many cells refer to 0, 1, 2 ... views.
-std::vector<std::size_t> cells_by_references(const Snapshot& snapshot) {
-  std::vector<std::size_t> histogram(1, 0);
-  for (std::size_t cell = 0; cell < snapshot.surface->cells.cells.size(); ++cell) {
-    const std::size_t references = snapshot.references.of_cell(cell).size();
-    if (references >= histogram.size()) histogram.resize(references + 1, 0);
-    ++histogram[references];
-  }
-  return histogram;
-}
-
 json offline_json(const BuildResult& result) {
   if (!result.offline) return nullptr;
   const OfflineChoice& choice = result.offline->choice;
@@ -267,6 +256,16 @@ json budget_of(const BuildOptions& options) {
 
 }  // namespace
 
+std::vector<std::size_t> cells_by_references(const ReferenceTable& references) {
+  std::vector<std::size_t> histogram(1, 0);
+  for (std::size_t cell = 0; cell + 1 < references.offsets.size(); ++cell) {
+    const std::size_t count = references.of_cell(cell).size();
+    if (count >= histogram.size()) histogram.resize(count + 1, 0);
+    ++histogram[count];
+  }
+  return histogram;
+}
+
 std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) {
   if (!estimate.significant) return {};
   const Intrinsics& c = estimate.correction;
@@ -286,7 +285,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
   const std::size_t cells = result.snapshot.surface->cells.cells.size();
   const auto seen =
       static_cast<std::size_t>(std::count(result.snapshot.cell_seen.begin(), result.snapshot.cell_seen.end(), 1));
-  const std::vector<std::size_t> by_references = cells_by_references(result.snapshot);
+  const std::vector<std::size_t> by_references = cells_by_references(result.snapshot.references);
   const std::size_t referenced = cells - by_references.front();
   const std::uint32_t full = result.effective.coverage.max_references;
   return {{"views",

@@ -4,6 +4,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "tools/build_model.h"
 
@@ -19,6 +20,9 @@ namespace lumatlas {
 
 // The same in a few lines; `name` is what was built.
 [[nodiscard]] std::string summary_text(const nlohmann::json& summary, const std::string& name);
+
+// How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
+[[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);
 
 // The options as they were used, for the file beside the output.
 [[nodiscard]] nlohmann::json effective_options(const BuildResult& result, const BuildOptions& options);

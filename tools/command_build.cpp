@@ -5,14 +5,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "atlas/model_file.h"
 #include "tools/build_model.h"
 #include "tools/build_summary.h"
 #include "tools/cell_flags.h"
 #include "tools/commands.h"
 #include "tools/coverage_flags.h"
+#include "tools/model_output.h"
 #include "tools/number_flags.h"
-#include "tools/output_folder.h"
 #include "tools/refinement_json.h"
 
 namespace lumatlas {
@@ -37,7 +36,16 @@ struct BuildFlags {
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   CLI::Option* seed = nullptr;
   bool refine_intrinsics = false;
+  ImageCoding photograph_coding;
+  CLI::Option* quality = nullptr;
   bool json_output = false;
+
+  [[nodiscard]] ImageCoding image_coding() const {
+    if (quality->count() > 0 && photograph_coding.format == ImageFormat::png) {
+      throw CLI::ValidationError("--quality", "needs --image jpeg: PNG is exact");
+    }
+    return photograph_coding;
+  }
 };
 
 // Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
@@ -91,11 +99,11 @@ BuildOptions options_of(const BuildFlags& flags) {
 
 void run(const BuildFlags& flags) {
   const BuildOptions options = options_of(flags);
-  OutputFolder output(flags.output);
+  const ImageCoding photographs = flags.image_coding();
+  ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
-  write_model(output.path(), result.snapshot, options.planner.validity);
   if (result.intrinsics) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
     if (!advice.empty()) std::cerr << advice << '\n';
@@ -103,8 +111,10 @@ void run(const BuildFlags& flags) {
   const json totals = summary(result, options);
   json plan = plan_json(result);
   plan["summary"] = totals;
-  write_json(output.path() / "plan.json", plan);
-  output.commit(effective_options(result, options));
+  json effective = effective_options(result, options);
+  effective["image"] = ending(photographs.format) + 1;
+  effective["quality"] = photographs.format == ImageFormat::png ? json() : json(photographs.quality);
+  output.commit(result.snapshot, options.planner.validity, photographs, {std::move(effective), std::move(plan)});
   if (flags.json_output) {
     std::cout << json_text(totals);
   } else {
@@ -222,19 +232,33 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
   command.add_flag("--verbose", flags.verbose, "Tell what was refined, a line a view");
 }
 
+void add_file_options(CLI::App& command, BuildFlags& flags) {
+  const std::map<std::string, ImageFormat> formats = {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
+  command
+      .add_option("--image", flags.photograph_coding.format,
+                  "How photographs are kept in the file: png (exact) or jpeg; masks are always PNG")
+      ->transform(CLI::CheckedTransformer(formats).description("{png,jpeg}"))
+      ->default_str("png");
+  flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "Of --image jpeg");
+  flags.quality->check(CLI::Range(1, 100));
+}
+
 }  // namespace
 
 void add_build_command(CLI::App& program) {
   auto flags = std::make_shared<BuildFlags>();
   CLI::App* command = program.add_subcommand("build", "Plan, cross-reference and save a model: the main job");
   command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh")->required();
-  command->add_option("-o,--output", flags->output, "Folder of the model; an earlier model there is replaced")
+  command
+      ->add_option("-o,--output", flags->output,
+                   "Folder of the model, or one file that ends in .glb; an earlier model there is replaced")
       ->required();
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
   flags->cells.add_to(*command);
   add_stream_options(*command, *flags);
   add_planner_options(*command, *flags);
   add_refinement_options(*command, *flags);
+  add_file_options(*command, *flags);
   flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");
   command->add_flag("--json", flags->json_output, "Print what was built as JSON");
   command->add_flag("--quiet", flags->options.quiet, "No progress");

@@ -9,6 +9,7 @@
 #include "tools/cell_flags.h"
 #include "tools/commands.h"
 #include "tools/inspection.h"
+#include "tools/model_inspection.h"
 #include "tools/output_folder.h"
 
 namespace lumatlas {
@@ -52,17 +53,26 @@ void print(const json& scene) {
   for (const json& warning : scene["warnings"]) std::cout << "warning    " << warning.get<std::string>() << '\n';
 }
 
+void inspect_as_model(const InspectFlags& flags) {
+  if (!flags.mesh.empty()) throw CLI::ValidationError("--mesh", "is for scenes, a model has its own mesh");
+  const json model = inspect_model(flags.scene);
+  std::cout << (flags.json_output ? json_text(model) : inspection_text(model));
+}
+
 }  // namespace
 
 void add_inspect_command(CLI::App& program) {
   auto flags = std::make_shared<InspectFlags>();
-  CLI::App* command = program.add_subcommand("inspect", "What is in a scene, what is wrong with it, what was repaired");
-  command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh")->required();
+  CLI::App* command = program.add_subcommand(
+      "inspect", "What is in a scene, what is wrong with it, what was repaired; or what is in a model");
+  command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
+      ->required();
   command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
   flags->cells.add_to(*command);
   command->add_flag("--json", flags->json_output, "Print it as JSON");
   command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] {
+    if (is_model(flags->scene)) return inspect_as_model(*flags);
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
     const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet);

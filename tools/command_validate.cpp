@@ -14,6 +14,7 @@
 #include "mesh/errors.h"
 #include "tools/blend_flags.h"
 #include "tools/commands.h"
+#include "tools/model_output.h"
 #include "tools/output_folder.h"
 #include "tools/refinement_json.h"
 #include "tools/validation.h"
@@ -35,23 +36,18 @@ struct ValidateFlags {
   bool quiet = false;
 };
 
-// The options that the model was built with; null if it does not say.
-json build_options(const std::filesystem::path& model) {
-  if (!std::filesystem::is_directory(model)) {
-    throw InputError(model.string() + ": no such folder, name one that `lumatlas build` wrote");
-  }
-  std::ifstream file(model / kMarkerFile);
-  const json marker = json::parse(file, nullptr, false);
-  if (!marker.is_object() || !marker.contains("options") || !marker["options"].is_object()) return {};
-  return marker["options"];
+// In the model's folder, or beside its file.
+std::filesystem::path report_of(const std::filesystem::path& model) {
+  if (std::filesystem::is_directory(model)) return model / "report";
+  return model.parent_path() / (model.stem().string() + "-report");
 }
 
 // The protocol that was asked for, else the one that the model was built with.
 HoldOut protocol(const ValidateFlags& flags, const json& built) {
   if (const std::optional<HoldOut> asked = flags.hold.protocol()) return *asked;
   if (!built.contains("hold_out")) {
-    throw InputError((flags.model / kMarkerFile).string() +
-                     ": does not say which views were held out: name a folder that `lumatlas build` wrote, or give the "
+    throw InputError(flags.model.string() +
+                     ": does not say which views were held out: name a model that `lumatlas build` wrote, or give the "
                      "--hold that it was built with");
   }
   const json& recorded = built["hold_out"];
@@ -98,7 +94,8 @@ void print_table(const Report& report) {
 }
 
 void run(const ValidateFlags& flags) {
-  const json built = build_options(flags.model);
+  const ModelNotes notes = read_model_notes(flags.model);
+  const json& built = notes.options;
   ValidationOptions options;
   options.protocol = protocol(flags, built);
   options.blend = flags.blend.options();
@@ -110,7 +107,7 @@ void run(const ValidateFlags& flags) {
   options.aligned = !flags.no_alignment;
   options.pictures = !flags.no_pictures;
   options.quiet = flags.quiet;
-  const std::filesystem::path target = flags.output.empty() ? flags.model / "report" : flags.output;
+  const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
   OutputFolder output(target);
   const Model model = read_model(flags.model);
   options.validity = model.validity;
@@ -121,7 +118,7 @@ void run(const ValidateFlags& flags) {
   report.facts.emplace_back("model", flags.model.string());
   report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));
   report.facts.emplace_back("renderer", context.description());
-  report.refinements = read_refinements(flags.model / "plan.json");
+  report.refinements = read_refinements(notes.plan);
   write_report(output.path() / "index.html", report);
   const json scores = report_json(report);
   write_json(output.path() / "scores.json", scores);
@@ -145,9 +142,10 @@ void run(const ValidateFlags& flags) {
 void add_validate_command(CLI::App& program) {
   auto flags = std::make_shared<ValidateFlags>();
   CLI::App* command = program.add_subcommand("validate", "Score a model on held-out photographs, with an HTML report");
-  command->add_option("MODEL", flags->model, "Folder that `lumatlas build` wrote")->required();
+  command->add_option("MODEL", flags->model, "Folder or .glb that `lumatlas build` wrote")->required();
   command->add_option("--views", flags->views, "COLMAP workspace that the model was built from")->required();
-  command->add_option("-o,--output", flags->output, "Folder of the report; without it, report/ in the model");
+  command->add_option("-o,--output", flags->output,
+                      "Folder of the report; without it, report/ in the model, or NAME-report beside NAME.glb");
   command->add_option("--path", flags->path,
                       "COLMAP workspace of consecutive frames with their true pictures, by name, as synth's "
                       "--path-frames writes it: also measure flicker along them");

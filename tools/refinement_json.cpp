@@ -104,9 +104,7 @@ std::string refinement_log(const BuildResult& result) {
   return log.str();
 }
 
-std::vector<ReportRefinement> read_refinements(const std::filesystem::path& plan) {
-  std::ifstream file(plan);
-  const json document = json::parse(file, nullptr, false);
+std::vector<ReportRefinement> read_refinements(const json& document) {
   std::vector<ReportRefinement> refinements;
   if (!document.is_object() || !document.contains("views") || !document["views"].is_array()) return refinements;
   for (const json& view : document["views"]) {

@@ -24,7 +24,7 @@ namespace lumatlas {
 // One line a view: what was done to it and why.
 [[nodiscard]] std::string refinement_log(const BuildResult& result);
 
-// What the plan.json of a model tells about its views; empty where there is none, or none that can be read.
-[[nodiscard]] std::vector<ReportRefinement> read_refinements(const std::filesystem::path& plan);
+// What plan_json() tells about the views of a model; empty for anything else.
+[[nodiscard]] std::vector<ReportRefinement> read_refinements(const nlohmann::json& plan);
 
 }  // namespace lumatlas

@@ -100,7 +100,7 @@ void RenderFlags::add_files_to(CLI::App& command) {
 }
 
 void RenderFlags::add_to(CLI::App& command) {
-  command.add_option("MODEL", model, "Folder that `lumatlas build` wrote")->required();
+  command.add_option("MODEL", model, "Folder or .glb that `lumatlas build` wrote")->required();
   command.add_option("-o,--output", output, "Folder of the pictures; earlier ones there are replaced")->required();
   add_cameras_to(command);
   add_mode_to(command);

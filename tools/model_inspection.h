@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a model holds, what it takes on disk and on the GPU, and what it was allowed to take.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace lumatlas {
+
+// Whether a path is a model rather than a scene: a file, or a folder with the file of a model.
+[[nodiscard]] bool is_model(const std::filesystem::path& path);
+
+// What `inspect --json` prints of a model:
+//   mesh                 vertices (split at the borders of cells) and faces
+//   cells, references    count, seen and per_cell: how many cells refer to 0, 1, 2 ... views
+//   views                count and pixels of all
+//   tiles                size and gutter in pixels, resident and of (all tiles of all views); null: whole views
+//   texels, bytes        resident on the GPU with their levels and depth; budget: bytes that the model was built with,
+//                        null: unbounded or not known
+//   file                 bytes on disk: json, mesh, tables, photographs, masks, and their sum
+// Throws InputError as read_model(), but for the images: it looks at no pixel.
+[[nodiscard]] nlohmann::json inspect_model(const std::filesystem::path& model);
+
+// The same in a few lines.
+[[nodiscard]] std::string inspection_text(const nlohmann::json& model);
+
+}  // namespace lumatlas
