@@ -54,7 +54,7 @@ struct ModelFacts {
   // Bytes on disk.
   std::uint64_t json_bytes = 0;
   std::uint64_t mesh_bytes = 0;
-  std::uint64_t table_bytes = 0;  // cells, references, tiles
+  std::uint64_t table_bytes = 0;  // cells, their coverage, references, tiles
   std::uint64_t photograph_bytes = 0;
   std::uint64_t mask_bytes = 0;
 };

@@ -442,7 +442,7 @@ ModelFacts ModelReader::facts() const {
   facts.json_bytes = read_model_json(path_).size();
   facts.mesh_bytes =
       facts.vertices * (sizeof(glm::vec3) + sizeof(glm::u16vec4) + sizeof(float)) + facts.faces * sizeof(glm::uvec3);
-  facts.table_bytes = facts.cells + facts.tiles.slots.size() +
+  facts.table_bytes = facts.cells + facts.tiles.slots.size() + sizeof(float) * cell_coverage(facts.cells).size() +
                       sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
   return facts;
 }

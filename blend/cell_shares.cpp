@@ -6,12 +6,13 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <map>
-#include <numeric>
 #include <queue>
 #include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
+
+#include "mesh/joined_faces.h"
 
 namespace lumatlas {
 
@@ -185,24 +186,6 @@ void limit_cells(const Surface& surface, VertexShares& shares) {
   }
 }
 
-// The same faces, with one vertex at each place: where a mesh is cut, as a model file's is at the borders of cells,
-// they meet again.
-Mesh joined_at_places(const Mesh& mesh) {
-  std::vector<std::uint32_t> order(mesh.positions.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return comes_before(glm::dvec3(mesh.positions[a]), glm::dvec3(mesh.positions[b]));
-  });
-  std::vector<std::uint32_t> joined(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && mesh.positions[order[i]] == mesh.positions[order[i - 1]];
-    joined[order[i]] = same ? joined[order[i - 1]] : order[i];
-  }
-  Mesh result = mesh;
-  for (glm::uvec3& face : result.faces) face = {joined[face.x], joined[face.y], joined[face.z]};
-  return result;
-}
-
 CellShares own_cells(const Cells& cells) {
   CellShares shares;
   for (std::uint32_t cell = 0; cell < cells.cells.size(); ++cell) {
@@ -230,7 +213,8 @@ CellShares share_cells(const Surface& surface, double width) {
     throw std::invalid_argument("cell shares: width is " + std::to_string(width) + ", must be finite and not negative");
   }
   if (width == 0) return own_cells(surface.cells);
-  const Surface joined{joined_at_places(surface.mesh), surface.cells, surface.offset};
+  Surface joined = surface;
+  joined.mesh.faces = joined_faces(surface.mesh);
   const Mesh& mesh = joined.mesh;
   VertexShares vertices = shares_of_vertices(joined, width);
   limit_cells(joined, vertices);

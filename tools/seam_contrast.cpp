@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "mesh/joined_faces.h"
 #include "tools/counted_pixels.h"
 
 namespace lumatlas {
@@ -22,12 +23,13 @@ std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::min(a, b)} << 32 | std::max(a, b);
 }
 
-// The pairs of different cells that share a vertex.
+// The pairs of different cells that share a vertex, or have one at the same place.
 std::unordered_set<std::uint64_t> adjacent_cells(const Mesh& mesh, const Cells& cells) {
   std::vector<std::uint64_t> cell_at_vertex;  // vertex in the upper half, cell in the lower
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+  const std::vector<glm::uvec3> faces = joined_faces(mesh);
+  for (std::size_t face = 0; face < faces.size(); ++face) {
     for (int corner = 0; corner < 3; ++corner) {
-      cell_at_vertex.push_back(std::uint64_t{mesh.faces[face][corner]} << 32 | cells.cell_of_face[face]);
+      cell_at_vertex.push_back(std::uint64_t{faces[face][corner]} << 32 | cells.cell_of_face[face]);
     }
   }
   std::sort(cell_at_vertex.begin(), cell_at_vertex.end());
