@@ -34,10 +34,13 @@ class CellCoverage {
   [[nodiscard]] virtual double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                                    const Contribution* newcomer) const = 0;
 
-  // A measure by which a cell's value depends on all offered views that see it, stored or not, is told of each by
-  // ask(). unask() takes back one that it was told of.
-  virtual void ask(std::uint32_t /*cell*/, const Contribution& /*part*/) {}
-  virtual void unask(std::uint32_t /*cell*/, const Contribution& /*part*/) {}
+  // A measure by which a cell's value depends on all offered views that see it, stored or not, is told of each;
+  // `take_back`: of one that it was told of, which is not to count. Returns by how much the cell's value rises, and
+  // adds to `losses` (by slot) by how much more the cell loses without each member.
+  virtual double ask(std::uint32_t /*cell*/, const Contribution& /*part*/, bool /*take_back*/,
+                     std::span<double> /*losses*/) {
+    return 0;
+  }
   // What the cell counts for beside others; where cells count alike, 1.
   [[nodiscard]] virtual double weight(std::uint32_t /*cell*/) const { return 1; }
 

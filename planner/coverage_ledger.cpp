@@ -92,35 +92,55 @@ double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std:
   return gain;
 }
 
-// Changes the cells of the parts and brings up to date what depends on them.
-template <typename Change>
-void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change& change) {
+// By how much scov and each slot's loss change, by part of the cells.
+struct CoverageLedger::Changes {
+  explicit Changes(std::size_t slots) {
+    for (std::vector<double>& part : losses) part.resize(slots);
+  }
   std::array<double, kParts> rises{};
   std::array<std::vector<double>, kParts> losses;
-  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
-    losses[i].resize(loss_.size());
-    for (const CellPart& entry : part_of(parts, i)) {
-      rises[i] -= coverage_->value(entry.cell);
-      coverage_->add_losses(entry.cell, -1, losses[i]);
-      change(entry);
-      rises[i] += coverage_->value(entry.cell);
-      coverage_->add_losses(entry.cell, 1, losses[i]);
-    }
-  });
+};
+
+void CoverageLedger::add(const Changes& changes) {
   for (std::size_t i = 0; i < kParts; ++i) {
-    summed_coverage_ += rises[i];
-    add_to(loss_, losses[i]);
+    summed_coverage_ += changes.rises[i];
+    add_to(loss_, changes.losses[i]);
   }
 }
 
+// Changes the cells of the parts and brings up to date what depends on them.
+template <typename Change>
+void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change& change) {
+  Changes changes(loss_.size());
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
+    for (const CellPart& entry : part_of(parts, i)) {
+      changes.rises[i] -= coverage_->value(entry.cell);
+      coverage_->add_losses(entry.cell, -1, changes.losses[i]);
+      change(entry);
+      changes.rises[i] += coverage_->value(entry.cell);
+      coverage_->add_losses(entry.cell, 1, changes.losses[i]);
+    }
+  });
+  add(changes);
+}
+
 void CoverageLedger::ask(std::span<const CellPart> parts) {
-  if (!has_demand_) return;
-  change_cells(parts, [&](const CellPart& entry) { coverage_->ask(entry.cell, entry.part); });
+  count_asked(parts, false);
 }
 
 void CoverageLedger::unask(std::span<const CellPart> parts) {
+  count_asked(parts, true);
+}
+
+void CoverageLedger::count_asked(std::span<const CellPart> parts, bool take_back) {
   if (!has_demand_) return;
-  change_cells(parts, [&](const CellPart& entry) { coverage_->unask(entry.cell, entry.part); });
+  Changes changes(loss_.size());
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
+    for (const CellPart& entry : part_of(parts, i)) {
+      changes.rises[i] += coverage_->ask(entry.cell, entry.part, take_back, changes.losses[i]);
+    }
+  });
+  add(changes);
 }
 
 double CoverageLedger::weight(std::span<const CellPart> parts) const {

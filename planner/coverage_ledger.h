@@ -59,6 +59,9 @@ class CoverageLedger {
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
 
  private:
+  struct Changes;
+  void add(const Changes& changes);
+  void count_asked(std::span<const CellPart> parts, bool take_back);
   template <typename Change>
   void change_cells(std::span<const CellPart> parts, const Change& change);
 

@@ -240,23 +240,26 @@ double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<cons
   return cells_[cell].weight * value_of(best);
 }
 
-void DirectionCoverage::ask(std::uint32_t cell, const Contribution& part) {
-  cells_[cell].demand.add(part);
-  meet_demand(cell);
-}
-
-void DirectionCoverage::unask(std::uint32_t cell, const Contribution& part) {
-  cells_[cell].demand.remove(part);
-  meet_demand(cell);
-}
-
-// Brings the weight up to date, and where d_max is another, what all members are worth.
-void DirectionCoverage::meet_demand(std::uint32_t cell) {
+double DirectionCoverage::ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) {
   State& state = cells_[cell];
+  const double value_before = value(cell), weight_before = state.weight;
+  take_back ? state.demand.remove(part) : state.demand.add(part);
   state.weight = state.demand.weight(options_.demand_prior);
   const double ideal_distance = state.demand.ideal_distance();
-  if (ideal_distance == state.ideal_distance) return;
-  state.ideal_distance = ideal_distance;
+  if (ideal_distance == state.ideal_distance) {
+    losses_of(state.best, state.weight - weight_before, losses);
+  } else {
+    state.ideal_distance = ideal_distance;
+    losses_of(state.best, -weight_before, losses);
+    judge_again(cell);
+    losses_of(state.best, state.weight, losses);
+  }
+  return value(cell) - value_before;
+}
+
+// What the members are worth at another ideal distance.
+void DirectionCoverage::judge_again(std::uint32_t cell) {
+  State& state = cells_[cell];
   if (state.members.empty()) return;
   for (Member& member : state.members) member.positional = positional(cell, member);
   state.best = best_of(cell, value_kernel_, [](const Member&) { return true; });

@@ -54,8 +54,7 @@ class DirectionCoverage final : public CellCoverage {
   void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
   [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                            const Contribution* newcomer) const override;
-  void ask(std::uint32_t cell, const Contribution& part) override;
-  void unask(std::uint32_t cell, const Contribution& part) override;
+  double ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) override;
   [[nodiscard]] double weight(std::uint32_t cell) const override { return cells_[cell].weight; }
   void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
   void erase(std::uint32_t cell, std::uint32_t slot) override;
@@ -86,7 +85,7 @@ class DirectionCoverage final : public CellCoverage {
   };
   [[nodiscard]] State empty_state() const;
   [[nodiscard]] float positional(std::uint32_t cell, const Member& member) const;
-  void meet_demand(std::uint32_t cell);
+  void judge_again(std::uint32_t cell);
   [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
   [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
   // lambda and direction_width, of the value or of the choice of references.

@@ -125,25 +125,32 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   const std::shared_ptr<const Surface> surface = room_surface();
   DirectionCoverage coverage(*surface, options, 0);
   const Contribution near = seen_from(2, 0.25), far = seen_from(8, 0.25);
+  std::vector<double> losses(1, 0);
+  const auto ask = [&](const Contribution& part, bool take_back = false) {
+    const double before = coverage.value(0);
+    const double rise = coverage.ask(0, part, take_back, losses);
+    CHECK(rise == Approx(coverage.value(0) - before).margin(1e-9));
+    CHECK(losses[0] == Approx(coverage.value(0)).margin(1e-9));  // of the only view
+  };
   coverage.insert(0, 0, near);
   CHECK(coverage.value(0) == 0);  // nobody asked
   CHECK(coverage.gain(0, near, {}, {}) == 0);
-  coverage.ask(0, near);
+  ask(near);
   CHECK(coverage.weight(0) == Approx(0.25));
   CHECK(coverage.value(0) == Approx(0.25));  // at the very distance
-  coverage.ask(0, far);
+  ask(far);
   // Asked for from sqrt(2 * 8) = 4, with a sigma of 2: one sigma off.
   CHECK(coverage.value(0) == Approx(0.25 * std::exp(-0.5)).epsilon(1e-5));
   // A view from 4 is worth all that there is.
   const Contribution middle = seen_from(4, 0.25);
   CHECK(coverage.gain(0, middle, {}, {}) == Approx(0.25 * (1 - std::exp(-0.5))).epsilon(1e-5));
   CHECK(coverage.value_by_definition(0, {}, &middle) == Approx(0.25).epsilon(1e-5));
-  std::vector<double> losses(1, 0);
-  coverage.add_losses(0, 2, losses);
-  CHECK(losses[0] == Approx(2 * 0.25 * std::exp(-0.5)).epsilon(1e-5));
-  coverage.unask(0, far);
+  std::vector<double> twice(1, 0);
+  coverage.add_losses(0, 2, twice);
+  CHECK(twice[0] == Approx(2 * 0.25 * std::exp(-0.5)).epsilon(1e-5));
+  ask(far, true);
   CHECK(coverage.value(0) == Approx(0.25));
-  coverage.unask(0, near);
+  ask(near, true);
   CHECK(coverage.value(0) == 0);
 }
 

@@ -202,7 +202,7 @@ std::string cells_line(const json& s) {
   return s["cells"].dump() + " cells: " + s["cells_referenced"].dump() + " referenced, " +
          s["cells_not_referenced"].dump() + " seen but not referenced, " + s["cells_never_seen"].dump() +
          " never seen; " + s["references"].dump() + " references, " + s["cells_full"].dump() +
-         " cells full; coverage " + printed("%.1f", s["summed_coverage"].get<double>());
+         " cells full; coverage " + printed("%.4g", s["summed_coverage"].get<double>());
 }
 
 std::string times_line(const json& s) {
