@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <chrono>
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "atlas/model_file.h"
@@ -23,8 +27,30 @@ struct RenderFlags {
   std::filesystem::path model, views, output;
   HoldFlags hold;
   BlendFlags blend;
+  bool verbose = false;
   bool quiet = false;
 };
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Where the time until the first picture went.
+struct FirstPicture {
+  ReadTimes read;
+  double upload_ms = 0;   // with the context and its shaders
+  double picture_ms = 0;  // drawn, not yet written
+  double total_ms = 0;
+};
+
+std::string first_picture_text(const FirstPicture& first) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(0) << "first picture after " << first.total_ms << " ms: tables "
+       << first.read.tables << ", views " << first.read.views << " (summed over threads: images " << first.read.images
+       << ", depth " << first.read.depth << ", masks " << first.read.masks << "), upload " << first.upload_ms
+       << ", picture " << first.picture_ms << '\n';
+  return text.str();
+}
 
 std::vector<std::size_t> ranks_to_render(const SceneViews& scene, const std::optional<HoldOut>& protocol) {
   if (protocol) return split_to_score(scene, *protocol).scored;
@@ -47,23 +73,35 @@ std::filesystem::path picture_path(const SceneView& view, std::set<std::filesyst
 void run(const RenderFlags& flags) {
   const BlendOptions blend = flags.blend.options();
   OutputFolder output(flags.output);
-  const Snapshot snapshot = read_model(flags.model).snapshot;
+  const auto start = std::chrono::steady_clock::now();
+  const Model model = read_model(flags.model);
+  const Snapshot& snapshot = model.snapshot;
+  FirstPicture first{model.times};
   const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
   const std::vector<std::size_t> ranks = ranks_to_render(scene, flags.hold.protocol());
+  const auto read = std::chrono::steady_clock::now();
   const EglContext context;
   if (!flags.quiet) std::cerr << "renderer: " << context.description() << '\n';
   Renderer renderer(context);
   renderer.load(snapshot);
+  first.upload_ms = ms_since(read);
   std::set<std::filesystem::path> taken;
   {
     Progress progress("rendering", ranks.size(), ProgressOptions::standard_error(flags.quiet));
     for (const std::size_t rank : ranks) {
       const std::filesystem::path path = output.path() / picture_path(scene.views[rank], taken);
       std::filesystem::create_directories(path.parent_path());
-      write_image(path, renderer.render(scene.views[rank].camera, blend).picture);
+      const auto begin = std::chrono::steady_clock::now();
+      const Rendering rendering = renderer.render(scene.views[rank].camera, blend);
+      if (first.total_ms == 0) {
+        first.picture_ms = ms_since(begin);
+        first.total_ms = ms_since(start);
+      }
+      write_image(path, rendering.picture);
       progress.tick();
     }
   }
+  if (flags.verbose && first.total_ms > 0) std::cerr << first_picture_text(first);
   nlohmann::json options = flags.blend.json();
   options["command"] = "render";
   options["model"] = flags.model.string();
@@ -84,6 +122,7 @@ void add_render_command(CLI::App& program) {
       ->required();
   flags->hold.add_to(*command, "Render only the views that this protocol scores");
   flags->blend.add_to(*command);
+  command->add_flag("--verbose", flags->verbose, "Tell where the time until the first picture went");
   command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });
 }
