@@ -31,9 +31,19 @@ void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, 
 void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
                const ImageCoding& photographs = {}, const std::string& notes = {});
 
+// Where the time of reading a model goes, milliseconds. The last three are sums over the threads.
+struct ReadTimes {
+  double tables = 0;  // JSON, mesh, cells, references
+  double views = 0;   // all of the rest
+  double images = 0;
+  double depth = 0;
+  double masks = 0;
+};
+
 struct Model {
   Snapshot snapshot;
   ValidityOptions validity;  // that its masks were made with
+  ReadTimes times;
 };
 
 // Reads a model folder, its .gltf file, or a .glb, which may have any name. Depth and validity are not in the file:

@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <exception>
 #include <glm/glm.hpp>
@@ -32,6 +33,18 @@ constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TY
 constexpr AccessorType kNumbers{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
 constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
+
+class Watch {
+ public:
+  // Since the last lap, or the beginning.
+  double lap_ms() {
+    const auto last = std::exchange(last_, std::chrono::steady_clock::now());
+    return std::chrono::duration<double, std::milli>(last_ - last).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 // A stored view, less its pixels.
 struct ViewEntry {
@@ -76,11 +89,12 @@ class ModelReader {
   [[nodiscard]] GltfImage image(const GltfFile::Object& view, const std::string& where, const char* name) const;
   [[nodiscard]] Photograph sized_image(const GltfImage& image, const Camera& camera) const;
   [[nodiscard]] std::vector<std::uint8_t> mask(const std::optional<GltfImage>& image, const Camera& camera) const;
-  [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility,
-                                const ValidityOptions& options) const;
+  [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility, const ValidityOptions& options,
+                                ReadTimes& times) const;
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
                                                                         const Mesh& mesh,
-                                                                        const ValidityOptions& options) const;
+                                                                        const ValidityOptions& options,
+                                                                        ReadTimes& times) const;
 
   fs::path path_;
   GltfFile file_;
@@ -359,30 +373,43 @@ std::vector<std::uint8_t> ModelReader::mask(const std::optional<GltfImage>& imag
   return values;
 }
 
-StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibility,
-                             const ValidityOptions& options) const {
+StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibility, const ValidityOptions& options,
+                             ReadTimes& times) const {
+  Watch watch;
   Photograph photograph = sized_image(entry.image, entry.camera);
   photograph.valid = mask(entry.lens_mask, entry.camera);
-  return make_stored_view(entry.name, entry.camera, std::move(photograph), visibility.trace(entry.camera), options,
-                          mask(entry.trust_mask, entry.camera));
+  std::vector<std::uint8_t> trust = mask(entry.trust_mask, entry.camera);
+  times.images = watch.lap_ms();
+  VisibilityBuffer visible = visibility.trace(entry.camera);
+  times.depth = watch.lap_ms();
+  StoredView view =
+      make_stored_view(entry.name, entry.camera, std::move(photograph), std::move(visible), options, std::move(trust));
+  times.masks = watch.lap_ms();
+  return view;
 }
 
 // Of several views that cannot be read, the first is reported, whichever thread was faster.
 std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::vector<ViewEntry>& entries,
-                                                                     const Mesh& mesh,
-                                                                     const ValidityOptions& options) const {
+                                                                     const Mesh& mesh, const ValidityOptions& options,
+                                                                     ReadTimes& times) const {
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
   std::vector<std::shared_ptr<const StoredView>> views(entries.size());
   std::vector<std::exception_ptr> errors(entries.size());
+  std::vector<ReadTimes> of_view(entries.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
     try {
-      views[i] = std::make_shared<const StoredView>(load(entries[i], *visibility, options));
+      views[i] = std::make_shared<const StoredView>(load(entries[i], *visibility, options, of_view[i]));
     } catch (...) {
       errors[i] = std::current_exception();
     }
   });
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
+  }
+  for (const ReadTimes& view : of_view) {
+    times.images += view.images;
+    times.depth += view.depth;
+    times.masks += view.masks;
   }
   return views;
 }
@@ -392,6 +419,7 @@ std::vector<std::uint8_t> ModelReader::cells_seen() const {
 }
 
 Model ModelReader::model() const {
+  Watch watch;
   Model model;
   model.validity = validity();
   Snapshot& snapshot = model.snapshot;
@@ -408,7 +436,9 @@ Model ModelReader::model() const {
   snapshot.cell_coverage = cell_coverage(snapshot.cell_seen.size());
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
-  snapshot.views = load_all(entries, surface->mesh, model.validity);
+  model.times.tables = watch.lap_ms();
+  snapshot.views = load_all(entries, surface->mesh, model.validity, model.times);
+  model.times.views = watch.lap_ms();
   return model;
 }
 
@@ -458,7 +488,12 @@ fs::path file_of(const fs::path& path) {
 }  // namespace
 
 Model read_model(const fs::path& path) {
-  return ModelReader(file_of(path)).model();
+  Watch watch;
+  const ModelReader reader(file_of(path));
+  const double parsed = watch.lap_ms();
+  Model model = reader.model();
+  model.times.tables += parsed;
+  return model;
 }
 
 ModelFacts read_model_facts(const fs::path& path) {

@@ -122,7 +122,7 @@ Reader reader_by_ending(const fs::path& path) {
 // Other readers would look for a file by that name.
 bool may_be_in_memory(const Signature& signature) {
   const std::string_view format = signature.format;
-  return format == "jpeg" || format == "png" || format == "webp";
+  return format == "jpeg" || format == "png";
 }
 
 // By the first bytes, because photographs are often misnamed; else by the ending.
@@ -137,7 +137,7 @@ Reader reader_for(const Source& source) {
     if (source.in_memory() && !may_be_in_memory(signature)) continue;
     if (Reader reader = reader_named(signature.format)) return reader;
   }
-  if (source.in_memory()) fail(source.path(), "not a PNG, JPEG or WebP image");
+  if (source.in_memory()) fail(source.path(), "not a PNG or JPEG image");
   return reader_by_ending(source.path());
 }
 
@@ -375,13 +375,11 @@ Photograph read_photograph(std::span<const std::uint8_t> file, const std::string
 }
 
 const char* ending(ImageFormat format) {
-  if (format == ImageFormat::jpeg) return ".jpg";
-  return format == ImageFormat::webp ? ".webp" : ".png";
+  return format == ImageFormat::jpeg ? ".jpg" : ".png";
 }
 
 const char* mime_type(ImageFormat format) {
-  if (format == ImageFormat::jpeg) return "image/jpeg";
-  return format == ImageFormat::webp ? "image/webp" : "image/png";
+  return format == ImageFormat::jpeg ? "image/jpeg" : "image/png";
 }
 
 void check(const ImageCoding& coding) {

@@ -33,17 +33,17 @@ struct ImageSize {
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 
-// The same of a PNG, JPEG or WebP file in memory; `name` stands for its path in sentences.
+// The same of a PNG or JPEG file in memory; `name` stands for its path in sentences.
 [[nodiscard]] ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name);
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);
 
-enum class ImageFormat { png, jpeg, webp };
+enum class ImageFormat { png, jpeg };
 [[nodiscard]] const char* ending(ImageFormat format);     // of a file's name: ".png"
 [[nodiscard]] const char* mime_type(ImageFormat format);  // "image/png"
 
 struct ImageCoding {
   ImageFormat format = ImageFormat::png;
-  int quality = 95;  // of JPEG and WebP, [1, 100]; PNG is exact
+  int quality = 95;  // of JPEG, [1, 100]; PNG is exact
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

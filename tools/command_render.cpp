@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
+#include <iomanip>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <sstream>
+#include <string>
 #include <vector>
 
 #include "atlas/model_file.h"
@@ -23,6 +27,42 @@
 namespace lumatlas {
 
 namespace {
+
+// Wall time since the command began, and where it went until the first picture.
+class FirstPicture {
+ public:
+  explicit FirstPicture(bool told) : told_(told) {}
+
+  void has_read(const ReadTimes& times) { read_ = times; }
+  void begins_to_load() { load_start_ = Clock::now(); }
+  void has_loaded() { load_ms_ = ms_since(load_start_); }
+  // Of every picture; the first counts.
+  void is_drawn() {
+    if (told_ && total_ms_ == 0) std::cerr << text(total_ms_ = ms_since(start_));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  static double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  }
+
+  [[nodiscard]] std::string text(double total_ms) const {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(0) << "first picture after " << total_ms << " ms: tables " << read_.tables
+         << ", views " << read_.views << " (summed over threads: images " << read_.images << ", depth " << read_.depth
+         << ", masks " << read_.masks << "), upload " << load_ms_ << '\n';
+    return text.str();
+  }
+
+  bool told_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point load_start_ = start_;
+  ReadTimes read_;
+  double load_ms_ = 0;  // with the context and its shaders
+  double total_ms_ = 0;
+};
 
 struct Shot {
   Camera camera;
@@ -86,16 +126,21 @@ std::vector<Shot> shots_of_path(const RenderFlags& flags, const Snapshot& snapsh
   return shots;
 }
 
-void render(const RenderFlags& flags, const std::vector<Shot>& shots, FrameRenderer& frames, PictureOutput& output) {
+void render(const RenderFlags& flags, const std::vector<Shot>& shots, FrameRenderer& frames, PictureOutput& output,
+            FirstPicture& first) {
   Progress progress("rendering", shots.size(), ProgressOptions::standard_error(flags.quiet));
   for (const Shot& shot : shots) {
     std::optional<Photograph> photograph;
     if (flags.mode == Mode::error) photograph = load_photograph(*shot.view);
     const Photograph* const compared = photograph ? &*photograph : nullptr;
     if (flags.format == PictureFormat::exr) {
-      output.write(shot.file, frames.numbers(shot.camera, compared));
+      const auto numbers = frames.numbers(shot.camera, compared);
+      first.is_drawn();
+      output.write(shot.file, numbers);
     } else {
-      output.write(shot.file, frames.picture(shot.camera, compared));
+      const auto picture = frames.picture(shot.camera, compared);
+      first.is_drawn();
+      output.write(shot.file, picture);
     }
     progress.tick();
   }
@@ -106,19 +151,24 @@ void run(const RenderFlags& flags) {
   const FrameOptions options = flags.frame_options();
   OutputFolder folder(flags.output);
   PictureOutput output(folder.path(), flags.format, flags.frames_per_second);
-  const Snapshot snapshot = read_model(flags.model).snapshot;
+  FirstPicture first(flags.verbose);
+  const Model model = read_model(flags.model);
+  const Snapshot& snapshot = model.snapshot;
+  first.has_read(model.times);
   const std::vector<Shot> shots =
       flags.views.empty() ? shots_of_path(flags, snapshot, output) : shots_of_scene(flags, snapshot, output);
   std::optional<EglContext> context;
   std::optional<Renderer> renderer;
+  first.begins_to_load();
   if (needs_renderer(flags.mode)) {
     context.emplace();
     if (!flags.quiet) std::cerr << "renderer: " << context->description() << '\n';
     renderer.emplace(*context);
     renderer->load(snapshot);
   }
+  first.has_loaded();
   FrameRenderer frames(snapshot, options, renderer ? &*renderer : nullptr);
-  render(flags, shots, frames, output);
+  render(flags, shots, frames, output, first);
   output.finish();
   folder.commit(flags.json());
   std::cout << flags.output.string() << ": " << shots.size()

@@ -96,6 +96,7 @@ void RenderFlags::add_files_to(CLI::App& command) {
       ->default_str("png");
   frames_per_second_option = command.add_option("--fps", frames_per_second, "With --format mp4: pictures per second")
                                  ->check(number_between(0.01, 1000));
+  command.add_flag("--verbose", verbose, "Tell where the time until the first picture went");
   command.add_flag("--quiet", quiet, "No progress");
 }
 

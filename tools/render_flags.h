@@ -35,6 +35,7 @@ struct RenderFlags {
   PictureFormat format = PictureFormat::png;
   double frames_per_second = 30;
   CLI::Option* frames_per_second_option = nullptr;
+  bool verbose = false;
   bool quiet = false;
 
   void add_to(CLI::App& command);
