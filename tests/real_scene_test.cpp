@@ -110,8 +110,9 @@ TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tile
     pixels += cpu.pixels.size();
   }
   INFO("of " << pixels << " pixels, diagnosed otherwise: " << diagnosed << ", in tiles: " << in_tiles);
-  CHECK(static_cast<double>(diagnosed) <= 0.0005 * static_cast<double>(pixels));  // measured: 2e-5
-  CHECK(static_cast<double>(in_tiles) <= 0.0001 * static_cast<double>(pixels));   // measured: 1e-6
+  // Measured: 7e-4, and 2e-5 with depth in single precision instead of half, which decides otherwise at silhouettes.
+  CHECK(static_cast<double>(diagnosed) <= 0.001 * static_cast<double>(pixels));
+  CHECK(static_cast<double>(in_tiles) <= 0.0001 * static_cast<double>(pixels));  // measured: 1e-6
 }
 
 TEST_CASE("on a real scene the GPU sees what rays see, away from silhouettes") {
