@@ -13,6 +13,7 @@
 #include "blend/gl_objects.h"
 #include "blend/reference.h"
 #include "tests/gl_test_context.h"
+#include "tests/rendering_difference.h"
 #include "tests/small_scenes.h"
 #include "tests/wall_scenes.h"
 
@@ -24,19 +25,7 @@ Rendering reference(const Snapshot& snapshot, const Camera& camera, const BlendO
   return render_reference(snapshot, camera, visibility->trace(camera), options);
 }
 
-// The share of pixels in which any channel differs by more than 2 levels, or the state differs.
-double share_different(const Rendering& a, const Rendering& b) {
-  REQUIRE(a.state.size() == b.state.size());
-  std::size_t different = 0;
-  for (std::size_t pixel = 0; pixel < a.state.size(); ++pixel) {
-    bool differs = a.state[pixel] != b.state[pixel];
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      differs |= std::abs(a.picture.rgb[3 * pixel + channel] - b.picture.rgb[3 * pixel + channel]) > 2;
-    }
-    different += differs;
-  }
-  return static_cast<double>(different) / static_cast<double>(a.state.size());
-}
+constexpr int kLevels = 2;  // of 255, that shader and reference may differ by
 
 std::size_t count(const Rendering& rendering, PixelState state) {
   return static_cast<std::size_t>(std::count(rendering.state.begin(), rendering.state.end(), state));
@@ -82,7 +71,7 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
       const Camera camera = novel_camera(3 * number);
       const Rendering cpu = reference(snapshot, camera, variants[variant]);
       REQUIRE(count(cpu, PixelState::textured) > 0);
-      different += share_different(renderer.render(camera, variants[variant]), cpu) / kCameras;
+      different += share_different(renderer.render(camera, variants[variant]), cpu, kLevels) / kCameras;
     }
     INFO("variant " << variant);
     CHECK(different <= kAgreement);
@@ -123,7 +112,7 @@ TEST_CASE(
     double different = 0;
     for (std::size_t number = 0; number < 6; ++number) {
       const Camera camera = novel_camera(number);
-      different += share_different(renderer.render(camera, options), reference(snapshot, camera, options)) / 6;
+      different += share_different(renderer.render(camera, options), reference(snapshot, camera, options), kLevels) / 6;
     }
     CHECK(different <= kAgreement);
   }
@@ -166,7 +155,7 @@ void check_exposed(const Snapshot& snapshot, const Camera& camera) {
   if (!context) return;
   Renderer renderer(*context);
   renderer.load(snapshot);
-  CHECK(share_different(renderer.render(camera, {}), shown) <= kAgreement);
+  CHECK(share_different(renderer.render(camera, {}), shown, kLevels) <= kAgreement);
 }
 
 TEST_CASE("blended colours and vertex colours are both shown in the exposure of the photographs nearby") {
@@ -234,7 +223,7 @@ TEST_CASE("cells that no view saw are told apart from cells that were seen but h
   renderer.load(snapshot);
   const Rendering rendering = renderer.render(camera, {});
   check_states(rendering);
-  CHECK(share_different(rendering, reference(snapshot, camera, {})) <= kAgreement);
+  CHECK(share_different(rendering, reference(snapshot, camera, {}), kLevels) <= kAgreement);
 }
 
 // Two views of one wall, one of them wholly red, the other wholly green.
@@ -315,7 +304,8 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
   Renderer renderer(*context);
   renderer.load(snapshot);
   for (const BlendOptions& options : {hard, soft, hard}) {  // one renderer, changing its mind
-    CHECK(share_different(renderer.render(camera, options), reference(snapshot, camera, options)) <= kAgreement);
+    CHECK(share_different(renderer.render(camera, options), reference(snapshot, camera, options), kLevels) <=
+          kAgreement);
   }
 }
 
@@ -386,7 +376,7 @@ TEST_CASE("a renderer can load another snapshot, and render at one size after an
     renderer.load(snapshot);
     for (const std::uint32_t width : {64u, 250u}) {
       const Camera camera = room_camera(4).scaled_to(width, 3 * width / 4);
-      CHECK(share_different(renderer.render(camera, {}), reference(snapshot, camera, {})) <= kAgreement);
+      CHECK(share_different(renderer.render(camera, {}), reference(snapshot, camera, {}), kLevels) <= kAgreement);
     }
   }
 }

@@ -10,6 +10,7 @@
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "tests/gl_test_context.h"
+#include "tests/rendering_difference.h"
 #include "tests/small_scenes.h"
 #include "tests/wall_scenes.h"
 
@@ -21,19 +22,6 @@ Camera between_views(std::size_t number) {
   const Camera next = room_camera(number + 1);
   camera.cam_from_world_translation = -(camera.cam_from_world_rotation * ((camera.center() + next.center()) / 2.0));
   return camera;
-}
-
-// The share of pixels with another colour, by more than `levels` of 255, or another state.
-double share_different(const Rendering& a, const Rendering& b, int levels) {
-  std::size_t different = 0;
-  for (std::size_t pixel = 0; pixel < a.state.size(); ++pixel) {
-    bool differs = a.state[pixel] != b.state[pixel];
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      differs |= std::abs(a.picture.rgb[3 * pixel + channel] - b.picture.rgb[3 * pixel + channel]) > levels;
-    }
-    different += differs;
-  }
-  return static_cast<double>(different) / static_cast<double>(a.state.size());
 }
 
 TEST_CASE("tiles of any size show what whole photographs show") {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "tests/gl_test_context.h"
+#include "tests/rendering_difference.h"
 #include "tests/small_scenes.h"
 
 namespace lumatlas {
@@ -33,20 +34,6 @@ TEST_CASE("tiles cover every pixel once, and see it where the whole image does")
   }
   CHECK(tiles_of(camera, 97).size() == 1);
   CHECK_THROWS_WITH(tiles_of(camera, 0), "tiles: side is 0, must be at least 1");
-}
-
-// The share of pixels in which any channel differs by more than `levels`, or the state differs.
-double share_different(const Rendering& a, const Rendering& b, int levels) {
-  REQUIRE(a.picture.rgb.size() == b.picture.rgb.size());
-  std::size_t different = 0;
-  for (std::size_t pixel = 0; pixel < a.state.size(); ++pixel) {
-    bool differs = a.state[pixel] != b.state[pixel];
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      differs |= std::abs(a.picture.rgb[3 * pixel + channel] - b.picture.rgb[3 * pixel + channel]) > levels;
-    }
-    different += differs;
-  }
-  return static_cast<double>(different) / static_cast<double>(a.state.size());
 }
 
 TEST_CASE("a picture in tiles is the picture in one piece") {
