@@ -46,7 +46,12 @@ void run(const SynthFlags& flags) {
                  {"white_balance_noise", o.disturbances.white_balance_noise},
                  {"wrong_poses", o.disturbances.wrong_poses},
                  {"passers_by", o.disturbances.passers_by},
-                 {"vignetting", o.disturbances.vignetting}});
+                 {"vignetting", o.disturbances.vignetting},
+                 {"noise", o.disturbances.noise},
+                 {"blur", o.disturbances.blur},
+                 {"mesh_noise", o.disturbances.mesh_noise},
+                 {"holes", o.disturbances.holes},
+                 {"decimate", o.disturbances.decimate}});
   std::cout << flags.output.string() << ": " << o.views << " photographs of " << o.width << "x" << o.height << '\n';
 }
 
@@ -61,6 +66,11 @@ void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
   add("--wrong-poses", disturbances.wrong_poses, "Share of the views whose written pose is plainly wrong");
   add("--passers-by", disturbances.passers_by, "Share of the photographs with a person who is not in the mesh");
   add("--vignetting", disturbances.vignetting, "Share of the light that is lost in the corners");
+  add("--noise", disturbances.noise, "Of the sensor: standard deviation at mid grey, 8-bit levels");
+  add("--blur", disturbances.blur, "Motion of what a view sees while the shutter is open, pixels rms");
+  add("--mesh-noise", disturbances.mesh_noise, "Of the mesh: displacement along the normal, scene units rms");
+  add("--holes", disturbances.holes, "Share of the mesh's area that is cut out in round patches");
+  add("--decimate", disturbances.decimate, "Share of the mesh's faces that is left by edge collapses");
 }
 
 }  // namespace

@@ -26,8 +26,18 @@ struct SynthDisturbances {
   double wrong_poses = 0;          // share of the views whose written pose is plainly wrong, [0, 1]
   double passers_by = 0;           // share of the photographs with a person who is not in the mesh, [0, 1]
   double vignetting = 0;           // share of the light that is lost in the corners, [0, 1)
+  // Sensor noise of the photographs: standard deviation at mid grey, 8-bit levels, [0, 64]
+  double noise = 0;
+  // Motion of the camera while the shutter is open: by how many pixels it moves what the view sees (root mean square),
+  // [0, an eighth of the width]. The true pose is that of the middle.
+  double blur = 0;
+  // Of the mesh, in this order; the photographs show the true surface.
+  double mesh_noise = 0;  // root mean square displacement of its vertices along the normal, scene units, [0, 1]
+  double holes = 0;       // share of its area that is cut out, in round patches, [0, 0.95]
+  double decimate = 1;    // share of its faces that is left, [0.001, 1]
 
   [[nodiscard]] bool any() const;
+  [[nodiscard]] bool of_mesh() const;
 };
 
 struct SynthOptions {
@@ -83,11 +93,12 @@ struct Scene {
 // Makes the scene, traces its photographs and writes a COLMAP workspace into `folder`, which must exist:
 // images/0000.png and so on, sparse/cameras.bin, images.bin and points3D.bin (PINHOLE; points on the surface with the
 // tracks of the views that see them), mesh.ply. With disturbances also truth/: sparse/ with the true poses,
-// disturbances.json, masks/0000.png and so on, white where a passer-by is, for the photographs that have one. With
-// path_frames also path/, a workspace of the same form without mesh or points: the frames in order, without
-// disturbances, of four times as many light paths, because their noise would count as change. The same files for any
-// number of threads. Throws std::invalid_argument for bad options, InputError where the folder cannot be written.
-// `photograph_done` is called after each photograph, from any thread; what it throws ends the work.
+// disturbances.json, masks/0000.png and so on, white where a passer-by is, for the photographs that have one, and
+// mesh.ply, the true surface, where the mesh beside the photographs is another. With path_frames also path/, a
+// workspace of the same form without mesh or points: the frames in order, without disturbances, of four times as many
+// light paths, because their noise would count as change. The same files for any number of threads. Throws
+// std::invalid_argument for bad options, InputError where the folder cannot be written. `photograph_done` is called
+// after each photograph, from any thread; what it throws ends the work.
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
                            const std::function<void()>& photograph_done = {});
 

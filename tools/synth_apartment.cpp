@@ -27,13 +27,15 @@ enum Room : std::size_t { kLiving, kBedroom, kDoorway, kNorthWindow, kEastWindow
 
 class Apartment {
  public:
-  explicit Apartment(std::uint64_t seed) : random_(hashed(seed, 0x61706172)) {}
+  explicit Apartment(std::uint64_t seed)
+      : random_(hashed(seed, 0x61706172)), mirror_random_(hashed(seed, 0x6d6972726f72)) {}
 
   Scene furnished() {
     make_rooms();
     make_lights();
     make_living_room();
     make_bedroom();
+    hang_mirror();  // last, with random numbers of its own: the rest of the apartment is as it would be without
     make_walk();
     return std::move(scene_);
   }
@@ -353,6 +355,14 @@ class Apartment {
     hang({8.6, 0.8, 1.5}, {0.7, 0.9}, 0, poster(), frame);
   }
 
+  // Beside the east window, as tall as a head and shoulders; nothing else is without any roughness.
+  void hang_mirror() {
+    const double width = mirror_random_.uniform(0.45, 0.6);
+    const double height = mirror_random_.uniform(0.8, 1.0);
+    const std::int32_t mirror = add_metal(vec3(0.9F), 0);
+    hang({8.6, 3.5, 1.45}, {width, height}, 0, mirror, add_metal({0.9F, 0.75F, 0.5F}, 0.1F));
+  }
+
   void bed(dvec2 at) {
     const std::int32_t wood = oak();
     const std::int32_t cover = add(Pattern::fabric, {dye(), dye(), dye()}, 1.6F);
@@ -423,6 +433,7 @@ class Apartment {
 
   Scene scene_;
   Random random_;
+  Random mirror_random_;
 };
 
 }  // namespace
