@@ -4,11 +4,13 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "tools/commands.h"
 #include "tools/output_folder.h"
 #include "tools/progress.h"
 #include "tools/synth.h"
+#include "tools/synth_kinds.h"
 
 namespace lumatlas {
 
@@ -21,7 +23,8 @@ struct SynthFlags {
   bool quiet = false;
 };
 
-void run(const SynthFlags& flags) {
+void run(SynthFlags flags) {
+  flags.options.kind = synth_kind_named(flags.kind);
   check_usage(flags.options);
   OutputFolder output(flags.output);
   {
@@ -78,9 +81,13 @@ void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
 void add_synth_command(CLI::App& program) {
   auto flags = std::make_shared<SynthFlags>();
   CLI::App* command = program.add_subcommand("synth", "Make a scene with exact ground truth, in COLMAP's format");
-  command->add_option("KIND", flags->kind, "apartment: two furnished rooms with glossy floors")
-      ->required()
-      ->check(CLI::IsMember({"apartment"}));
+  std::vector<std::string> kinds;
+  std::string described;
+  for (const SynthKindRow& row : synth_kinds()) {
+    kinds.emplace_back(row.name);
+    described += (described.empty() ? "" : "; ") + kinds.back() + ": " + row.description;
+  }
+  command->add_option("KIND", flags->kind, described)->required()->check(CLI::IsMember(kinds));
   command->add_option("-o,--output", flags->output, "Folder of the scene; an earlier one there is replaced")
       ->required();
   command->add_option("--seed", flags->options.seed, "Furniture, patterns and the grain of the photographs");

@@ -219,7 +219,7 @@ bool SynthDisturbances::of_mesh() const {
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
                            const std::function<void()>& photograph_done) {
   check(options);
-  const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
+  const synth::Scene scene = synth::make_scene(options);
   const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
   const synth::Tracer tracer(scene);
   make_folder(folder / "images");

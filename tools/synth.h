@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Synthetic scenes with exact ground truth: a furnished apartment with glossy floors, its mesh, a walk through it, and
-// photographs traced along the walk. Lengths are about metres, z is up. Same options, same bytes.
+// Synthetic scenes with exact ground truth: solids with patterns on them, their mesh, a way through them, and
+// photographs traced along the way. Lengths are about metres, z is up. Same options, same bytes.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,10 @@ struct SynthDisturbances {
   [[nodiscard]] bool of_mesh() const;
 };
 
+enum class SynthKind { apartment };  // tools/synth_kinds.h has their names
+
 struct SynthOptions {
+  SynthKind kind = SynthKind::apartment;
   std::uint64_t seed = 1;      // furniture, patterns, colours, and the grain of the photographs
   std::uint32_t views = 40;    // photographs along one loop of the walk, [1, 100000]
   std::uint32_t width = 320;   // pixels, [16, 8192]
@@ -76,6 +79,9 @@ struct Scene {
   std::vector<glm::dvec3> walk;  // control points of the closed cubic B-spline that the photographer walks
   Tessellation geometry;
 };
+
+// Of the kind, seed and triangles that the options name. Throws std::invalid_argument for bad options.
+[[nodiscard]] Scene make_scene(const SynthOptions& options);
 
 // Two furnished rooms joined by a doorway. Solids, materials and the walk depend on the seed alone.
 [[nodiscard]] Scene make_apartment(std::uint64_t seed, std::uint32_t triangles);
