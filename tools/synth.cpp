@@ -139,17 +139,18 @@ nlohmann::json described(const Camera& camera, const synth::Disturbance& disturb
   return view;
 }
 
-void write_path(const std::filesystem::path& folder, const SynthOptions& options, const synth::Scene& scene,
-                const synth::Tracer& tracer, const std::function<void()>& photograph_done) {
+// Undisturbed views, in a workspace without mesh or points.
+void write_true_views(const std::filesystem::path& folder, const SynthOptions& options,
+                      const std::vector<Camera>& cameras, std::uint64_t use, const synth::Tracer& tracer,
+                      const std::function<void()>& photograph_done) {
   constexpr std::uint32_t kPathsPerPhotographs = 4;  // of light, for a quarter of the noise's power
-  const std::vector<Camera> cameras = synth::cameras_on_path(scene, options);
   make_folder(folder);
   make_folder(folder / "images");
   make_folder(folder / "sparse");
-  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t frame) {
-    write_image(folder / "images" / photograph_name(frame),
-                tracer.photograph(cameras[frame], kPathsPerPhotographs * options.samples,
-                                  synth::hashed(options.seed, 3, frame)));
+  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t view) {
+    write_image(folder / "images" / photograph_name(view),
+                tracer.photograph(cameras[view], kPathsPerPhotographs * options.samples,
+                                  synth::hashed(options.seed, use, view)));
     if (photograph_done) photograph_done();
   });
   write_colmap_model(folder / "sparse", named(cameras), {});
@@ -188,6 +189,7 @@ void check(const SynthOptions& options) {
   require(options.samples >= 1 && options.samples <= 1024, "samples", options.samples, "in [1, 1024]");
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
   require(options.path_frames <= 100000, "path_frames", options.path_frames, "in [0, 100000]");
+  require(options.test_views <= 100000, "test_views", options.test_views, "in [0, 100000]");
   require(std::isfinite(options.path_step) && options.path_step > 0, "path_step", options.path_step,
           "finite and above 0");
   const SynthDisturbances& d = options.disturbances;
@@ -220,8 +222,8 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
                            const std::function<void()>& photograph_done) {
   check(options);
   const synth::Scene scene = synth::make_scene(options);
-  const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
   const synth::Tracer tracer(scene);
+  const std::vector<Camera> cameras = synth::cameras_on_trajectory(scene, tracer, options);
   make_folder(folder / "images");
   make_folder(folder / "sparse");
   const std::vector<synth::Disturbance> disturbances = synth::disturb(scene, tracer, cameras, options);
@@ -239,7 +241,12 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
   write_colmap_model(folder / "sparse", named(written_cameras(disturbances)), points);
   if (options.disturbances.any())
     write_truth(folder / "truth", options, cameras, points, disturbances, tracer, scene.geometry.mesh);
-  if (options.path_frames > 0) write_path(folder / "path", options, scene, tracer, photograph_done);
+  if (options.path_frames > 0) {
+    write_true_views(folder / "path", options, synth::cameras_on_path(scene, options), 3, tracer, photograph_done);
+  }
+  if (options.test_views > 0) {
+    write_true_views(folder / "test", options, synth::test_cameras(scene, tracer, options), 4, tracer, photograph_done);
+  }
   write_ply(folder / "mesh.ply", synth::with_mesh_errors(scene.geometry.mesh, options));
 }
 

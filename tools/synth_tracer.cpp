@@ -27,11 +27,10 @@ namespace {
 using glm::vec2;
 using glm::vec3;
 
-constexpr float kOffset = 2e-4F;  // rays start this far off the surface, scene units: above float noise at 10 units
-constexpr float kOcclusionReach = 0.7F;  // how far ambient occlusion looks, scene units
-constexpr float kBrightest = 2.0F;       // of one path: lamps stay white, their edges and reflections stay smooth
-constexpr float kNearest = 0.6F;         // lights are no nearer than this, scene units: else their frames are all noise
-constexpr float kNegligible = 1e-3F;     // of a light's part of white: no shadow ray
+constexpr float kOffset = 2e-4F;      // rays start this far off the surface, scene units: above float noise at 10 units
+constexpr float kBrightest = 2.0F;    // of one path: lamps stay white, their edges and reflections stay smooth
+constexpr float kNearest = 0.6F;      // lights are no nearer than this, scene units: else their frames are all noise
+constexpr float kNegligible = 1e-3F;  // of a light's part of white: no shadow ray
 constexpr std::uint64_t kSensor = 0x6e6f697365;  // what the sensor's random numbers are for
 
 struct DeviceRelease {
@@ -342,7 +341,10 @@ class Paths {
       const Bundle::Ray& ray = rays.rays[i];
       Place& place = places[ray.lane];
       place.hit = hits[ray.lane];
-      if (place.hit.surface == nullptr) continue;
+      if (place.hit.surface == nullptr) {
+        if (scene_.sky) place.light = sky_color(*scene_.sky, ray.step);
+        continue;
+      }
       const Surface& surface = *place.hit.surface;
       place.direction = ray.step;
       place.color = pattern_color(*place.hit.material, coordinates(surface, place.hit.point), surface.size);
@@ -432,10 +434,10 @@ class Paths {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {  // one by one: these rays go all ways
       if (!is_diffuse(places[lane])) continue;
       Hit near;
-      float reach = kOcclusionReach;
+      float reach = scene_.occlusion_reach;
       const vec3 step = around(places[lane].n, random.point(kOcclusion, first + lane));
       if (!surfaces_.intersect(places[lane].hit.start(), step, reach, near)) continue;
-      const float share = reach / kOcclusionReach;
+      const float share = reach / scene_.occlusion_reach;
       shares[lane] = 0.25F + 0.75F * share * (2 - share);
     }
     return shares;
