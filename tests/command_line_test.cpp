@@ -274,6 +274,11 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"synth", "apartment", "-o", out, "--views", "0"},
       {"synth", "apartment", "-o", out, "--passers-by", "1.5"},
       {"synth", "apartment", "-o", out, "--pose-noise", "-1"},
+      {"synth", "apartment", "-o", out, "--noise", "-1"},
+      {"synth", "lab", "-o", out, "--blur", "nan"},
+      {"synth", "lab", "-o", out, "--mesh-noise", "2"},
+      {"synth", "lab", "-o", out, "--holes", "0.96"},
+      {"synth", "lab", "-o", out, "--decimate", "0"},
       {"synth", "castle", "-o", out},
   };
   for (const Arguments& arguments : wrong) {

@@ -463,6 +463,11 @@ TEST_CASE("a bad disturbance is refused by name, with the value and the rule") {
   refused(&SynthDisturbances::wrong_poses, 1.5, "synth: wrong_poses is 1.5, must be in [0, 1]");
   refused(&SynthDisturbances::passers_by, std::nan(""), "synth: passers_by is nan, must be in [0, 1]");
   refused(&SynthDisturbances::vignetting, 1, "synth: vignetting is 1, must be in [0, 1)");
+  refused(&SynthDisturbances::noise, 65, "synth: noise is 65, must be in [0, 64]");
+  refused(&SynthDisturbances::blur, 7, "synth: blur is 7, must be at least 0 and at most an eighth of the width");
+  refused(&SynthDisturbances::mesh_noise, -0.1, "synth: mesh_noise is -0.1, must be in [0, 1]");
+  refused(&SynthDisturbances::holes, 1, "synth: holes is 1, must be in [0, 0.95]");
+  refused(&SynthDisturbances::decimate, 0, "synth: decimate is 0, must be in [0.001, 1]");
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "atlas/photograph.h"
 #include "mesh/errors.h"
@@ -21,6 +22,7 @@
 #include "tools/synth_disturbance.h"
 #include "tools/synth_mesh_errors.h"
 #include "tools/synth_random.h"
+#include "tools/synth_scan.h"
 #include "tools/synth_tracer.h"
 
 namespace lumatlas {
@@ -104,6 +106,16 @@ glm::u8vec3 color_at(const Photograph& photo, const glm::dvec2& position) {
   return {photo.rgb[3 * pixel], photo.rgb[3 * pixel + 1], photo.rgb[3 * pixel + 2]};
 }
 
+// Whether what is written as the mesh is not the true surface.
+bool has_other_mesh(const SynthOptions& options) {
+  return options.kind == SynthKind::lab || options.disturbances.of_mesh();
+}
+
+Mesh reconstructed(const synth::Scene& scene, const synth::Tracer& tracer, const SynthOptions& options) {
+  Mesh mesh = options.kind == SynthKind::lab ? synth::scanned(scene, tracer, options) : scene.geometry.mesh;
+  return synth::with_mesh_errors(std::move(mesh), options);
+}
+
 std::vector<WrittenView> named(const std::vector<Camera>& cameras) {
   std::vector<WrittenView> views;
   views.reserve(cameras.size());
@@ -171,12 +183,15 @@ void write_truth(const std::filesystem::path& folder, const SynthOptions& option
     write_image(folder / "masks" / photograph_name(view), tracer.mask(cameras[view], *visitor));
   }
   const SynthDisturbances& d = options.disturbances;
-  write_json(folder / "disturbances.json",
-             {{"vignetting", d.vignetting},
-              {"noise", d.noise},
-              {"mesh", {{"noise", d.mesh_noise}, {"holes", d.holes}, {"decimate", d.decimate}}},
-              {"views", views}});
-  if (d.of_mesh()) write_ply(folder / "mesh.ply", mesh);
+  write_json(folder / "disturbances.json", {{"vignetting", d.vignetting},
+                                            {"noise", d.noise},
+                                            {"mesh",
+                                             {{"scanned", options.kind == SynthKind::lab},
+                                              {"noise", d.mesh_noise},
+                                              {"holes", d.holes},
+                                              {"decimate", d.decimate}}},
+                                            {"views", views}});
+  if (has_other_mesh(options)) write_ply(folder / "mesh.ply", mesh);
 }
 
 }  // namespace
@@ -239,7 +254,7 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
     if (photograph_done) photograph_done();
   });
   write_colmap_model(folder / "sparse", named(written_cameras(disturbances)), points);
-  if (options.disturbances.any())
+  if (options.disturbances.any() || has_other_mesh(options))
     write_truth(folder / "truth", options, cameras, points, disturbances, tracer, scene.geometry.mesh);
   if (options.path_frames > 0) {
     write_true_views(folder / "path", options, synth::cameras_on_path(scene, options), 3, tracer, photograph_done);
@@ -247,7 +262,7 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
   if (options.test_views > 0) {
     write_true_views(folder / "test", options, synth::test_cameras(scene, tracer, options), 4, tracer, photograph_done);
   }
-  write_ply(folder / "mesh.ply", synth::with_mesh_errors(scene.geometry.mesh, options));
+  write_ply(folder / "mesh.ply", reconstructed(scene, tracer, options));
 }
 
 }  // namespace lumatlas

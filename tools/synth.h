@@ -42,7 +42,7 @@ struct SynthDisturbances {
 };
 
 // tools/synth_kinds.h has their names.
-enum class SynthKind { apartment, village, wall };
+enum class SynthKind { apartment, village, wall, lab };
 enum class SynthTrajectory {
   walk,     // along the scene's walk: through rooms and streets at eye level, or to and fro before a wall
   hilbert,  // along a Hilbert curve that fills the scene, as the paper's input was taken (its Fig. 7)
@@ -136,6 +136,9 @@ struct Scene {
 [[nodiscard]] Scene make_village(std::uint64_t seed, std::uint32_t triangles);
 // A house front in relief, 18 units wide and 11 high, that is finer than a photograph shows.
 [[nodiscard]] Scene make_wall(std::uint64_t seed, std::uint32_t triangles);
+// One room with benches, shelves, instruments, pipes and cables. What is written as its mesh is a scan of it
+// (tools/synth_scan.h).
+[[nodiscard]] Scene make_lab(std::uint64_t seed, std::uint32_t triangles);
 
 class Tracer;
 
@@ -163,10 +166,10 @@ class Tracer;
 // images/0000.png and so on, sparse/cameras.bin, images.bin and points3D.bin (PINHOLE; points on the surface with the
 // tracks of the views that see them), mesh.ply. With disturbances also truth/: sparse/ with the true poses,
 // disturbances.json, masks/0000.png and so on, white where a passer-by is, for the photographs that have one, and
-// mesh.ply, the true surface, where the mesh beside the photographs is another. With path_frames also path/, a
-// workspace of the same form without mesh or points: the frames in order, without disturbances, of four times as many
-// light paths, because their noise would count as change. With test_views also test/, a workspace like path/, of the
-// random poses. The same files for any number of threads. Throws
+// mesh.ply, the true surface, where the mesh beside the photographs is another, as it always is in the lab. With
+// path_frames also path/, a workspace of the same form without mesh or points: the frames in order, without
+// disturbances, of four times as many light paths, because their noise would count as change. With test_views also
+// test/, a workspace like path/, of the random poses. The same files for any number of threads. Throws
 // std::invalid_argument for bad options, InputError where the folder cannot be written. `photograph_done` is called
 // after each photograph, from any thread; what it throws ends the work.
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,

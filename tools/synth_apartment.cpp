@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "tools/synth.h"
-#include "tools/synth_builder.h"
+#include "tools/synth_furniture.h"
 #include "tools/synth_random.h"
 
 namespace lumatlas::synth {
@@ -17,15 +17,14 @@ using glm::dvec3;
 using glm::vec3;
 
 constexpr double kCeiling = 2.6;
-constexpr float kLampRadiance = 26;  // exposes a white wall about right
 constexpr double kPi = std::numbers::pi;
 
 enum Room : std::size_t { kLiving, kBedroom, kDoorway, kNorthWindow, kEastWindow, kRoomCount };
 
-class Apartment : private SceneBuilder {
+class Apartment : private Furnisher {
  public:
   explicit Apartment(std::uint64_t seed)
-      : SceneBuilder(hashed(seed, 0x61706172)), mirror_random_(hashed(seed, 0x6d6972726f72)) {}
+      : Furnisher(hashed(seed, 0x61706172)), mirror_random_(hashed(seed, 0x6d6972726f72)) {}
 
   Scene furnished() {
     make_rooms();
@@ -41,22 +40,6 @@ class Apartment : private SceneBuilder {
   }
 
  private:
-  std::int32_t oak() {
-    return add(Pattern::wood, {linear_from_srgb(196, 152, 100), linear_from_srgb(120, 78, 44), vec3(0.1F)});
-  }
-
-  std::int32_t poster() { return add(Pattern::poster, {dye(), dye(), dye()}); }
-
-  void legs(dvec2 middle, dvec2 size, double height, double thick, std::int32_t material) {
-    for (const double x : {-0.5, 0.5}) {
-      for (const double y : {-0.5, 0.5}) {
-        const dvec2 inset = size - thick - 0.04;
-        Block& leg = box(middle + dvec2(x, y) * inset, 0, {thick, thick, height + kSink}, material);
-        leg.parts[0].material[5] = kOpen;  // it ends inside the top
-      }
-    }
-  }
-
   // ---- The rooms.
 
   void make_rooms() {
@@ -90,8 +73,8 @@ class Apartment : private SceneBuilder {
   void make_lights() {
     const vec3 warm(1.0F, 0.86F, 0.68F);
     const vec3 day(0.72F, 0.86F, 1.0F);
-    ceiling_panel({2.5, 2.0}, {1.1, 0.7}, kLampRadiance * warm);
-    ceiling_panel({7.0, 2.1}, {0.8, 0.6}, kLampRadiance * warm);
+    ceiling_panel({2.5, 2.0}, {1.1, 0.7}, kCeiling, kLampRadiance * warm);
+    ceiling_panel({7.0, 2.1}, {0.8, 0.6}, kCeiling, kLampRadiance * warm);
     scene_.lights.push_back({{2.5F, 4.36F, 0.95F}, {1.6F, 0, 0}, {0, 0, 1.2F}, 3.6F * day});   // shines towards -y
     scene_.lights.push_back({{8.76F, 2.9F, 0.95F}, {0, -1.3F, 0}, {0, 0, 1.2F}, 4.0F * day});  // shines towards -x
     scene_.ambient_above = {0.18F, 0.18F, 0.19F};
@@ -100,20 +83,6 @@ class Apartment : private SceneBuilder {
         add(Pattern::wood, {linear_from_srgb(230, 226, 216), linear_from_srgb(206, 198, 184), vec3(0.1F)});
     box({3.3, 4.33}, 0.95, {0.05, 0.04, 1.2 + kSink}, bars).parts[0].material[5] = kOpen;
     box({8.73, 2.25}, 0.95, {0.04, 0.05, 1.2 + kSink}, bars).parts[0].material[5] = kOpen;
-  }
-
-  void ceiling_panel(dvec2 middle, dvec2 size, const vec3& radiance) {
-    const double bottom = kCeiling - 0.05;
-    const std::int32_t rim = add_metal(vec3(0.7F), 0.2F);
-    const std::int32_t glow = add_emission(Pattern::plain, radiance / kLampRadiance, vec3(1.0F), 2);
-    Block& panel = board(middle, bottom, {size.x, size.y, 0.1}, rim);
-    panel.parts[0].material[4] = glow;
-    panel.parts[0].material[5] = kOpen;
-    const dvec2 low = middle - 0.5 * size;
-    scene_.lights.push_back({vec3(low.x, low.y, bottom - 0.003),
-                             {0, static_cast<float>(size.y), 0},
-                             {static_cast<float>(size.x), 0, 0},
-                             radiance});
   }
 
   // ---- The living room.
@@ -134,8 +103,6 @@ class Apartment : private SceneBuilder {
     hang({5.2, 3.45, 1.5}, {1.1, 0.8}, 0, print_page(), frame);
     hang({1.3, 4.2, 1.55}, {0.9, 0.7}, 2, poster(), frame);
   }
-
-  std::int32_t print_page() { return add(Pattern::print, {vec3(0.75F, 0.73F, 0.66F), dye(), dye() * 0.3F}, 0.11F); }
 
   void sofa(dvec2 at) {
     const std::int32_t cloth = add(Pattern::fabric, {dye(), dye(), dye()});
@@ -163,12 +130,6 @@ class Apartment : private SceneBuilder {
     }
   }
 
-  void book_lying(dvec2 at, double bottom, double yaw) {
-    Block& book = box(at, bottom, {0.24, 0.17, 0.035}, matte(vec3(0.7F, 0.68F, 0.6F)), yaw);
-    book.parts[0].material[5] = poster();
-    book.parts[0].material[2] = matte(dye());
-  }
-
   void bookshelf(dvec2 at) {
     const std::int32_t wood = oak();
     const double width = 1.5;
@@ -181,22 +142,6 @@ class Apartment : private SceneBuilder {
       const double z = 0.03 + pitch * shelf - (shelf == 5 ? 0.01 : 0);
       board(at, z, {depth - 0.004, width - 0.02, 0.03}, wood);
       if (shelf < 5) fill_shelf(at, z + 0.03, 0.5 * width - 0.03, pitch - 0.06);
-    }
-  }
-
-  void fill_shelf(dvec2 at, double bottom, double half_width, double tallest) {
-    double y = -half_width;
-    while (y < half_width - 0.12) {
-      const double thick = random_.uniform(0.035, 0.09);
-      const double high = tallest * random_.uniform(0.65, 0.95);
-      if (random_.uniform() < 0.88F) {
-        const std::int32_t spine = add(Pattern::book, {dye(), dye(), dye() * 0.3F + 0.5F});
-        const std::int32_t cover = matte(scene_.materials.back().colors[0]);
-        Block& book = box(at + dvec2(random_.uniform(-0.03, 0.02), y + 0.5 * thick), bottom, {0.2, thick, high}, cover);
-        book.parts[0].material[1] = spine;
-        book.parts[0].material[5] = matte(vec3(0.7F, 0.68F, 0.6F));
-      }
-      y += thick + 0.004;
     }
   }
 
@@ -313,20 +258,6 @@ class Apartment : private SceneBuilder {
         add(Pattern::print, {vec3(0.08F), vec3(0.1F), vec3(0.02F)}, 0.035F));
     cylinder(at + dvec2(0.45, -0.1), 0.74, 0.045, 0.1, add(Pattern::bands, {dye(), dye(), dye()}, 0.04F), dark);
     chair(at + dvec2(0.1, -0.6), random_.uniform(0.15, 0.5));
-  }
-
-  void chair(dvec2 at, double yaw) {
-    const std::int32_t wood = oak();
-    const std::int32_t seat = add(Pattern::fabric, {dye(), dye(), dye()});
-    const dvec2 x(std::cos(yaw), std::sin(yaw));
-    const dvec2 y(-x.y, x.x);
-    for (const double i : {-0.19, 0.19}) {
-      for (const double j : {-0.19, 0.19}) {
-        box(at + i * x + j * y, 0, {0.04, 0.04, j < 0 ? 0.9 : 0.44}, wood, yaw);
-      }
-    }
-    board(at, 0.42, {0.44, 0.44, 0.06}, seat, yaw);
-    board(at - 0.19 * y, 0.62, {0.36, 0.025, 0.22}, wood, yaw);
   }
 
   void round_rug(dvec2 at) {

@@ -16,6 +16,8 @@ constexpr std::array kKinds{
     SynthKindRow{SynthKind::village, "village", "streets of houses under the sky, 60 units across",
                  SynthTrajectory::hilbert, synth::make_village},
     SynthKindRow{SynthKind::wall, "wall", "a house front in fine relief", SynthTrajectory::walk, synth::make_wall},
+    SynthKindRow{SynthKind::lab, "lab", "a cluttered room whose mesh is a noisy, incomplete scan",
+                 SynthTrajectory::walk, synth::make_lab},
 };
 
 constexpr std::array kTrajectories{
