@@ -88,8 +88,9 @@ struct Made {
   TemporaryFolder folder;
   std::string scene = (folder / "scene").string();
   std::string model = (folder / "model").string();
-  Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48",
-                            "--samples", "2", "--triangles", "3000", "--path-frames", "3", "--quiet"});
+  Outcome synth =
+      lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48", "--samples", "2",
+                "--triangles", "3000", "--path-frames", "3", "--test-views", "2", "--quiet"});
   Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
 };
 const Made& made() {
@@ -518,6 +519,16 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
   CHECK(options_beside(report)["exposure"] == "model");
   CHECK(names_in(folder.path()).size() == 4);
+  const Outcome tested = lumatlas({"validate", made().model, "--views", made().scene, "--test", made().scene + "/test",
+                                   "-o", (folder / "tested").string(), "--no-pictures", "--json", "--quiet"});
+  REQUIRE(tested.status == 0);
+  const nlohmann::json test_scores = nlohmann::json::parse(tested.out);
+  CHECK(test_scores["protocol"]["test"] == made().scene + "/test");
+  CHECK(test_scores["held"] == 2);
+  CHECK(test_scores["methods"]["store"]["raw"]["psnr"] > 10);  // as the random views of an apartment are to be known
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--test", made().scene + "/.", "-o",
+                          (folder / "same").string(), "--quiet"}),
+                "name other views as a test");
   check_interrupted({"validate", made().model, "--views", made().scene, "-o", (folder / "cut").string()},
                     folder.path());
 }

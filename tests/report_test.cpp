@@ -133,9 +133,12 @@ TEST_CASE("each protocol is told in a sentence") {
       report_page(report),
       "Of every 8 photographs by name one was held out, so its neighbours are known: 3 views are scored, 21 other "
       "photographs could be learned from."));
-  report.hold = 5;
-  report.block = 40;
+  report.protocol = HoldOut{5, 40};
   CHECK(holds(report_page(report), "Whole runs of 40 photographs were held out, one run of every 5"));
+  report.protocol.reset();
+  report.test = "a<b";
+  CHECK(holds(report_page(report), "The views of a&lt;b, none of them in the scene: 3 views are scored, 21 other"));
+  CHECK(report_json(report)["protocol"] == nlohmann::json{{"test", "a<b"}});
 }
 
 TEST_CASE("the page needs no network") {

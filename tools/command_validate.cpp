@@ -29,7 +29,7 @@ namespace {
 using nlohmann::json;
 
 struct ValidateFlags {
-  std::filesystem::path model, views, path, output;
+  std::filesystem::path model, views, test, path, output;
   HoldFlags hold;
   BlendFlags blend;
   std::vector<std::string> baselines{"unbounded", "vertex"};
@@ -47,9 +47,9 @@ std::filesystem::path report_of(const std::filesystem::path& model) {
   return model.parent_path() / (model.stem().string() + "-report");
 }
 
-// The protocol that was asked for, else the one that the model was built with.
-HoldOut protocol(const ValidateFlags& flags, const json& built) {
-  if (const std::optional<HoldOut> asked = flags.hold.protocol()) return *asked;
+// The protocol that was asked for, else the one that the model was built with: none if it was built from every view.
+std::optional<HoldOut> protocol(const ValidateFlags& flags, const json& built) {
+  if (const std::optional<HoldOut> asked = flags.hold.protocol()) return asked;
   if (!built.contains("hold_out")) {
     throw InputError(flags.model.string() +
                      ": does not say which views were held out: name a model that `lumatlas build` wrote, or give the "
@@ -58,10 +58,13 @@ HoldOut protocol(const ValidateFlags& flags, const json& built) {
   const json& recorded = built["hold_out"];
   if (recorded.is_object() && recorded.value("hold", json()).is_number_unsigned() &&
       recorded.value("block", json()).is_number_unsigned()) {
-    return {recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
+    return HoldOut{recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
   }
-  throw InputError(flags.model.string() +
-                   ": was built from every view, so none is left to score: build it with --hold 8, for example");
+  if (!flags.test.empty()) return std::nullopt;
+  throw InputError(
+      flags.model.string() +
+      ": was built from every view, so none is left to score: build it with --hold 8, for example, or name others "
+      "with --test");
 }
 
 // Frames in the order of their names.
@@ -103,8 +106,13 @@ std::string speed_text(const json& speed) {
 
 void print_table(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
-  std::cout << report.views.size() << " held-out views (--hold " << report.hold << " --block " << report.block << ")\n"
-            << "                raw            fitted           aligned      textured    seams  flicker\n"
+  std::cout << report.views.size();
+  if (report.test.empty()) {
+    std::cout << " held-out views (--hold " << report.protocol->hold << " --block " << report.protocol->block << ")\n";
+  } else {
+    std::cout << " views of " << report.test << '\n';
+  }
+  std::cout << "                raw            fitted           aligned      textured    seams  flicker\n"
             << std::fixed;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const MethodScores& m = means[i];
@@ -144,6 +152,7 @@ void run(const ValidateFlags& flags) {
   const Model model = read_model(flags.model);
   options.validity = model.validity;
   const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);
+  if (!flags.test.empty()) options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
   if (!flags.path.empty()) options.path = read_path(flags.path, model.snapshot.surface->offset);
   const EglContext context;
   Report report = validate_model(model.snapshot, scene, context, options, output.path());
@@ -161,6 +170,7 @@ void run(const ValidateFlags& flags) {
   json effective = flags.blend.json();
   effective["command"] = "validate";
   effective["views"] = flags.views.string();
+  if (!flags.test.empty()) effective["test"] = flags.test.string();
   if (!flags.path.empty()) effective["path"] = flags.path.string();
   effective["protocol"] = scores["protocol"];
   effective["built_with"] = built;
@@ -183,6 +193,9 @@ void add_validate_command(CLI::App& program) {
   command->add_option("--views", flags->views, "COLMAP workspace that the model was built from")->required();
   command->add_option("-o,--output", flags->output,
                       "Folder of the report; without it, report/ in the model, or NAME-report beside NAME.glb");
+  command->add_option("--test", flags->test,
+                      "COLMAP workspace of other views of the same scene, as synth's --test-views writes it: score all "
+                      "of them instead of held-out ones");
   command->add_option("--path", flags->path,
                       "COLMAP workspace of consecutive frames with their true pictures, by name, as synth's "
                       "--path-frames writes it: also measure flicker along them");

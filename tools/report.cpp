@@ -78,7 +78,10 @@ void write_report(const std::filesystem::path& path, const Report& report) {
 
 nlohmann::json report_json(const Report& report) {
   check(report);
-  nlohmann::json json = {{"protocol", {{"hold", report.hold}, {"block", report.block}}}, {"held", report.views.size()}};
+  nlohmann::json protocol = nlohmann::json::object();
+  if (report.protocol) protocol = {{"hold", report.protocol->hold}, {"block", report.protocol->block}};
+  if (!report.test.empty()) protocol["test"] = report.test;
+  nlohmann::json json = {{"protocol", protocol}, {"held", report.views.size()}};
   const std::vector<MethodScores> means = method_means(report);
   json["methods"] = nlohmann::json::object();
   for (std::size_t method = 0; method < means.size(); ++method) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tools/flicker.h"
+#include "tools/scene.h"
 #include "tools/scores.h"
 
 namespace lumatlas {
@@ -50,13 +51,13 @@ struct ReportMethod {
 };
 
 struct Report {
-  std::string title;  // of the page: the scene's name
-  std::size_t hold = 8;
-  std::size_t block = 1;
-  std::size_t input_views = 0;                             // that the methods learned from
-  std::vector<ReportMethod> methods;                       // the one to look at first comes first
-  std::vector<ReportView> views;                           // that were scored
-  std::vector<ReportRefinement> refinements;               // of the views that the model was built from
+  std::string title;                            // of the page: the scene's name
+  std::optional<HoldOut> protocol = HoldOut();  // which views were left out, if any
+  std::string test;                             // the workspace all of whose views are scored; empty: those left out
+  std::size_t input_views = 0;                  // that the methods learned from
+  std::vector<ReportMethod> methods;            // the one to look at first comes first
+  std::vector<ReportView> views;                // that were scored
+  std::vector<ReportRefinement> refinements;    // of the views that the model was built from
   std::vector<std::pair<std::string, std::string>> facts;  // more to tell about the run: what, value
 };
 
@@ -75,10 +76,11 @@ void check(const Report& report);
 // report_page into a file, which appears complete or not at all. Throws InputError if it cannot be written.
 void write_report(const std::filesystem::path& path, const Report& report);
 
-// {"protocol": {"hold", "block"}, "held": views, "methods": {NAME: MEANS}, "views": [{"name", "methods": {NAME:
+// {"protocol": {"hold", "block", "test"}, "held": views, "methods": {NAME: MEANS}, "views": [{"name", "methods": {NAME:
 // SCORES}}]} with MEANS = {"raw": {"psnr", "ssim"}, "fitted", "aligned", "textured", "seams", "flicker": {"rms",
-// "worst", "followed"}}, of which those that were not measured are absent; SCORES likewise with "gain" and "pixels",
-// without "seams" and "flicker". Numbers are as in json_number; an infinite PSNR is kPsnrOfIdentical.
+// "worst", "followed"}}, of which those that were not measured are absent, as are those of the protocol that do not
+// apply; SCORES likewise with "gain" and "pixels", without "seams" and "flicker". Numbers are as in json_number; an
+// infinite PSNR is kPsnrOfIdentical.
 [[nodiscard]] nlohmann::json report_json(const Report& report);
 
 }  // namespace lumatlas

@@ -57,12 +57,15 @@ std::string count_of(std::size_t count, const std::string& noun) {
 std::string protocol_sentence(const Report& report) {
   const std::string counts = count_of(report.views.size(), "view") + " are scored, " +
                              count_of(report.input_views, "other photograph") + " could be learned from.";
-  if (report.block == 1) {
-    return "Of every " + std::to_string(report.hold) +
+  if (!report.test.empty())
+    return "The views of " + html_escaped(report.test) + ", none of them in the scene: " + counts;
+  const HoldOut& protocol = report.protocol.value();
+  if (protocol.block == 1) {
+    return "Of every " + std::to_string(protocol.hold) +
            " photographs by name one was held out, so its neighbours are known: " + counts;
   }
-  return "Whole runs of " + std::to_string(report.block) + " photographs were held out, one run of every " +
-         std::to_string(report.hold) + ", and up to three of each run are scored as new viewpoints: " + counts;
+  return "Whole runs of " + std::to_string(protocol.block) + " photographs were held out, one run of every " +
+         std::to_string(protocol.hold) + ", and up to three of each run are scored as new viewpoints: " + counts;
 }
 
 std::string score_sentences(bool aligned) {

@@ -106,9 +106,12 @@ void SceneBuilder::convex(Convex body, dvec3 origin, double yaw) {
   scene_.solids.emplace_back(std::move(body));
 }
 
-void SceneBuilder::convex_of(Convex body, dvec3 origin, Pattern pattern, const Colors& colors, float scale) {
+void SceneBuilder::convex_of(Convex body, dvec3 origin, Pattern pattern, const Colors& colors, float scale,
+                             float softness) {
   for (ConvexSide& side : body.sides) {
-    if (side.material != kOpen) side.material = add(pattern, colors, scale);
+    if (side.material == kOpen) continue;
+    side.material = add(pattern, colors, scale);
+    scene_.materials.back().softness = softness;
   }
   convex(std::move(body), origin);
 }

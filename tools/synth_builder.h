@@ -46,7 +46,8 @@ class SceneBuilder {
   void sphere(glm::dvec3 center, double radius, std::int32_t material);
   void convex(Convex body, glm::dvec3 origin, double yaw = 0);
   // The same with a material of its own on each side, all of them like `pattern`: no two sides look alike.
-  void convex_of(Convex body, glm::dvec3 origin, Pattern pattern, const Colors& colors, float scale);
+  void convex_of(Convex body, glm::dvec3 origin, Pattern pattern, const Colors& colors, float scale,
+                 float softness = 0);
 
   // ---- Light in the open.
 

@@ -286,12 +286,19 @@ vec3 stone_color(const Material& m, std::uint64_t hash) {
   return cell_value(hash, 3) < 0.15F ? glm::mix(color, 0.6F * hue(cell_value(hash, 4)), 0.45F) : color;
 }
 
+// How much a mark covers, in [0, 1], so far within its rim.
+float covered(const Material& m, float depth) {
+  if (m.softness <= 0) return depth > 0 ? 1.0F : 0.0F;
+  return glm::smoothstep(0.0F, m.softness, depth);
+}
+
 vec3 cobbles(const Material& m, vec2 st) {
   const Stone stone = stone_at(st, vec2(m.scale, 0.8F * m.scale), m.seed);
   const vec2 off = 2.0F * glm::abs(stone.local - 0.5F);
-  const vec2 fourth = off * off * off * off;
-  if (fourth.x + fourth.y > 0.8F) return m.colors[2];
-  return stone_color(m, stone.hash) * (0.85F + 0.15F * noise(st / (0.25F * m.scale), m.seed + 1));
+  const vec2 squared = off * off;
+  const float round = std::sqrt(std::sqrt(glm::dot(squared, squared)));  // 0 in the middle, 1 where stones meet
+  const vec3 color = stone_color(m, stone.hash) * (0.85F + 0.15F * noise(st / (0.25F * m.scale), m.seed + 1));
+  return glm::mix(m.colors[2], color, covered(m, 0.4F * m.scale * (0.946F - round)));
 }
 
 vec3 grass(const Material& m, vec2 st) {
@@ -300,26 +307,30 @@ vec3 grass(const Material& m, vec2 st) {
   const vec2 grid = st / m.scale;
   const vec2 cell = glm::floor(grid);
   const std::uint64_t h = cell_hash(m.seed + 5, cell.x, cell.y);
+  if (cell_value(h, 0) >= 0.5F) return base;
   const vec2 middle(0.25F + 0.5F * cell_value(h, 1), 0.25F + 0.5F * cell_value(h, 2));
-  const bool flower = cell_value(h, 0) < 0.5F && glm::length(grid - cell - middle) < 0.1F + 0.12F * cell_value(h, 3);
-  return flower ? 0.15F + 0.55F * hue(cell_value(h, 4)) : base;
+  const float depth = m.scale * (0.1F + 0.12F * cell_value(h, 3) - glm::length(grid - cell - middle));
+  return glm::mix(base, 0.15F + 0.55F * hue(cell_value(h, 4)), covered(m, depth));
 }
 
 vec3 bricks(const Material& m, vec2 st) {
   const vec2 size(m.scale, 0.36F * m.scale);
   const Stone brick = stone_at(st, size, m.seed);
   const vec2 edge = glm::min(brick.local, 1.0F - brick.local) * size;
-  if (std::min(edge.x, edge.y) < 0.025F * m.scale) return m.colors[2] * (0.8F + 0.2F * noise(st / 0.02F, m.seed));
   const float coarse = 0.8F + 0.2F * noise(st / (0.12F * m.scale), m.seed + 1);
-  return stone_color(m, brick.hash) * coarse * (0.8F + 0.2F * noise(st / (0.03F * m.scale), m.seed + 2));
+  const float fine = 0.8F + 0.2F * noise(st / (0.03F * m.scale), m.seed + 2);
+  const float cover = covered(m, std::min(edge.x, edge.y) - 0.025F * m.scale);
+  return glm::mix(m.colors[2], stone_color(m, brick.hash) * coarse, cover) * fine;
 }
 
 vec3 shingles(const Material& m, vec2 st) {
-  const Stone tile = stone_at(st, vec2(m.scale, 0.9F * m.scale), m.seed);
-  const float aside = 2 * tile.local.x - 1;
-  const float rim = 0.3F * aside * aside;  // the lower edge is round
-  if (tile.local.y < rim + 0.06F || std::abs(aside) > 0.94F) return m.colors[2];
-  return stone_color(m, tile.hash) * (1.0F - 0.35F * tile.local.y);
+  const vec2 size(m.scale, 0.9F * m.scale);
+  const Stone tile = stone_at(st, size, m.seed);
+  const float aside = std::abs(2 * tile.local.x - 1);
+  const float rim = 0.3F * aside * aside + 0.06F;  // the lower edge is round
+  const float depth =
+      std::min({size.y * (tile.local.y - rim), 0.5F * size.x * (0.94F - aside), size.y * (1 - tile.local.y)});
+  return glm::mix(m.colors[2], stone_color(m, tile.hash) * (1.0F - 0.35F * tile.local.y), covered(m, depth));
 }
 
 vec3 foliage(const Material& m, vec2 st) {
@@ -332,9 +343,9 @@ vec3 foliage(const Material& m, vec2 st) {
     const vec2 local = grid - cell - vec2(0.4F + 0.2F * cell_value(h, 2), 0.4F + 0.2F * cell_value(h, 3));
     const vec2 turned(std::cos(angle) * local.x + std::sin(angle) * local.y,
                       std::cos(angle) * local.y - std::sin(angle) * local.x);
-    if (glm::length(turned * vec2(2.2F, 4.2F)) < 0.9F) {
-      color = glm::mix(m.colors[0], m.colors[1], cell_value(h, 4)) * (0.8F + 0.35F * (turned.y > 0 ? 1.0F : 0.0F));
-    }
+    const float depth = m.scale * (0.9F - glm::length(turned * vec2(2.2F, 4.2F))) / 4.2F;
+    const vec3 leaf = glm::mix(m.colors[0], m.colors[1], cell_value(h, 4));
+    color = glm::mix(color, leaf * (0.8F + 0.35F * glm::smoothstep(-0.05F, 0.05F, turned.y)), covered(m, depth));
   }
   return color;
 }

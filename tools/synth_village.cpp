@@ -58,8 +58,15 @@ class Village : private SceneBuilder {
   }
 
  private:
+  // Marks that fade over `softness`, so that a pixel of 0.1 units does them justice.
+  std::int32_t add_soft(Pattern pattern, const Colors& colors, float scale, float softness) {
+    const std::int32_t id = add(pattern, colors, scale);
+    scene_.materials.back().softness = softness;
+    return id;
+  }
+
   Colors earthy() { return {tone(196, 170, 140), tone(150, 122, 98), tone(96, 84, 76)}; }
-  Colors leafy() { return {tone(96, 140, 52), tone(150, 176, 72), tone(44, 76, 36)}; }
+  Colors leafy() { return {tone(96, 140, 52), tone(140, 166, 72), tone(70, 106, 46)}; }
 
   void make_ground() {
     Block ground;
@@ -76,9 +83,11 @@ class Village : private SceneBuilder {
   }
 
   std::int32_t ground_of(bool street, bool market) {
-    if (market) return add(Pattern::tiles, {tone(190, 176, 150), tone(140, 128, 112), dye() * 0.8F}, 1.4F);
-    if (street) return add(Pattern::cobbles, {tone(150, 142, 132), tone(104, 98, 94), tone(66, 62, 58)}, 0.7F);
-    return add(Pattern::grass, {tone(70, 116, 44), tone(130, 156, 70), vec3(0.1F)}, 1.1F);
+    if (market)
+      return add_soft(Pattern::cobbles, {tone(200, 186, 160), tone(158, 146, 128), tone(120, 110, 96)}, 2.4F, 0.4F);
+    if (street)
+      return add_soft(Pattern::cobbles, {tone(150, 142, 132), tone(112, 106, 100), tone(88, 84, 80)}, 1.5F, 0.35F);
+    return add_soft(Pattern::grass, {tone(80, 120, 50), tone(130, 156, 70), vec3(0.1F)}, 2.4F, 0.3F);
   }
 
   void make_light() {
@@ -121,7 +130,7 @@ class Village : private SceneBuilder {
     }
   }
 
-  std::int32_t stone_wall() { return add(Pattern::cobbles, earthy(), 0.5F); }
+  std::int32_t stone_wall() { return add_soft(Pattern::cobbles, earthy(), 0.9F, 0.2F); }
 
   // ---- Houses.
 
@@ -142,15 +151,15 @@ class Village : private SceneBuilder {
   void make_walls(const Frame& frame, dvec2 size, double height) {
     const std::uint32_t style = random_.below(3);
     const vec3 paint = 0.35F + 0.45F * dye();
-    const vec3 other = 0.25F * paint + 0.3F * dye();
     Block& walls = box(frame.at, 0, dvec3(size, height), 0, frame.yaw);
     walls.parts[0].material[5] = kOpen;  // under the roof
     for (const int side : {0, 1, 2, 3}) {
       std::int32_t& material = walls.parts[0].material[side];
-      if (style == 0) material = add(Pattern::plaster, {paint, paint, paint}, 6);
-      if (style == 1)
-        material = add(Pattern::bricks, {tone(176, 98, 74), tone(136, 70, 56), tone(190, 180, 168)}, 0.9F);
-      if (style == 2) material = add(Pattern::wallpaper, {paint, 0.8F * paint, other}, 1.2F);
+      if (style == 0) material = add_soft(Pattern::cobbles, {paint, 0.8F * paint, 0.65F * paint}, 1.8F, 0.35F);
+      if (style == 1) {
+        material = add_soft(Pattern::bricks, {tone(176, 104, 80), tone(146, 80, 64), tone(186, 150, 130)}, 2, 0.25F);
+      }
+      if (style == 2) material = add_soft(Pattern::shingles, {paint, 0.85F * paint, 0.6F * paint}, 1.6F, 0.35F);
     }
   }
 
@@ -158,15 +167,19 @@ class Village : private SceneBuilder {
     constexpr double kOverhang = 0.8;  // both sides together
     const double rise = random_.uniform(1.7, 2.5);
     const std::uint32_t style = random_.below(2);
-    const Colors clay = style == 0 ? Colors{tone(186, 92, 60), tone(146, 66, 46), tone(78, 40, 30)}
-                                   : Colors{tone(110, 116, 130), tone(76, 82, 96), tone(44, 46, 56)};
-    const std::int32_t gable = add(Pattern::wood, {tone(150, 112, 74), tone(104, 74, 48), vec3(0.1F)}, 6);
-    Convex roof = gable_roof(size + kOverhang, rise, add(Pattern::shingles, clay, 0.7F), gable);
-    roof.sides[1].material = add(Pattern::shingles, clay, 0.7F);
-    roof.sides[3].material = add(Pattern::wood, {tone(150, 112, 74), tone(104, 74, 48), vec3(0.1F)}, 6);
+    const Colors clay = style == 0 ? Colors{tone(186, 96, 66), tone(156, 76, 54), tone(112, 58, 44)}
+                                   : Colors{tone(116, 122, 136), tone(88, 94, 108), tone(64, 68, 80)};
+    const Colors boards{tone(160, 124, 86), tone(128, 96, 66), tone(104, 78, 54)};
+    const auto gable = [&] { return add_soft(Pattern::bricks, boards, 2.4F, 0.3F); };
+    const auto slope = [&] { return add_soft(Pattern::shingles, clay, 1.5F, 0.3F); };
+    const std::int32_t first_slope = slope();
+    Convex roof = gable_roof(size + kOverhang, rise, first_slope, gable());
+    roof.sides[1].material = slope();
+    roof.sides[3].material = gable();
     convex(roof, dvec3(frame.at, height - kSink), frame.yaw);
     const dvec2 chimney(0.28 * size.x, random_.uniform() < 0.5F ? -0.2 * size.y : 0.2 * size.y);
-    const std::int32_t brick = add(Pattern::bricks, {tone(160, 84, 66), tone(116, 60, 50), tone(180, 170, 160)}, 0.5F);
+    const std::int32_t brick =
+        add_soft(Pattern::bricks, {tone(160, 90, 72), tone(130, 72, 60), tone(170, 140, 124)}, 1.2F, 0.15F);
     box(frame.placed(chimney), height + 0.3 * rise, {0.6, 0.6, 0.9 * rise}, brick, frame.yaw);
   }
 
@@ -188,15 +201,18 @@ class Village : private SceneBuilder {
     }
   }
 
-  // Glass with a curtain behind it.
+  // Glass in lead.
   std::int32_t pane() {
     const vec3 shade = 0.06F + 0.3F * dye();
-    return add_glossy(Pattern::bands, {shade, 0.5F * shade, dye() * 0.5F}, 0.35F, 0.08F);
+    const std::int32_t id = add_glossy(Pattern::cobbles, {shade, 0.6F * shade, 0.4F * shade}, 0.6F, 0.08F);
+    scene_.materials.back().softness = 0.15F;
+    return id;
   }
 
   // A frame in a wall with something in it, towards `side`; half of its depth is in the wall.
   void open_wall(const Frame& frame, int side, double bottom, dvec3 size, std::int32_t leaf) {
-    const std::int32_t rim = add(Pattern::wood, {tone(220, 212, 196), tone(180, 168, 148), vec3(0.1F)}, 4);
+    const vec3 paint = tone(200, 190, 172);
+    const std::int32_t rim = add_soft(Pattern::cobbles, {paint, 0.8F * paint, 0.8F * paint}, 0.8F, 0.2F);
     if (side / 2 == 0) std::swap(size.x, size.y);
     Block& block = board(frame.at, bottom, size, rim, frame.yaw);
     block.parts[0].material[side ^ 1] = kOpen;
@@ -216,8 +232,8 @@ class Village : private SceneBuilder {
   }
 
   void make_trunk(dvec2 at, double height) {
-    const Colors bark{tone(120, 92, 66), tone(84, 62, 46), vec3(0.05F)};
-    convex_of(frustum({8, 0.22, 0.16, height}, 0, kOpen, kOpen), dvec3(at, -kSink), Pattern::wood, bark, 3);
+    const Colors bark{tone(120, 92, 66), tone(94, 72, 54), tone(80, 60, 46)};
+    convex_of(frustum({8, 0.22, 0.16, height}, 0, kOpen, kOpen), dvec3(at, -kSink), Pattern::bricks, bark, 0.6F, 0.15F);
   }
 
   // A ball of flat sides, `high` times as high as wide.
@@ -235,21 +251,21 @@ class Village : private SceneBuilder {
     const double height = random_.uniform(1.4, 2);
     const double radius = random_.uniform(1, 1.35);
     make_trunk(at, height + 0.5);
-    convex_of(crown(radius, 1.15), dvec3(at, height + 1.1 * radius), Pattern::foliage, leafy(), 0.6F);
+    convex_of(crown(radius, 1.15), dvec3(at, height + 1.1 * radius), Pattern::foliage, leafy(), 1.2F, 0.2F);
   }
 
   void make_fir(dvec2 at) {
     make_trunk(at, 1.1);
-    const Colors needles{tone(40, 92, 62), tone(76, 126, 76), tone(24, 56, 40)};
+    const Colors needles{tone(50, 100, 70), tone(76, 126, 76), tone(40, 80, 58)};
     for (const double step : {0.0, 1.0, 2.0}) {  // each ends under the next one's bottom
       const FrustumSize size{9, 1.3 - 0.3 * step, step < 2 ? 0.6 - 0.2 * step : 0, step < 2 ? 1 : 1.5};
-      convex_of(frustum(size, 0, 0, kOpen), dvec3(at, 0.9 + (1 - kSink) * step), Pattern::foliage, needles, 0.5F);
+      convex_of(frustum(size, 0, 0, kOpen), dvec3(at, 0.9 + (1 - kSink) * step), Pattern::foliage, needles, 1, 0.2F);
     }
   }
 
   void make_bush(dvec2 at) {
     const double radius = random_.uniform(0.6, 0.9);
-    convex_of(crown(radius, 0.8), dvec3(at, 0.5 * radius), Pattern::foliage, leafy(), 0.5F);
+    convex_of(crown(radius, 0.8), dvec3(at, 0.5 * radius), Pattern::foliage, leafy(), 1, 0.2F);
   }
 
   // ---- The market place, between the streets' inner lines.
@@ -266,9 +282,9 @@ class Village : private SceneBuilder {
   }
 
   void make_fountain(dvec2 at) {
-    const std::int32_t rim = add(Pattern::cobbles, earthy(), 0.5F);
+    const std::int32_t rim = stone_wall();
     const std::int32_t water =
-        add_glossy(Pattern::tiles, {tone(70, 130, 150), tone(90, 150, 166), dye() * 0.5F}, 0.6F, 0.15F);
+        add_glossy(Pattern::cobbles, {tone(70, 130, 150), tone(90, 150, 166), tone(60, 110, 130)}, 1, 0.15F);
     cylinder(at, 0, 1.7, 0.6, rim, water);
     cylinder(at, 0.6, 0.28, 1.5, add(Pattern::bands, {dye(), dye(), dye()}, 0.4F), kOpen);
     sphere(dvec3(at, 2.4), 0.45, add(Pattern::globe, {dye(), dye(), dye()}));
@@ -276,17 +292,18 @@ class Village : private SceneBuilder {
 
   void make_tower(dvec2 at) {
     const std::int32_t base =
-        add(Pattern::bricks, {tone(200, 188, 164), tone(160, 146, 124), tone(110, 100, 88)}, 1.1F);
+        add_soft(Pattern::bricks, {tone(200, 188, 164), tone(170, 156, 134), tone(140, 128, 112)}, 2, 0.25F);
     Block& tower = box(at, 0, {3.4, 3.4, 7}, base);
     for (const int side : {1, 2, 3}) {
       tower.parts[0].material[side] =
-          add(Pattern::bricks, {tone(200, 188, 164), tone(160, 146, 124), tone(110, 100, 88)}, 1.1F);
+          add_soft(Pattern::bricks, {tone(200, 188, 164), tone(170, 156, 134), tone(140, 128, 112)}, 2, 0.25F);
     }
     tower.parts[0].material[5] = kOpen;
     Convex roof = frustum({4, 2.75, 0, 3}, 0, 0, kOpen);
     roof.yaw = 0.25 * kPi;
     for (ConvexSide& side : roof.sides) {
-      side.material = add(Pattern::shingles, {tone(90, 130, 120), tone(60, 100, 92), tone(36, 60, 56)}, 0.7F);
+      side.material =
+          add_soft(Pattern::shingles, {tone(90, 130, 120), tone(70, 110, 102), tone(56, 86, 80)}, 1.5F, 0.3F);
     }
     convex(roof, dvec3(at, 7 - kSink), 0.25 * kPi);
     for (const int side : {0, 1, 2, 3}) {
@@ -356,7 +373,7 @@ class Village : private SceneBuilder {
     scene_.flight = {{-kFlight, -kFlight, 13},
                      {2 * kFlight, 0, 0},
                      {0, 2 * kFlight, 0},
-                     {Gaze::Heading::ahead, 0, 0, 0.35, 29, -0.75, 0.12, 23}};
+                     {Gaze::Heading::ahead, 0, 0, 0.35, 29, -0.9, 0.12, 23}};
     scene_.orbit = {{0, 0, 1}, {25, 25}, 15};
     scene_.stay = {{-28, -28, 1.5}, {28, 28, 14}, -1.2, 0.1};
     scene_.clearance = 0.5;

@@ -306,11 +306,11 @@ class Wall : private SceneBuilder {
   void make_ivy() {
     for (const double stem : {-4.95, 1.65, 4.95}) {
       const double top = random_.uniform(4, 9);
-      for (int i = 0; i < 260; ++i) {
+      for (int i = 0; i < 500; ++i) {
         const double z = 0.9 + (top - 0.9) * random_.uniform(0, 1);
         const double reach = 0.62 * (1 - 0.6 * z / top) + 0.15;
         const dvec2 at(stem + reach * random_.uniform(-1, 1) + 0.15 * std::sin(2.3 * z), z);
-        const double size = random_.uniform(0.05, 0.1);
+        const double size = random_.uniform(0.06, 0.12);
         const bool in_course = std::abs(std::remainder(z, kStorey)) < 0.3;
         if (in_course || overlaps_opening(at - size, at + size, 0.25) || !place(at - size, at + size)) continue;
         make_leaf(at, size);

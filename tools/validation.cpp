@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 #include <set>
+#include <stdexcept>
 #include <string>
 
 #include "blend/renderer.h"
@@ -18,6 +19,24 @@
 namespace lumatlas {
 
 namespace {
+
+// What to learn from, by rank in the scene, and what to score, by rank in the test views if there are any.
+Split parts_of(const SceneViews& scene, const ValidationOptions& options) {
+  if (!options.test) {
+    if (!options.protocol) throw std::invalid_argument("validation: protocol is missing, must be given without test");
+    return split_to_score(scene, *options.protocol);
+  }
+  if (std::filesystem::equivalent(options.test->root, scene.root)) {
+    throw InputError(options.test->root.string() + ": is what the model was built from, name other views as a test");
+  }
+  if (options.test->views.empty()) throw InputError(options.test->root.string() + ": has no views to score");
+  Split parts;
+  if (options.protocol) parts.input = split(scene.views.size(), *options.protocol).input;
+  for (std::size_t rank = 0; !options.protocol && rank < scene.views.size(); ++rank) parts.input.push_back(rank);
+  parts.scored.resize(options.test->views.size());
+  std::iota(parts.scored.begin(), parts.scored.end(), std::size_t{0});
+  return parts;
+}
 
 // A held-out view that shows up in the model would be scored against itself.
 void require_unseen(const Snapshot& model, const SceneViews& scene, const Split& parts) {
@@ -160,15 +179,16 @@ std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<
 
 Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
                       const ValidationOptions& options, const std::filesystem::path& folder) {
-  const Split parts = split_to_score(scene, options.protocol);
+  const Split parts = parts_of(scene, options);
+  const SceneViews& unknown = options.test ? *options.test : scene;
   require_unseen(model, scene, parts);
   Report report;
   report.title = std::filesystem::canonical(scene.root).filename().string();  // also of "." and "scene/"
-  report.hold = options.protocol.hold;
-  report.block = options.protocol.block;
+  report.protocol = options.protocol;
+  if (options.test) report.test = options.test->root.string();
   report.input_views = parts.input.size();
-  report.views = report_views(scene, parts.scored, options, folder);
-  const MethodRun methods(*model.surface, scene, parts.scored, options, folder);
+  report.views = report_views(unknown, parts.scored, options, folder);
+  const MethodRun methods(*model.surface, unknown, parts.scored, options, folder);
   Renderer renderer(context);
   renderer.load(model);
   methods.run({"store", "the model: the views that the planner kept"}, renderer, report);

@@ -14,7 +14,8 @@
 namespace lumatlas {
 
 struct ValidationOptions {
-  HoldOut protocol;
+  std::optional<HoldOut> protocol = HoldOut();  // none: the model was built from every view; then `test` is needed
+  std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
   BlendOptions blend;
   ValidityOptions validity;        // of the unbounded baseline's masks
   bool unbounded = true;           // the baseline of all input views, which needs memory for all of them
@@ -28,7 +29,8 @@ struct ValidationOptions {
 // Renders every scored view, and the frames of the path, with each method ("store", "unbounded", "vertex"), writes the
 // pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL context
 // current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if nothing is
-// left to score.
+// left to score, or if the
+// test views are the scene itself; std::invalid_argument without protocol and test.
 [[nodiscard]] Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
                                     const ValidationOptions& options, const std::filesystem::path& folder);
 
