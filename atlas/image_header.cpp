@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4: orientation.
-// W3C PNG, third edition, section 5: chunks.
+// W3C PNG, third edition, section 5: chunks; annex D: their checksum.
 #include "atlas/image_header.h"
 
+#include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstring>
 #include <string>
@@ -79,6 +81,41 @@ std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 | bytes[3];
 }
 
+// CRC-32 of ISO 3309, byte by byte.
+class Checksum {
+ public:
+  void add(std::span<const std::uint8_t> bytes) {
+    for (const std::uint8_t byte : bytes) {
+      value_ ^= byte;
+      for (int bit = 0; bit < 8; ++bit) value_ = value_ & 1 ? value_ >> 1 ^ 0xedb88320u : value_ >> 1;
+    }
+  }
+  [[nodiscard]] std::uint32_t value() const { return ~value_; }
+
+ private:
+  std::uint32_t value_ = ~0u;
+};
+
+bool read_bytes(std::istream& file, std::span<std::uint8_t> bytes) {
+  return static_cast<bool>(
+      file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
+}
+
+// Whether the rest of a chunk, from its data on, is there and has the checksum of its type and data.
+bool chunk_is_sound(std::istream& file, std::span<const std::uint8_t> type, std::uint32_t length) {
+  Checksum checksum;
+  checksum.add(type);
+  std::array<std::uint8_t, 4096> buffer{};
+  while (length > 0) {
+    const std::span part = std::span(buffer).first(std::min<std::size_t>(length, buffer.size()));
+    if (!read_bytes(file, part)) return false;
+    checksum.add(part);
+    length -= static_cast<std::uint32_t>(part.size());
+  }
+  const std::span stored = std::span(buffer).first(4);
+  return read_bytes(file, stored) && u32_big_endian(stored.data()) == checksum.value();
+}
+
 }  // namespace
 
 std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
@@ -118,6 +155,19 @@ bool jpeg_is_complete(std::span<const std::uint8_t> bytes) {
     if (stands_alone(marker)) continue;
     if (at + 2 > bytes.size()) return false;
     at += static_cast<std::size_t>(bytes[at] << 8 | bytes[at + 1]);
+  }
+  return false;
+}
+
+bool png_header_is_sound(std::istream& file) {
+  file.ignore(8);  // the signature
+  std::array<std::uint8_t, 8> head{};
+  for (bool first = true; read_bytes(file, head); first = false) {
+    const std::uint32_t length = u32_big_endian(head.data());
+    const std::span type = std::span(head).subspan(4);
+    if (first != (std::memcmp(type.data(), "IHDR", 4) == 0)) return false;
+    if (std::memcmp(type.data(), "IDAT", 4) == 0) return true;
+    if (!chunk_is_sound(file, type, length)) return false;
   }
   return false;
 }

@@ -19,6 +19,10 @@ struct JpegHeader {
 // Nothing if there is no frame header before the first scan.
 [[nodiscard]] std::optional<JpegHeader> read_jpeg_header(std::istream& file);
 
+// Whether a PNG file is whole up to its first pixels, with the checksums that it must have: libpng tells the terminal,
+// and not only its caller, when it comes upon damage.
+[[nodiscard]] bool png_header_is_sound(std::istream& file);
+
 // Whether the whole file in `bytes` reaches its end marker. What follows that marker (padding, further pictures) is
 // free.
 [[nodiscard]] bool jpeg_is_complete(std::span<const std::uint8_t> bytes);

@@ -194,6 +194,9 @@ bool is_png(const OIIO::ImageInput& reader) {
 
 // Leaves a JPEG's reader closed, see image_header.h.
 Header checked_header(Source& source, OIIO::ImageInput& reader, Orientation orientation) {
+  if (is_png(reader) && !png_header_is_sound(*source.stream())) {
+    fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");
+  }
   if (!is_jpeg(reader)) open_image(source, reader);
   Header header = is_jpeg(reader) ? jpeg_header(source) : opened_header(source.path(), reader);
   check_size(source, header);

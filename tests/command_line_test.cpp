@@ -260,6 +260,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"render", made().model, "-o", out, "--orbit", "--frames", "0"},
       {"render", made().model, "-o", out, "--orbit", "--width", "65537"},
       {"render", made().model, "-o", out, "--orbit", "--height", "0"},
+      {"render", made().model, "-o", out, "--orbit", "--width", "65536", "--height", "65536"},
       {"render", made().model, "-o", out, "--orbit", "--fov", "nan"},
       {"render", made().model, "-o", out, "--orbit", "--fov", "171"},
       {"render", made().model, "-o", out, "--orbit", "--mode", "xray"},
@@ -431,6 +432,67 @@ TEST_CASE("a folder that is not an earlier output is refused and left as it is")
   check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
   CHECK(names_in(foreign.path()) == std::vector<std::string>{"letter.txt"});
+}
+
+TEST_CASE("an output that would take the place of its own input is refused, and the input left as it is") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "outer");
+  const std::string scene = (folder / "outer/scene").string(), model = (folder / "outer/model").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::copy(made().model, model, fs::copy_options::recursive);
+  fs::copy(fs::path(model) / "lumatlas.json", folder / "outer/lumatlas.json");  // an earlier output, by the look of it
+  fs::create_directory_symlink(scene, folder / "link");
+  const std::string outer = (folder / "outer").string(), link = (folder / "link").string();
+  const std::vector<std::string> before = names_in(scene), model_before = names_in(model);
+  const std::string part = "would be replaced, with the input ";
+  for (const std::string& out : {scene, scene + "/", link, outer}) {
+    CAPTURE(out);
+    check_failure(lumatlas({"build", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas({"render", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas({"validate", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
+  }
+  check_failure(lumatlas({"build", link, "-o", scene, "--quiet"}), part + link);
+  check_failure(lumatlas({"build", made().scene, "--mesh", scene + "/mesh.ply", "-o", outer}), part + scene);
+  check_failure(lumatlas({"render", model, "--orbit", "-o", model, "--quiet"}), part + model);
+  check_failure(lumatlas({"validate", model, "--views", scene, "-o", outer, "--quiet"}), part + model);
+  CHECK(names_in(scene) == before);
+  CHECK(names_in(model) == model_before);
+}
+
+TEST_CASE("spaces, other scripts and line breaks in names are names") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "my scene \xc3\xbc \xe2\x98\x83").string();
+  const std::string model = (folder / "ein modell \xc3\xbc").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  const Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
+  REQUIRE(build.status == 0);
+  CHECK_THAT(build.out, Catch::StartsWith(model + ": "));
+  const nlohmann::json inspected = nlohmann::json::parse(lumatlas({"inspect", scene, "--json", "--quiet"}).out);
+  CHECK(inspected["views"]["count"] == 12);
+  check_failure(lumatlas({"build", "no\nscene", "-o", model, "--quiet"}), "no scene: no such folder");
+}
+
+TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const std::string header = bytes_of(fs::path(made().scene) / "images/0001.png").substr(0, 33);
+  std::string other_size = bytes_of(fs::path(made().scene) / "images/0001.png");
+  other_size[19] = 1;  // and so another checksum than its own
+  for (const std::string& bytes : {std::string(), header.substr(0, 20), header, std::string("hello"), other_size}) {
+    CAPTURE(bytes.size());
+    const TemporaryFolder copy;
+    const std::string scene = (copy / "scene").string(), model = (copy / "model").string();
+    fs::copy(made().scene, scene, fs::copy_options::recursive);
+    fs::copy(made().model, model, fs::copy_options::recursive);
+    const fs::path photograph = fs::path(scene) / "images/0001.png";
+    std::ofstream(photograph, std::ios::binary) << bytes;
+    check_failure(lumatlas({"build", scene, "-o", out, "--quiet"}), photograph.string() + ": ");
+    check_failure(lumatlas({"inspect", scene, "--quiet"}), photograph.string() + ": ");
+    const fs::path stored = fs::path(model) / "images/00001.png";
+    std::ofstream(stored, std::ios::binary) << bytes;
+    check_failure(lumatlas({"render", model, "--orbit", "--mode", "depth", "-o", out, "--quiet"}), stored.string());
+  }
+  CHECK_FALSE(fs::exists(out));
 }
 
 TEST_CASE("a model that was built from every view is not validated, but built anew with advice") {

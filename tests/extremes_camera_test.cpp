@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <optional>
+#include <set>
 
 #include "blend/renderer.h"
 #include "mesh/visibility.h"
@@ -191,20 +192,23 @@ TEST_CASE("new viewpoints in odd places give a picture, each pixel of it black, 
   CHECK(std::all_of(away.state.begin(), away.state.end(), [](PixelState s) { return s == PixelState::empty; }));
 }
 
-TEST_CASE("the shader's pictures from odd places are finite, and like the CPU's where that is defined") {
+TEST_CASE("the shader's pictures from odd places are finite, and those from less odd ones are the CPU's") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const BuildResult result = built(six_views(), default_build());
   Renderer renderer(*context);
   renderer.load(result.snapshot);
-  const Surface& surface = *result.snapshot.surface;
-  std::size_t place = 0;
-  for (Camera camera : odd_places()) {
-    CAPTURE(place++);
-    camera.cam_from_world_translation += camera.cam_from_world_rotation * surface.offset;
+  const std::set<std::size_t> defined{0, 6, 8, 9, 10};  // elsewhere rounding, or the near plane, says what is visible
+  const std::vector<Camera> places = odd_places();
+  for (std::size_t place = 0; place < places.size(); ++place) {
+    CAPTURE(place);
+    Camera camera = places[place];
+    camera.cam_from_world_translation += camera.cam_from_world_rotation * result.snapshot.surface->offset;
     const LinearRendering linear = renderer.render_linear(camera, BlendOptions{});
     CHECK(linear.rgb.size() == 3 * std::size_t{camera.width} * camera.height);
     CHECK(std::all_of(linear.rgb.begin(), linear.rgb.end(), [](float v) { return std::isfinite(v) && v >= 0; }));
+    if (!defined.contains(place)) continue;
+    CHECK(share_different(renderer.render(camera, BlendOptions{}), pictured(result, places[place]), 3) < 0.05);
   }
 }
 

@@ -272,6 +272,18 @@ TEST_CASE("a file that is no photograph gets a sentence that says so") {
   check_both(folder.with_file("text.jpg", "hello, world"), no_image);
   check_both(folder.with_file("text.txt", "hello, world"), no_image);
   check_both(folder.with_file("text", "hello, world"), no_image);
+  const std::string unsound = "is damaged or cut off, a PNG without a sound header; copy it again";
+  const std::string signature = "\x89PNG\r\n\x1a\n";
+  CHECK_THROWS_WITH(photograph_size(folder.with_file("signature.png", signature)), Catch::EndsWith(unsound));
+  CHECK_THROWS_WITH(photograph_size(folder.with_file("claim.png", signature + "\xff\xff\xff\xffIHDRxx")),
+                    Catch::EndsWith(unsound));
+  write_image(folder / "whole.png", position_pattern(4, 3, 8));
+  const std::string whole = bytes_of(folder / "whole.png");
+  for (std::size_t byte = 8; byte < 33; ++byte) {  // IHDR, whatever bit of it is wrong
+    std::string damaged = whole;
+    damaged[byte] = static_cast<char>(damaged[byte] ^ 1 << byte % 8);
+    CHECK_THROWS_WITH(photograph_size(folder.with_file("damaged.png", damaged)), Catch::EndsWith(unsound));
+  }
   check_both(folder.with_file("frameless.jpg", "\xff\xd8\xff\xd9"),
              "is damaged or cut off, a JPEG without a frame header");
 }

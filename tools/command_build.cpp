@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <array>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -12,6 +13,7 @@
 #include "tools/coverage_flags.h"
 #include "tools/model_output.h"
 #include "tools/number_flags.h"
+#include "tools/output_folder.h"
 #include "tools/refinement_json.h"
 
 namespace lumatlas {
@@ -69,6 +71,11 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     options.tiles.tile_px = 0;
   }
   const std::uint64_t budget = flags.budget->count() > 0 ? bytes_of(size_bound(flags.budget_size), options.tiles) : 0;
+  if (tiles && flags.budget->count() > 0 && budget < slot_bytes(options.tiles)) {
+    throw CLI::ValidationError("--budget", "is " + std::to_string(budget) + " bytes, less than the " +
+                                               std::to_string(slot_bytes(options.tiles)) +
+                                               " of a single tile: give more, or smaller tiles (--tile)");
+  }
   options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
   if (tiles) options.array_bytes = budget;
   if (flags.views->count() > 0) return;
@@ -100,6 +107,7 @@ BuildOptions options_of(const BuildFlags& flags) {
 void run(const BuildFlags& flags) {
   const BuildOptions options = options_of(flags);
   const ImageCoding photographs = flags.image_coding();
+  check_apart(flags.output, std::array{flags.scene, flags.mesh});
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <iomanip>
@@ -149,6 +150,7 @@ void render(const RenderFlags& flags, const std::vector<Shot>& shots, FrameRende
 void run(const RenderFlags& flags) {
   flags.check();
   const FrameOptions options = flags.frame_options();
+  check_apart(flags.output, std::array{flags.model, flags.views, flags.path});
   OutputFolder folder(flags.output);
   PictureOutput output(folder.path(), flags.format, flags.frames_per_second);
   FirstPicture first(flags.verbose);

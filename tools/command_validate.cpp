@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -148,6 +149,7 @@ void run(const ValidateFlags& flags) {
   options.pictures = !flags.no_pictures;
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
+  check_apart(target, std::array{flags.model, flags.views, flags.path});
   OutputFolder output(target);
   const Model model = read_model(flags.model);
   options.validity = model.validity;

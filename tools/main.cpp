@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The program. Results go to stdout or files, progress and errors to stderr. Exit status: 0, 1 (it failed, one sentence
 // says why), 2 (wrong usage).
+#include <algorithm>
 #include <exception>
 #include <iostream>
 #include <new>
@@ -11,7 +12,10 @@
 
 namespace {
 
-int fail(const std::string& sentence) {
+// One line, whatever characters are in the name of a file.
+int fail(std::string sentence) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+  std::replace_if(sentence.begin(), sentence.end(), is_control, ' ');
   std::cerr << "lumatlas: " << sentence << '\n';
   return 1;
 }

@@ -126,6 +126,19 @@ void check_replaceable(const fs::path& folder) {
   }
 }
 
+void check_apart(const fs::path& output, std::span<const fs::path> inputs) {
+  const fs::path target = resolved(output);
+  for (const fs::path& input : inputs) {
+    if (input.empty()) continue;
+    std::error_code error;
+    const fs::path source = fs::weakly_canonical(fs::absolute(input), error);
+    if (error || std::mismatch(target.begin(), target.end(), source.begin(), source.end()).first != target.end()) {
+      continue;  // what cannot be resolved cannot be read either
+    }
+    refuse(target, "would be replaced, with the input " + input.string() + " in it: name another output");
+  }
+}
+
 bool exchange_folders(const fs::path& fresh, const fs::path& target) {
   if (renameat2(AT_FDCWD, fresh.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0) {
     return true;

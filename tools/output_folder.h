@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,10 @@ inline constexpr const char* kMarkerFile = "lumatlas.json";
 
 // A folder may be replaced if it is empty or holds a marker file. Throws InputError for any other existing path.
 void check_replaceable(const std::filesystem::path& folder);
+
+// Throws InputError if an output at `output` would take the place of one of the inputs, because it is that or a folder
+// around it. Empty paths among the inputs, for what was not given, are left out.
+void check_apart(const std::filesystem::path& output, std::span<const std::filesystem::path> inputs);
 
 class OutputFolder {
  public:

@@ -2,6 +2,7 @@
 #include "tools/render_flags.h"
 
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -11,6 +12,9 @@
 namespace lumatlas {
 
 namespace {
+
+constexpr std::uint64_t kMostPixels =
+    1u << 30;  // of a picture, which is in memory as a whole, with its depth and states
 
 const std::map<std::string, Mode>& modes() {
   static const std::map<std::string, Mode> names = {{"picture", Mode::picture},
@@ -111,6 +115,10 @@ void RenderFlags::add_to(CLI::App& command) {
 void RenderFlags::check() const {
   if (mode == Mode::error && views.empty()) {
     throw CLI::ValidationError("--mode", "error needs the photographs of --views");
+  }
+  if (std::uint64_t{width} * height > kMostPixels) {
+    throw CLI::ValidationError("--width", std::to_string(width) + " times --height " + std::to_string(height) +
+                                              " is more than 2^30 pixels, name a smaller picture");
   }
   if (!range.empty() && !has_range(mode)) {
     throw CLI::ValidationError("--range", name_of(modes(), mode) + " has none");
