@@ -2,8 +2,6 @@
 // Benchmark of rendering: milliseconds a picture for so many references per cell, with and without each step that is
 // there for speed alone, beside the straightforward loops. Needs saved models only, no photographs. A table in Markdown
 // goes to stdout; exit status as of lumatlas itself.
-#include <epoxy/gl.h>
-
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Error.hpp>
@@ -11,10 +9,7 @@
 #include <CLI/Validators.hpp>
 #include <algorithm>
 #include <array>
-#include <chrono>
-#include <ctime>
 #include <filesystem>
-#include <glm/glm.hpp>
 #include <iomanip>
 #include <iostream>
 #include <numeric>
@@ -24,8 +19,8 @@
 #include "atlas/model_file.h"
 #include "blend/renderer.h"
 #include "tools/bench_program.h"
+#include "tools/frame_time.h"
 #include "tools/number_flags.h"
-#include "tools/percentile.h"
 
 namespace lumatlas {
 
@@ -39,30 +34,6 @@ struct Flags {
   std::uint32_t pictures = 9;
   double border_width = BlendOptions{}.border_width;
 };
-
-// Half way between consecutive stored views in the direction of the first, evenly spaced over the store.
-std::vector<Camera> novel_cameras(const Snapshot& model, const Flags& flags) {
-  std::vector<Camera> stored;
-  for (const auto& view : model.views) {
-    if (view) stored.push_back(view->camera);
-  }
-  std::vector<Camera> cameras;
-  for (std::size_t i = 0; i < flags.pictures && !stored.empty(); ++i) {
-    const std::size_t at = i * stored.size() / flags.pictures;
-    Camera camera = stored[at];
-    const glm::dvec3 center = (camera.center() + stored[(at + 1) % stored.size()].center()) / 2.0;
-    camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
-    const double scale = static_cast<double>(flags.width) / camera.width;  // the same field of view across
-    camera.fx *= scale;
-    camera.fy *= scale;
-    camera.cx = flags.width / 2.0;
-    camera.cy = flags.height / 2.0;
-    camera.width = flags.width;
-    camera.height = flags.height;
-    cameras.push_back(camera);
-  }
-  return cameras;
-}
 
 // By cell, the stored views that see it, those with the most pixels on it first.
 std::vector<std::vector<std::uint32_t>> views_of_cells(const Snapshot& model) {
@@ -102,27 +73,6 @@ ReferenceTable every_view(const Snapshot& model) {
   return at_most(std::vector<std::vector<std::uint32_t>>(model.surface->cells.cells.size(), all), all.size());
 }
 
-// Of one picture, medians. A software driver's threads are this process's: with other work on the machine, the
-// processor's time is the figure to compare.
-struct Milliseconds {
-  double wall, processor;
-};
-
-Milliseconds milliseconds(Renderer& renderer, const std::vector<Camera>& cameras, const BlendOptions& blend) {
-  renderer.draw(cameras.front(), blend);  // the first picture of a size sets up
-  glFinish();
-  std::vector<double> wall, processor;
-  for (const Camera& camera : cameras) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::clock_t processor_start = std::clock();
-    renderer.draw(camera, blend);
-    glFinish();
-    wall.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-    processor.push_back(1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC);
-  }
-  return {percentile(wall, 0.5), percentile(processor, 0.5)};
-}
-
 struct Way {
   const char* name;
   RendererOptions steps;
@@ -146,7 +96,7 @@ void measure(const std::string& name, Snapshot model, const std::string& referen
     renderer.load(model);
     BlendOptions blend;
     blend.border_width = way.fading ? flags.border_width : 0;
-    const Milliseconds time = milliseconds(renderer, cameras, blend);
+    const FrameTime time = frame_time(renderer, cameras, blend);
     std::cout << " | " << time.wall << " / " << time.processor << std::flush;
   }
   std::cout << " |" << std::endl;
@@ -154,7 +104,7 @@ void measure(const std::string& name, Snapshot model, const std::string& referen
 
 void measure_model(const std::filesystem::path& path, const EglContext& context, const Flags& flags) {
   const Snapshot model = read_model(path).snapshot;
-  const std::vector<Camera> cameras = novel_cameras(model, flags);
+  const std::vector<Camera> cameras = cameras_between_views(model, flags.pictures, {flags.width, flags.height});
   if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
   const auto views = views_of_cells(model);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
@@ -7,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 #include "mesh/errors.h"
 #include "tools/blend_flags.h"
 #include "tools/commands.h"
+#include "tools/frame_time.h"
 #include "tools/model_output.h"
 #include "tools/output_folder.h"
 #include "tools/refinement_json.h"
@@ -32,6 +35,8 @@ struct ValidateFlags {
   std::vector<std::string> baselines{"unbounded", "vertex"};
   bool no_alignment = false;
   bool no_pictures = false;
+  std::size_t time_frames = 0;  // 0: no frame is timed
+  FrameSize frame_size;
   bool json_output = false;
   bool quiet = false;
 };
@@ -67,6 +72,33 @@ SceneViews read_path(const std::filesystem::path& folder, const glm::dvec3& offs
                      " frames, flicker needs at least 2: `lumatlas synth --path-frames` writes some");
   }
   return path;
+}
+
+// How long the model takes to be read, to be loaded to a renderer, and to be drawn from new places.
+json measured_speed(const Model& model, const ValidateFlags& flags, const EglContext& context) {
+  const std::vector<Camera> cameras = cameras_between_views(model.snapshot, flags.time_frames, flags.frame_size);
+  if (cameras.empty()) throw InputError(flags.model.string() + ": stores no view, there is no frame to time");
+  Renderer renderer(context);
+  const auto start = std::chrono::steady_clock::now();
+  renderer.load(model.snapshot);
+  const auto upload = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start);
+  const FrameTime time = frame_time(renderer, cameras, flags.blend.options());
+  return {{"frames", cameras.size()},
+          {"width", flags.frame_size.width},
+          {"height", flags.frame_size.height},
+          {"renderer", context.description()},
+          {"read_ms", model.times.tables + model.times.views},
+          {"upload_ms", upload.count()},
+          {"frame_ms", {{"median", time.wall}, {"p95", time.wall_p95}}},
+          {"frame_cpu_ms", {{"median", time.processor}, {"p95", time.processor_p95}}}};
+}
+
+std::string speed_text(const json& speed) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << speed["frame_ms"]["median"].get<double>() << " ms ("
+       << speed["frame_cpu_ms"]["median"].get<double>() << " ms of processor time), median of " << speed["frames"]
+       << " frames of " << speed["width"] << "x" << speed["height"];
+  return text.str();
 }
 
 void print_table(const Report& report) {
@@ -119,8 +151,12 @@ void run(const ValidateFlags& flags) {
   report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));
   report.facts.emplace_back("renderer", context.description());
   report.refinements = read_refinements(notes.plan);
+  json scores = report_json(report);
+  if (flags.time_frames > 0) {
+    scores["speed"] = measured_speed(model, flags, context);
+    report.facts.emplace_back("frame time", speed_text(scores["speed"]));
+  }
   write_report(output.path() / "index.html", report);
-  const json scores = report_json(report);
   write_json(output.path() / "scores.json", scores);
   json effective = flags.blend.json();
   effective["command"] = "validate";
@@ -133,6 +169,7 @@ void run(const ValidateFlags& flags) {
     std::cout << json_text(scores);
   } else {
     print_table(report);
+    if (flags.time_frames > 0) std::cout << "frame time: " << speed_text(scores["speed"]) << '\n';
   }
   if (!flags.quiet) std::cerr << "report: " << (target / "index.html").string() << '\n';
 }
@@ -160,6 +197,16 @@ void add_validate_command(CLI::App& program) {
   command->add_flag("--no-alignment", flags->no_alignment,
                     "Leave out the aligned score, which takes up to nine renderings a photograph");
   command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
+  CLI::Option* timed = command->add_option(
+      "--time-frames", flags->time_frames,
+      "Also time so many frames from between the stored views, and how long the model takes to be read and loaded");
+  timed->check(CLI::Range(1u, 100000u))->default_str("");
+  command->add_option("--frame-width", flags->frame_size.width, "Of the frames that are timed: pixels")
+      ->check(CLI::Range(1u, 65536u))
+      ->needs(timed);
+  command->add_option("--frame-height", flags->frame_size.height, "Of the frames that are timed: pixels")
+      ->check(CLI::Range(1u, 65536u))
+      ->needs(timed);
   command->add_flag("--json", flags->json_output, "Print the scores as JSON");
   command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });

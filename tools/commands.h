@@ -18,6 +18,7 @@ void add_build_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
 void add_synth_command(CLI::App& program);
+void add_chart_command(CLI::App& program);
 
 // Options that break a rule which the parser cannot know are wrong usage too.
 template <typename Options>

@@ -11,14 +11,13 @@
 #include <cerrno>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <cstring>
-#include <sstream>
 #include <stdexcept>
 #include <string_view>
 #include <vector>
 
 #include "mesh/errors.h"
+#include "tools/child_process.h"
 
 namespace lumatlas {
 
@@ -72,11 +71,6 @@ std::vector<std::string> arguments(const fs::path& ffmpeg, const fs::path& file,
           "file:" + fs::absolute(file).string()};
 }
 
-bool is_program(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored) && access(path.c_str(), X_OK) == 0;
-}
-
 struct FileActions {
   posix_spawn_file_actions_t actions{};
   FileActions() { posix_spawn_file_actions_init(&actions); }
@@ -88,12 +82,7 @@ struct FileActions {
 }  // namespace
 
 fs::path find_ffmpeg() {
-  const char* const path = std::getenv("PATH");
-  std::stringstream folders(path != nullptr ? path : "");
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    fs::path program = fs::path(folder.empty() ? "." : folder) / "ffmpeg";
-    if (is_program(program)) return program;
-  }
+  if (fs::path program = find_program("ffmpeg"); !program.empty()) return program;
   throw InputError("ffmpeg: PATH has no such program, which videos need: install it, or write pictures (--format png)");
 }
 

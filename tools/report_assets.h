@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// report.css and report.js, which the report's page holds within itself.
+// report.css and report.js, which the report's page holds within itself, and chart.css of the page of charts.
 #pragma once
 
 namespace lumatlas {
 
 extern const char* const kReportStyle;
 extern const char* const kReportScript;
+extern const char* const kChartStyle;
 
 }  // namespace lumatlas

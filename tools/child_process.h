@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Another program, run to its end.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace lumatlas {
+
+// An absolute or relative path, or a name that PATH has. Its standard input is empty, its outputs go to these files.
+struct ChildProcess {
+  std::filesystem::path program;
+  std::vector<std::string> arguments;
+  std::filesystem::path out, err;
+};
+
+// Waits for it and returns its exit status, or minus the signal that ended it. It ends with this program, too. Throws
+// InputError where it cannot be started, and Interrupted, once it has ended, where the user has asked this program to
+// stop. From any thread.
+[[nodiscard]] int run_to_end(const ChildProcess& child);
+
+// The first of PATH's programs of this name; empty: none.
+[[nodiscard]] std::filesystem::path find_program(const std::string& name);
+
+// As one would type it into a shell.
+[[nodiscard]] std::string shell_line(const std::string& program, const std::vector<std::string>& arguments);
+
+}  // namespace lumatlas

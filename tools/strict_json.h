@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// JSON that people write, read strictly: comments are allowed, but an unknown or repeated key, a missing one and a
+// wrong type are refused by file and place ("sweep.json: series[2].build.cell-sise: ...").
+#pragma once
+
+#include <filesystem>
+#include <initializer_list>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace lumatlas {
+
+// A value of a JSON file and where it stands. Refers to the value, which must outlive it. All functions throw
+// InputError, one sentence with file and place, where the value is not what they are asked for.
+class JsonPlace {
+ public:
+  JsonPlace(std::string file, std::string place, const nlohmann::json& value)
+      : file_(std::move(file)), place_(std::move(place)), value_(&value) {}
+
+  [[noreturn]] void refuse(const std::string& complaint) const;
+
+  [[nodiscard]] const nlohmann::json& value() const { return *value_; }
+  // Of an object: refuses other keys, and the absence of the required ones.
+  void expect_keys(std::initializer_list<std::string_view> required,
+                   std::initializer_list<std::string_view> optional) const;
+  [[nodiscard]] bool has(std::string_view key) const;
+  [[nodiscard]] JsonPlace at(std::string_view key) const;                        // of an object that has it
+  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  // of an object, by name
+  [[nodiscard]] std::vector<JsonPlace> elements() const;                         // of an array
+  [[nodiscard]] std::string text() const;                                        // not empty, one line
+  [[nodiscard]] std::string one_of(std::initializer_list<std::string_view> words) const;
+  [[nodiscard]] double number() const;                                         // finite
+  [[nodiscard]] std::size_t count(std::size_t least, std::size_t most) const;  // a whole number between these
+  [[nodiscard]] bool boolean() const;
+
+ private:
+  void expect(bool holds, const char* type) const;
+
+  std::string file_, place_;
+  const nlohmann::json* value_;
+};
+
+// A file's value. Throws InputError where it cannot be read, is not JSON or repeats a key.
+[[nodiscard]] nlohmann::json read_json_with_comments(const std::filesystem::path& path);
+
+}  // namespace lumatlas
