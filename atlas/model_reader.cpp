@@ -10,6 +10,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -19,6 +20,7 @@
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
 #include "mesh/errors.h"
+#include "mesh/ray_visibility.h"
 #include "mesh/whole_file.h"
 
 namespace lumatlas {
@@ -89,10 +91,11 @@ class ModelReader {
   [[nodiscard]] GltfImage image(const GltfFile::Object& view, const std::string& where, const char* name) const;
   [[nodiscard]] Photograph sized_image(const GltfImage& image, const Camera& camera) const;
   [[nodiscard]] std::vector<std::uint8_t> mask(const std::optional<GltfImage>& image, const Camera& camera) const;
-  [[nodiscard]] StoredView load(const ViewEntry& entry, const Visibility& visibility, const ValidityOptions& options,
+  [[nodiscard]] StoredView load(const ViewEntry& entry, const RayVisibility& visibility,
+                                std::span<const std::uint8_t> drawn, const ValidityOptions& options,
                                 ReadTimes& times) const;
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
-                                                                        const Mesh& mesh,
+                                                                        const Mesh& mesh, const TileTable& tiles,
                                                                         const ValidityOptions& options,
                                                                         ReadTimes& times) const;
 
@@ -373,14 +376,21 @@ std::vector<std::uint8_t> ModelReader::mask(const std::optional<GltfImage>& imag
   return values;
 }
 
-StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibility, const ValidityOptions& options,
+// `drawn` says of each pixel whether it, or the mask of one that may be drawn, needs its depth; empty: all do.
+StoredView ModelReader::load(const ViewEntry& entry, const RayVisibility& visibility,
+                             std::span<const std::uint8_t> drawn, const ValidityOptions& options,
                              ReadTimes& times) const {
   Watch watch;
   Photograph photograph = sized_image(entry.image, entry.camera);
   photograph.valid = mask(entry.lens_mask, entry.camera);
   std::vector<std::uint8_t> trust = mask(entry.trust_mask, entry.camera);
   times.images = watch.lap_ms();
-  VisibilityBuffer visible = visibility.trace(entry.camera);
+  VisibilityBuffer visible;
+  if (drawn.empty()) {
+    visibility.trace(entry.camera, visible);
+  } else {
+    visibility.trace_part(entry.camera, drawn, visible);
+  }
   times.depth = watch.lap_ms();
   StoredView view =
       make_stored_view(entry.name, entry.camera, std::move(photograph), std::move(visible), options, std::move(trust));
@@ -390,15 +400,23 @@ StoredView ModelReader::load(const ViewEntry& entry, const Visibility& visibilit
 
 // Of several views that cannot be read, the first is reported, whichever thread was faster.
 std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::vector<ViewEntry>& entries,
-                                                                     const Mesh& mesh, const ValidityOptions& options,
+                                                                     const Mesh& mesh, const TileTable& tiles,
+                                                                     const ValidityOptions& options,
                                                                      ReadTimes& times) const {
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
+  const RayVisibility visibility(mesh);
+  // The mask of a pixel depends on depths as far away as the fade, and as the edges of what is beyond it.
+  TileTable around = tiles;
+  around.options.gutter_px += options.fade_px + 1 + options.edge_radius_px;
   std::vector<std::shared_ptr<const StoredView>> views(entries.size());
   std::vector<std::exception_ptr> errors(entries.size());
   std::vector<ReadTimes> of_view(entries.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
     try {
-      views[i] = std::make_shared<const StoredView>(load(entries[i], *visibility, options, of_view[i]));
+      std::vector<std::uint8_t> drawn;
+      if (!tiles.whole_views()) {
+        drawn = around.resident_pixels(static_cast<std::uint32_t>(i), entries[i].camera);
+      }
+      views[i] = std::make_shared<const StoredView>(load(entries[i], visibility, drawn, options, of_view[i]));
     } catch (...) {
       errors[i] = std::current_exception();
     }
@@ -437,7 +455,7 @@ Model ModelReader::model() const {
   snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
-  snapshot.views = load_all(entries, surface->mesh, model.validity, model.times);
+  snapshot.views = load_all(entries, surface->mesh, snapshot.tiles, model.validity, model.times);
   model.times.views = watch.lap_ms();
   return model;
 }

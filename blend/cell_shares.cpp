@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/cell_shares.h"
 
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
@@ -69,8 +72,9 @@ using VertexShares = std::vector<std::vector<Share>>;  // by vertex, cells ascen
 // The vertices within `width` of a cell, nearest first; Dijkstra's algorithm from all of the cell's vertices.
 class Expansion {
  public:
-  Expansion(const Mesh& mesh, double width)
-      : mesh_(mesh), width_(width), neighbors_(vertex_neighbors(mesh)), distances_(mesh.positions.size(), kFar) {}
+  // `neighbors` are vertex_neighbors(mesh); both must outlive this.
+  Expansion(const Mesh& mesh, const Rows<std::uint32_t>& neighbors, double width)
+      : mesh_(mesh), width_(width), neighbors_(neighbors), distances_(mesh.positions.size(), kFar) {}
 
   template <typename Visit>
   void from(std::span<const std::uint32_t> faces, const Visit& visit) {
@@ -104,21 +108,37 @@ class Expansion {
   using Entry = std::pair<double, std::uint32_t>;
   const Mesh& mesh_;
   double width_;
-  Rows<std::uint32_t> neighbors_;
+  const Rows<std::uint32_t>& neighbors_;
   std::vector<double> distances_;
   std::vector<std::uint32_t> touched_;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open_;
 };
 
+struct Reached {
+  std::uint32_t vertex;
+  double share;
+};
+
+// By cell, the vertices that have a share of it.
+std::vector<std::vector<Reached>> vertices_of_cells(const Surface& surface, double width) {
+  const Rows<std::uint32_t> neighbors = vertex_neighbors(surface.mesh);
+  const Rows<std::uint32_t> faces = faces_of_cells(surface.cells);
+  tbb::enumerable_thread_specific<Expansion> expansions([&] { return Expansion(surface.mesh, neighbors, width); });
+  std::vector<std::vector<Reached>> reached(surface.cells.cells.size());
+  tbb::parallel_for(std::size_t{0}, reached.size(), [&](std::size_t cell) {
+    expansions.local().from(faces[cell], [&](std::uint32_t vertex, double distance) {
+      reached[cell].push_back({vertex, 1 - distance / width});
+    });
+  });
+  return reached;
+}
+
 // s_k(v), not yet divided by their sum.
 VertexShares shares_of_vertices(const Surface& surface, double width) {
+  const std::vector<std::vector<Reached>> reached = vertices_of_cells(surface, width);
   VertexShares shares(surface.mesh.positions.size());
-  const Rows<std::uint32_t> faces = faces_of_cells(surface.cells);
-  Expansion expansion(surface.mesh, width);
-  for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
-    expansion.from(faces[cell], [&](std::uint32_t vertex, double distance) {
-      shares[vertex].push_back({cell, 1 - distance / width});
-    });
+  for (std::uint32_t cell = 0; cell < reached.size(); ++cell) {
+    for (const auto& [vertex, share] : reached[cell]) shares[vertex].push_back({cell, share});
   }
   return shares;
 }
@@ -129,7 +149,21 @@ void normalize(std::vector<Share>& shares) {
   for (Share& share : shares) share.share /= sum;
 }
 
-// The cells of a face's corners, ascending, with the sum of their shares there.
+// The cells of a face's corners, at most kCellsPerZone of them.
+CellShares::Zone zone_of(const glm::uvec3& face, const VertexShares& shares) {
+  CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
+  std::size_t count = 0;
+  for (int corner = 0; corner < 3; ++corner) {
+    for (const Share& share : shares[face[corner]]) {
+      const auto end = zone.begin() + static_cast<std::ptrdiff_t>(count);
+      if (std::find(zone.begin(), end, share.cell) == end) zone.at(count++) = share.cell;
+    }
+  }
+  std::sort(zone.begin(), zone.end());
+  return zone;
+}
+
+// The same of any face, with the sum of their shares there.
 std::map<std::uint32_t, double> cells_at_face(const glm::uvec3& face, const VertexShares& shares) {
   std::map<std::uint32_t, double> cells;
   for (int corner = 0; corner < 3; ++corner) {
@@ -161,6 +195,8 @@ std::uint32_t least_sharing(const glm::uvec3& face, const VertexShares& shares, 
 std::vector<glm::uvec3> overfull_faces(const Mesh& mesh, const VertexShares& shares) {
   std::vector<std::pair<glm::dvec3, glm::uvec3>> found;  // with three times their centroids
   for (const glm::uvec3& face : mesh.faces) {
+    // Most faces have few shares in all, which need not be told apart.
+    if (shares[face.x].size() + shares[face.y].size() + shares[face.z].size() <= kCellsPerZone) continue;
     if (cells_at_face(face, shares).size() <= kCellsPerZone) continue;
     found.emplace_back(
         glm::dvec3(mesh.positions[face.x]) + glm::dvec3(mesh.positions[face.y]) + glm::dvec3(mesh.positions[face.z]),
@@ -222,9 +258,7 @@ CellShares share_cells(const Surface& surface, double width) {
   CellShares result;
   std::map<CellShares::Zone, std::uint32_t> numbers;
   for (const glm::uvec3& face : mesh.faces) {
-    CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
-    std::size_t count = 0;
-    for (const auto& [cell, sum] : cells_at_face(face, vertices)) zone[count++] = cell;
+    const CellShares::Zone zone = zone_of(face, vertices);
     const auto [entry, added] = numbers.emplace(zone, static_cast<std::uint32_t>(result.zones.size()));
     if (added) result.zones.push_back(zone);
     result.zone_of_face.push_back(entry->second);

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/photograph_array.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/gtc/packing.hpp>
 #include <string>
@@ -12,8 +15,9 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::uint32_t kBytesPerTexel = 4;  // sRGB and validity
-constexpr std::uint32_t kBytesPerDepth = 2;  // half precision
+constexpr std::uint32_t kBytesPerTexel = 4;     // sRGB and validity
+constexpr std::uint32_t kBytesPerDepth = 2;     // half precision
+constexpr std::size_t kBytesAtOnce = 64 << 20;  // of tiles that are made ready for the GPU
 
 std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
   return (value + unit - 1) / unit * unit;
@@ -61,11 +65,13 @@ bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const 
   return !a.owner_before(b) && !b.owner_before(a);
 }
 
-// A power of two near the median of a view's finite depths, 1 if it has none.
+// A power of two near the median of a view's finite depths, of every 16th of them; 1 if it has none.
 float depth_scale_of(const StoredView& view) {
+  constexpr std::size_t kStride = 16;
   std::vector<float> depths;
+  std::size_t finite = 0;
   for (const float depth : view.depth) {
-    if (std::isfinite(depth) && depth > 0) depths.push_back(depth);
+    if (std::isfinite(depth) && depth > 0 && finite++ % kStride == 0) depths.push_back(depth);
   }
   if (depths.empty()) return 1;
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
@@ -75,6 +81,11 @@ float depth_scale_of(const StoredView& view) {
 
 // In half precision, rounded up, so that what a view shows is never found behind itself.
 std::uint16_t half_above(float depth) {
+  constexpr float kLeastNormal = 0x1p-14f, kMost = 65504;
+  if (depth >= kLeastNormal && depth <= kMost) {  // nearly all: cut the 13 bits that a half has not, and move the bias
+    const std::uint32_t above = std::bit_cast<std::uint32_t>(depth) + 0x1FFFu;
+    return static_cast<std::uint16_t>((above >> 13) - ((127u - 15u) << 10));
+  }
   const std::uint16_t half = glm::packHalf1x16(depth);
   return glm::unpackHalf1x16(half) < depth ? static_cast<std::uint16_t>(half + 1) : half;
 }
@@ -148,18 +159,41 @@ void PhotographArray::load(const Snapshot& snapshot) {
     first_tile_ = slots;
   }
   measure_depths(snapshot);
-  uploaded_ = 0;
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) {
-    if (!snapshot.views[view]) continue;
-    const std::uint32_t end = view + 1 < first_tile_.size() ? first_tile_[view + 1] : view + 1;
-    for (std::uint32_t tile = first_tile_[view]; tile < end; ++tile) {
-      if (slots[tile] == kNotResident) continue;
-      hold(slots[tile], snapshot.views[view], tile - first_tile_[view], scaled_[view].scale);
+  std::vector<Upload> missing = missing_tiles(snapshot, slots);
+  uploaded_ = static_cast<std::uint32_t>(missing.size());
+  // On all processors, but so many at a time that they take little memory. GL takes them from this thread.
+  const std::size_t at_once =
+      std::max<std::size_t>(kBytesAtOnce / (std::size_t{4} * shape.slot_width * shape.slot_height), 1);
+  for (std::size_t first = 0; first < missing.size(); first += at_once) {
+    const std::size_t end = std::min(first + at_once, missing.size());
+    tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });
+    for (std::size_t i = first; i < end; ++i) {
+      copy(missing[i]);
+      held_[missing[i].slot] = {snapshot.views[missing[i].view], missing[i].tile};
+      missing[i] = {};
     }
   }
   check_gl("uploading photographs");
   tile_slots_ = make_buffer(slots);
+}
+
+// Those that are resident, but not in their slots yet.
+std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapshot& snapshot,
+                                                                    std::span<const std::uint32_t> slots) const {
+  std::vector<Upload> missing;
+  for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) {
+    if (!snapshot.views[view]) continue;
+    const std::uint32_t end = view + 1 < first_tile_.size() ? first_tile_[view + 1] : view + 1;
+    for (std::uint32_t number = first_tile_[view]; number < end; ++number) {
+      if (slots[number] == kNotResident) continue;
+      const std::uint32_t tile = number - first_tile_[view];
+      const Held& held = held_[slots[number]];
+      if (same(held.view, snapshot.views[view]) && held.tile == tile) continue;
+      missing.push_back({slots[number], view, tile, {}, {}});
+    }
+  }
+  return missing;
 }
 
 void PhotographArray::measure_depths(const Snapshot& snapshot) {
@@ -170,31 +204,27 @@ void PhotographArray::measure_depths(const Snapshot& snapshot) {
   }
 }
 
-// Leaves a slot alone that holds the tile already.
-void PhotographArray::hold(std::uint32_t slot, const std::shared_ptr<const StoredView>& view, std::uint32_t tile,
-                           float scale) {
-  if (same(held_[slot].view, view) && held_[slot].tile == tile) return;
-  const std::uint32_t columns = columns_of(*view);
-  const ImageRect rect{std::int64_t{tile % columns} * tile_width_ - gutter_,
-                       std::int64_t{tile / columns} * tile_height_ - gutter_, shape_.slot_width, shape_.slot_height};
-  upload(slot, *view, rect, scale);
-  held_[slot] = {view, tile};
-  ++uploaded_;
+void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
+  const std::uint32_t columns = columns_of(view);
+  const ImageRect rect{std::int64_t{upload.tile % columns} * tile_width_ - gutter_,
+                       std::int64_t{upload.tile / columns} * tile_height_ - gutter_, shape_.slot_width,
+                       shape_.slot_height};
+  upload.levels = image_levels(view, rect, shape_.levels);
+  upload.depth = depth_of(view, rect, scaled_[upload.view].scale);
 }
 
-void PhotographArray::upload(std::uint32_t slot, const StoredView& view, const ImageRect& rect, float scale) const {
+void PhotographArray::copy(const Upload& upload) const {
   const std::uint32_t in_page = shape_.columns * shape_.rows;
-  const auto page = static_cast<GLint>(slot / in_page);
-  const auto x = static_cast<GLint>(slot % in_page % shape_.columns * shape_.slot_width);
-  const auto y = static_cast<GLint>(slot % in_page / shape_.columns * shape_.slot_height);
-  const std::vector<ImageLevel> levels = image_levels(view, rect, shape_.levels);
-  for (GLint number = 0; number < static_cast<GLint>(levels.size()); ++number) {
-    const ImageLevel& level = levels[static_cast<std::size_t>(number)];
+  const auto page = static_cast<GLint>(upload.slot / in_page);
+  const auto x = static_cast<GLint>(upload.slot % in_page % shape_.columns * shape_.slot_width);
+  const auto y = static_cast<GLint>(upload.slot % in_page / shape_.columns * shape_.slot_height);
+  for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
+    const ImageLevel& level = upload.levels[static_cast<std::size_t>(number)];
     glTextureSubImage3D(photographs_.get(), number, x >> number, y >> number, page, static_cast<GLsizei>(level.width),
                         static_cast<GLsizei>(level.height), 1, GL_RGBA, GL_UNSIGNED_BYTE, level.rgba.data());
   }
-  glTextureSubImage3D(depths_.get(), 0, x, y, page, static_cast<GLsizei>(rect.width), static_cast<GLsizei>(rect.height),
-                      1, GL_RED, GL_HALF_FLOAT, depth_of(view, rect, scale).data());
+  glTextureSubImage3D(depths_.get(), 0, x, y, page, static_cast<GLsizei>(shape_.slot_width),
+                      static_cast<GLsizei>(shape_.slot_height), 1, GL_RED, GL_HALF_FLOAT, upload.depth.data());
 }
 
 void PhotographArray::bind(const GlProgram& program) const {

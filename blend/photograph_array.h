@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -62,8 +63,15 @@ class PhotographArray {
 
   void allocate(const ArrayShape& shape);
   void measure_depths(const Snapshot& snapshot);
-  void hold(std::uint32_t slot, const std::shared_ptr<const StoredView>& view, std::uint32_t tile, float scale);
-  void upload(std::uint32_t slot, const StoredView& view, const ImageRect& rect, float scale) const;
+  // A tile for a slot, and what is copied there.
+  struct Upload {
+    std::uint32_t slot, view, tile;
+    std::vector<ImageLevel> levels;
+    std::vector<std::uint16_t> depth;
+  };
+  [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
+  void prepare(Upload& upload, const StoredView& view) const;
+  void copy(const Upload& upload) const;
 
   ArrayShape shape_;
   std::uint32_t tile_width_ = 0, tile_height_ = 0, gutter_ = 0;

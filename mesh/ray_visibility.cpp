@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Visibility by ray casting: 4x4 packets of coherent primary rays through pixel centres (Embree 3).
+#include "mesh/ray_visibility.h"
+
 #include <embree3/rtcore.h>
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
@@ -10,11 +12,10 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
-
-#include "mesh/visibility.h"
 
 namespace lumatlas {
 
@@ -64,9 +65,11 @@ void attach_triangles(RTCDevice device, RTCScene scene, const Mesh& mesh) {
   rtcAttachGeometry(scene, geometry.get());  // the scene keeps it from here on
 }
 
-class RayVisibility final : public Visibility {
+}  // namespace
+
+class RayVisibility::Tree {
  public:
-  explicit RayVisibility(const Mesh& mesh) {
+  explicit Tree(const Mesh& mesh) {
     if (mesh.faces.empty()) throw std::invalid_argument("ray casting: the mesh has no faces, must have at least one");
     device_.reset(rtcNewDevice("verbose=0"));
     if (!device_) throw std::runtime_error("ray casting: Embree cannot start on this processor");
@@ -78,8 +81,8 @@ class RayVisibility final : public Visibility {
     throw_on_error(device_.get(), "building its tree");
   }
 
-  using Visibility::trace;
-  void trace(const Camera& camera, VisibilityBuffer& buffer) const override {
+  // `wanted` as of trace_part(); empty: everything.
+  void trace(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
     check(camera);
     buffer.width = camera.width;
     buffer.height = camera.height;
@@ -92,23 +95,26 @@ class RayVisibility final : public Visibility {
                       [&](const tbb::blocked_range2d<std::uint32_t>& block) {
                         for (std::uint32_t row = block.rows().begin(); row != block.rows().end(); ++row) {
                           for (std::uint32_t column = block.cols().begin(); column != block.cols().end(); ++column) {
-                            trace_packet(camera, column * kPacketSide, row * kPacketSide, buffer);
+                            trace_packet(camera, wanted, column * kPacketSide, row * kPacketSide, buffer);
                           }
                         }
                       });
   }
 
  private:
-  void trace_packet(const Camera& camera, std::uint32_t left, std::uint32_t top, VisibilityBuffer& buffer) const {
+  void trace_packet(const Camera& camera, std::span<const std::uint8_t> wanted, std::uint32_t left, std::uint32_t top,
+                    VisibilityBuffer& buffer) const {
     alignas(64) RTCRayHit16 packet;
     alignas(64) int active[kPacketRays];
     const glm::vec3 origin(camera.center());
+    bool any_wanted = false;
     for (std::uint32_t i = 0; i < kPacketRays; ++i) {
       const std::uint32_t x = left + i % kPacketSide;
       const std::uint32_t y = top + i / kPacketSide;
       // Not unit but one deep, so that the hit's distance along it is its depth.
       const glm::vec3 direction(camera.ray({x + 0.5, y + 0.5}));
       const bool in_image = x < camera.width && y < camera.height;
+      any_wanted = any_wanted || (in_image && (wanted.empty() || wanted[std::size_t{y} * camera.width + x] != 0));
       active[i] = in_image && is_traceable(origin) && is_traceable(direction) ? -1 : 0;
       packet.ray.org_x[i] = origin.x;
       packet.ray.org_y[i] = origin.y;
@@ -127,13 +133,14 @@ class RayVisibility final : public Visibility {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(active, scene_.get(), &context, &packet);
+    // All rays of a packet or none, for what one of them hits may depend, by rounding, on the others.
+    if (any_wanted) rtcIntersect16(active, scene_.get(), &context, &packet);
     for (std::uint32_t i = 0; i < kPacketRays; ++i) {
       const std::uint32_t x = left + i % kPacketSide;
       const std::uint32_t y = top + i / kPacketSide;
       if (x >= camera.width || y >= camera.height) continue;
       const std::size_t pixel = std::size_t{y} * camera.width + x;
-      const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID;
+      const bool hit = packet.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID && (wanted.empty() || wanted[pixel] != 0);
       buffer.depth[pixel] = hit ? packet.ray.tfar[i] : std::numeric_limits<float>::infinity();
       buffer.face[pixel] = hit ? packet.hit.primID[i] : kNoFace;
     }
@@ -143,7 +150,23 @@ class RayVisibility final : public Visibility {
   SceneHandle scene_;
 };
 
-}  // namespace
+RayVisibility::RayVisibility(const Mesh& mesh) : tree_(std::make_unique<const Tree>(mesh)) {}
+
+RayVisibility::~RayVisibility() = default;
+
+void RayVisibility::trace(const Camera& camera, VisibilityBuffer& buffer) const {
+  tree_->trace(camera, {}, buffer);
+}
+
+void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_t> wanted,
+                               VisibilityBuffer& buffer) const {
+  if (wanted.size() != std::size_t{camera.width} * camera.height) {
+    throw std::invalid_argument("ray casting: wanted has " + std::to_string(wanted.size()) +
+                                " values, must have one per pixel of " + std::to_string(camera.width) + "x" +
+                                std::to_string(camera.height));
+  }
+  tree_->trace(camera, wanted, buffer);
+}
 
 std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh) {
   return std::make_unique<RayVisibility>(mesh);

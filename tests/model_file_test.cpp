@@ -171,6 +171,12 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
       if (read.views[view]->photograph.rgb[byte] != expected) FAIL_CHECK("view " << view << ", byte " << byte);
       black += there[byte / 3] ? 0 : 1;
     }
+    for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
+      if (!there[pixel]) continue;
+      const StoredView &before = *written.views[view], &after = *read.views[view];
+      const bool same = after.depth[pixel] == before.depth[pixel] && after.validity[pixel] == before.validity[pixel];
+      if (!same) FAIL_CHECK("view " << view << ", depth or validity of pixel " << pixel);
+    }
   }
   CHECK(black > 0);
 }

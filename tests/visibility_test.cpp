@@ -5,11 +5,15 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <numeric>
 #include <random>
 #include <stdexcept>
+#include <vector>
+
+#include "mesh/ray_visibility.h"
 
 namespace lumatlas {
 namespace {
@@ -144,6 +148,30 @@ TEST_CASE("the buffer is the same for one thread and for many, and its memory is
   visibility->trace(straight_camera(), one);
   CHECK(one.width == 33);
   CHECK(one.face.size() == 33 * 21);
+}
+
+TEST_CASE("a part of the buffer is that part of the whole to the bit, and nothing is seen elsewhere") {
+  const RayVisibility visibility(random_triangles(300, 9));
+  const Camera camera = straight_camera().scaled_to(301, 199);
+  const VisibilityBuffer whole = visibility.trace(camera);
+  std::mt19937 random(4);
+  for (const std::uint32_t one_of : {1u, 2u, 30u, 2000u}) {
+    std::vector<std::uint8_t> wanted(whole.face.size());
+    for (std::uint8_t& pixel : wanted) pixel = random() % one_of == 0 ? 1 : 0;
+    VisibilityBuffer part;
+    visibility.trace_part(camera, wanted, part);
+    REQUIRE(part.face.size() == whole.face.size());
+    std::size_t seen = 0;
+    for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
+      const bool same = part.face[pixel] == whole.face[pixel] && part.depth[pixel] == whole.depth[pixel];
+      const bool nothing = part.face[pixel] == kNoFace && std::isinf(part.depth[pixel]);
+      if (!(wanted[pixel] ? same : nothing)) FAIL_CHECK("one of " << one_of << ", pixel " << pixel);
+      seen += part.face[pixel] != kNoFace ? 1 : 0;
+    }
+    CHECK(seen > 0);
+  }
+  VisibilityBuffer part;
+  CHECK_THROWS_AS(visibility.trace_part(camera, std::vector<std::uint8_t>(3, 1), part), std::invalid_argument);
 }
 
 TEST_CASE("cells' pixels add up to the pixels that see the mesh, in ascending order of cells") {
