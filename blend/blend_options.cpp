@@ -21,6 +21,7 @@ BlendOptions BlendOptions::printed() {
   BlendOptions options;
   options.position = Position::printed;
   options.fade_last = false;
+  options.sampling = Sampling::linear;
   options.prefilter = false;
   options.border_width = 0;
   options.exposure = Exposure::model;

@@ -7,8 +7,7 @@
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
 //   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
 //
-// valid is the mask of
-// atlas/validity.h, interpolated, where X is not behind the stored depth.
+// valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth.
 #pragma once
 
 #include <cstdint>
@@ -31,10 +30,16 @@ struct BlendOptions {
     nearby,  // of the photographs taken nearby, see exposure.h
     model,   // the common exposure of all stored views
   };
+  enum class Sampling {
+    linear,  // between the 2 x 2 pixels of a photograph next to a point
+    cubic,   // of their finest level, between 4 x 4: see catmull_rom.h
+  };
   std::uint32_t views = 3;  // K, [1, 8]
   double lambda = 0.8;      // weight of direction against position, [0, 1]
   Position position = Position::ratio;
-  bool fade_last = true;                 // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  bool fade_last = true;  // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  // Of colours; validity is always linear. Photographs in tiles with a gutter of 1 pixel are sampled linearly.
+  Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0

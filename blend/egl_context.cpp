@@ -50,6 +50,43 @@ std::vector<Platform> platforms() {
   return found;
 }
 
+// Whether a context can be told to report that the GPU was reset. Without that, what then happens is the driver's
+// choice.
+bool can_report_resets(EGLDisplay display) {
+  return epoxy_egl_version(display) >= 15 || epoxy_has_egl_extension(display, "EGL_EXT_create_context_robustness");
+}
+
+// A core context of that version or a later one.
+EGLContext make_context(EGLDisplay display, EGLConfig config, EGLint major, EGLint minor, bool debug) {
+  std::vector<EGLint> attributes{EGL_CONTEXT_MAJOR_VERSION,       major,
+                                 EGL_CONTEXT_MINOR_VERSION,       minor,
+                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                                 EGL_CONTEXT_OPENGL_DEBUG,        debug ? EGL_TRUE : EGL_FALSE};
+  const std::size_t plain = attributes.size();
+  if (can_report_resets(display)) {
+    attributes.insert(attributes.end(),
+                      {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE});
+    const EGLContext made = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+    if (made != EGL_NO_CONTEXT) return made;
+    attributes.resize(plain);
+  }
+  attributes.push_back(EGL_NONE);
+  return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+}
+
+// For people whose driver is too old: which version it has.
+std::string newest_version(EGLDisplay display, EGLConfig config) {
+  constexpr std::array<std::array<EGLint, 2>, 8> kVersions{
+      {{4, 4}, {4, 3}, {4, 2}, {4, 1}, {4, 0}, {3, 3}, {3, 2}, {3, 1}}};
+  for (const auto& [major, minor] : kVersions) {
+    const EGLContext made = make_context(display, config, major, minor, false);
+    if (made == EGL_NO_CONTEXT) continue;
+    eglDestroyContext(display, made);
+    return "only OpenGL " + std::to_string(major) + "." + std::to_string(minor);
+  }
+  return "no OpenGL core context";
+}
+
 std::string gl_string(GLenum name) {
   const GLubyte* text = glGetString(name);
   return text ? reinterpret_cast<const char*>(text) : "unknown";
@@ -106,17 +143,8 @@ struct EglContext::State {
     if (!eglChooseConfig(platform.display, config_attributes.data(), &config, 1, &configs) || configs == 0) {
       config = EGL_NO_CONFIG_KHR;
     }
-    const std::array<EGLint, 9> attributes{EGL_CONTEXT_MAJOR_VERSION,
-                                           4,
-                                           EGL_CONTEXT_MINOR_VERSION,
-                                           5,
-                                           EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                           EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                           EGL_CONTEXT_OPENGL_DEBUG,
-                                           debug ? EGL_TRUE : EGL_FALSE,
-                                           EGL_NONE};
-    EGLContext made = eglCreateContext(platform.display, config, EGL_NO_CONTEXT, attributes.data());
-    if (made == EGL_NO_CONTEXT) return "no OpenGL 4.5 core context";
+    EGLContext made = make_context(platform.display, config, 4, 5, debug);
+    if (made == EGL_NO_CONTEXT) return newest_version(platform.display, config);
     if (!eglMakeCurrent(platform.display, EGL_NO_SURFACE, EGL_NO_SURFACE, made)) {
       eglDestroyContext(platform.display, made);
       return "the context cannot be made current";
@@ -138,7 +166,7 @@ EglContext::EglContext(const Options& options) : state_(std::make_unique<State>(
   }
   if (state_->context == EGL_NO_CONTEXT) {
     throw GlError("no OpenGL 4.5 through EGL (" + (tried.empty() ? "no EGL platform" : tried) +
-                  "): install Mesa's software renderer (libegl1, libgl1-mesa-dri) or a driver");
+                  "): install a newer driver, or Mesa's software renderer (libegl1, libgl1-mesa-dri)");
   }
   reported_error.clear();
   if (options.debug) {
@@ -167,7 +195,9 @@ CurrentContext::CurrentContext(const EglContext& context)
   eglBindAPI(EGL_OPENGL_API);  // each thread begins with OpenGL ES
   const EglContext::State& state = *context.state_;
   if (eglMakeCurrent(state.display, EGL_NO_SURFACE, EGL_NO_SURFACE, state.context)) return;
+  const bool lost = eglGetError() == EGL_CONTEXT_LOST;
   eglBindAPI(previous_->binding.api);
+  if (lost) throw GlError(gl_error_sentence(GL_CONTEXT_LOST, "making its context current"));
   throw GlError("the OpenGL context cannot be made current: another thread has it");
 }
 
@@ -180,12 +210,21 @@ void check_gl(const char* doing) {
   if (!reported_error.empty()) {
     throw GlError("OpenGL failed while " + std::string(doing) + ": " + std::exchange(reported_error, {}));
   }
-  if (code == GL_OUT_OF_MEMORY) {
-    throw GlError("OpenGL ran out of memory while " + std::string(doing) +
-                  ": use fewer views, smaller photographs or a coarser mesh");
+  if (code != GL_NO_ERROR) throw GlError(gl_error_sentence(code, doing));
+}
+
+std::string gl_error_sentence(unsigned int code, const char* doing) {
+  if (code == GL_CONTEXT_LOST) {
+    return "the GPU was reset while " + std::string(doing) +
+           ", and all that was on it is lost: run this again, with smaller pictures or fewer references if that "
+           "happens "
+           "more than once";
   }
-  if (code != GL_NO_ERROR)
-    throw GlError("OpenGL failed while " + std::string(doing) + ": error " + std::to_string(code));
+  if (code == GL_OUT_OF_MEMORY) {
+    return "OpenGL ran out of memory while " + std::string(doing) +
+           ": use fewer views, smaller photographs or a coarser mesh";
+  }
+  return "OpenGL failed while " + std::string(doing) + ": error " + std::to_string(code);
 }
 
 }  // namespace lumatlas

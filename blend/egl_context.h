@@ -54,4 +54,7 @@ class CurrentContext {
 // Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when.
 void check_gl(const char* doing);
 
+// What check_gl() says of an error code of glGetError() other than GL_NO_ERROR.
+[[nodiscard]] std::string gl_error_sentence(unsigned int code, const char* doing);
+
 }  // namespace lumatlas

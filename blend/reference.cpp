@@ -14,6 +14,7 @@
 
 #include "atlas/image_levels.h"
 #include "atlas/srgb.h"
+#include "blend/catmull_rom.h"
 #include "blend/cell_shares.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
@@ -72,13 +73,33 @@ Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
   return sample;
 }
 
+// Before its gain; held at the border.
+glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position) {
+  const auto& linear = linear_from_srgb8();
+  const glm::dvec2 base = glm::floor(position - 0.5);
+  const std::array<double, 4> across = catmull_rom(position.x - 0.5 - base.x);
+  const std::array<double, 4> down = catmull_rom(position.y - 0.5 - base.y);
+  glm::dvec3 sum(0);
+  for (std::size_t row = 0; row < 4; ++row) {
+    for (std::size_t column = 0; column < 4; ++column) {
+      const double x = std::clamp(base.x - 1 + static_cast<double>(column), 0.0, level.width - 1.0);
+      const double y = std::clamp(base.y - 1 + static_cast<double>(row), 0.0, level.height - 1.0);
+      const std::uint8_t* rgba =
+          &level.rgba[4 * (static_cast<std::size_t>(y) * level.width + static_cast<std::size_t>(x))];
+      sum += down[row] * across[column] * glm::dvec3(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]);
+    }
+  }
+  return glm::max(sum, 0.0);  // beside bright detail it may fall below
+}
+
 // Between the two levels whose texels are next to the footprint: how many pixels one of the picture's covers.
-Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint) {
+Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint, bool cubic) {
   const double level =
       std::clamp(std::log2(std::max(footprint / kSharpFootprint, 1.0)), 0.0, static_cast<double>(levels.size() - 1));
   const auto fine = static_cast<std::size_t>(level);
   const double share = level - std::floor(level);
   Sample sample = bilinear(levels[fine], image / std::exp2(std::floor(level)));
+  if (cubic && fine == 0) sample.color = cubic_color(levels[0], image);
   if (!(share > 0)) return sample;
   const Sample coarse = bilinear(levels[fine + 1], image / std::exp2(std::floor(level) + 1));
   sample.color = glm::mix(sample.color, coarse.color, share);
@@ -101,7 +122,8 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
   const double footprint = z * view.camera.fx / (novel.fx * cam.z);
-  const Sample sample = filtered(source.levels[slot], image, footprint);
+  const bool cubic = options.sampling == BlendOptions::Sampling::cubic && has_room_for_cubic(snapshot.tiles.options);
+  const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
   return {weight * sample.validity, snapshot.gains[slot] * sample.color, sample.validity > 0};
 }
 

@@ -56,8 +56,8 @@ struct Cells {
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
 // interpolated. Keeps the mesh manifold, and its faces' first corners and order where nothing is long; new faces come
-// last. Throws std::invalid_argument unless max_edge > 0, is at least four times the resolution of the positions as
-// floats, and leaves fewer than 5e8 faces; or if the mesh is not manifold.
+// last. Throws std::invalid_argument unless max_edge > 0, is at least four times the resolution, as floats, of the
+// positions of the faces to be split, and leaves fewer than 5e8 faces; or if the mesh is not manifold.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge);
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell

@@ -35,7 +35,7 @@ struct Metric {
 
   // See CellOptions::normal_weight.
   [[nodiscard]] float cost(const FaceGraph& graph, const Center& center, std::uint32_t face) const {
-    const float turn = 1 - glm::dot(graph[face].normal, center.normal);
+    const float turn = std::max(0.0f, 1 - glm::dot(graph[face].normal, center.normal));  // rounding can exceed 1
     return glm::distance(graph[face].centroid, center.position) * per_size + normal_weight * turn;
   }
 };
@@ -118,8 +118,9 @@ class BucketQueue {
     std::uint32_t cluster;
   };
   void push(float cost, const Entry& entry) {
-    const float step = std::min(cost * kStepsPerSize, static_cast<float>(kBuckets - 1));
-    buckets_[std::max(static_cast<std::size_t>(step), current_)].push_back(entry);
+    const float step = cost * kStepsPerSize;
+    const std::size_t bucket = step < kBuckets - 1 ? static_cast<std::size_t>(step) : kBuckets - 1;  // NaN comes last
+    buckets_[std::max(bucket, current_)].push_back(entry);
   }
   // False when nothing is left.
   bool pop(Entry& entry) {
@@ -202,7 +203,8 @@ std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, const std::vector<do
                                           double normal_weight) {
   constexpr int kLloydSteps = 3;
   const FaceGraph graph = make_face_graph(mesh, areas, kNormalSmoothing * size);
-  const Metric metric{static_cast<float>(1 / size), static_cast<float>(normal_weight)};
+  constexpr double kMostWeight = 1e30;  // more would be no float, and means no more
+  const Metric metric{static_cast<float>(1 / size), static_cast<float>(std::min(normal_weight, kMostWeight))};
   std::vector<Center> centers = Seeding(graph, metric).run();
   std::vector<std::uint32_t> labels = grow(graph, centers, metric);
   for (int step = 0; step < kLloydSteps; ++step) {

@@ -43,10 +43,14 @@ double fewest_faces_after(const Mesh& mesh, double max_edge) {
 }
 
 // The distance of neighbouring floats where they lie furthest apart in this mesh.
-double resolution(const Mesh& mesh) {
+double resolution_of_long_faces(const Mesh& mesh, double max_edge) {
   float largest = 0;
-  for (const glm::vec3& p : mesh.positions) {
-    largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  for (const glm::uvec3& face : mesh.faces) {
+    if (!(squared_longest_edge(mesh, face) > max_edge * max_edge)) continue;
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::vec3& p = mesh.positions[face[corner]];
+      largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+    }
   }
   return static_cast<double>(std::nextafter(largest, std::numeric_limits<float>::infinity())) - largest;
 }
@@ -60,10 +64,10 @@ double resolution(const Mesh& mesh) {
 // Below the first limit halving an edge may not shorten it; the second is far beyond what any later stage can hold.
 void check_feasible(const Mesh& mesh, double max_edge) {
   constexpr double kMostFaces = 5e8;
-  const double least = 4 * resolution(mesh);
+  const double least = 4 * resolution_of_long_faces(mesh, max_edge);
   std::ostringstream rule;
   if (!(max_edge >= least)) {
-    rule << "at least " << least << ", four times the resolution of the mesh's positions";
+    rule << "at least " << least << ", four times the resolution of the positions of the faces to be split";
     refuse(max_edge, rule.str());
   }
   const double faces = fewest_faces_after(mesh, max_edge);

@@ -25,6 +25,7 @@ constexpr int kPoseParameters = 6;
 constexpr std::uint32_t kCorrelationPx = 320;
 constexpr std::uint32_t kTiles = 4;
 constexpr double kFewestTilePoints = 20;
+constexpr double kPlain = 1.0 / 255;  // standard deviation of luma, sRGB, below which there is no texture
 constexpr std::size_t kPointsPerTask = 256;
 
 // Where the parameters start: the given camera, and units in which a unit of each pose parameter moves the image about
@@ -251,9 +252,12 @@ struct CorrelationSums {
     bb += second * second;
     ab += first * second;
   }
+  [[nodiscard]] bool first_is_plain() const { return aa / n - a * a / (n * n) < kPlain * kPlain; }
+  [[nodiscard]] bool second_is_plain() const { return bb / n - b * b / (n * n) < kPlain * kPlain; }
+  // 0 if one of them is plain: what is left of it is rounding and noise.
   [[nodiscard]] double correlation() const {
-    const double variances = (n * aa - a * a) * (n * bb - b * b);
-    return variances > 0 ? (n * ab - a * b) / std::sqrt(variances) : 0;
+    if (first_is_plain() || second_is_plain()) return 0;
+    return (n * ab - a * b) / std::sqrt((n * aa - a * a) * (n * bb - b * b));
   }
 };
 
@@ -263,9 +267,10 @@ double luma(const glm::dvec3& linear) {
 }
 
 // Of luma, in each of kTiles x kTiles parts of the picture by itself: the upper quartile. Half a picture of leaves
-// lowers it little, a wrong pose spoils it everywhere.
-double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
-                   const AlignmentTargets& targets) {
+// lowers it little, a wrong pose spoils it everywhere. Parts that are plain in both, such as a painted wall, say
+// nothing.
+std::optional<double> correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
+                                  const AlignmentTargets& targets) {
   const std::uint32_t level = photograph.level_near(kCorrelationPx);
   std::array<CorrelationSums, std::size_t{kTiles} * kTiles> tiles;
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
@@ -280,9 +285,10 @@ double correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& 
   }
   std::vector<double> correlations;
   for (const CorrelationSums& tile : tiles) {
-    if (tile.n >= kFewestTilePoints) correlations.push_back(tile.correlation());
+    if (tile.n < kFewestTilePoints || (tile.first_is_plain() && tile.second_is_plain())) continue;
+    correlations.push_back(tile.correlation());
   }
-  if (correlations.empty()) return 0;
+  if (correlations.empty()) return std::nullopt;
   const auto quartile = correlations.begin() + static_cast<std::ptrdiff_t>(3 * correlations.size() / 4);
   std::nth_element(correlations.begin(), quartile, correlations.end());
   return *quartile;

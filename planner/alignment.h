@@ -12,6 +12,7 @@
 
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -55,7 +56,8 @@ struct Alignment {
   double residual_exposed = 0;
   double residual = 0;
   // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
-  double correlation = 0;
+  // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it.
+  std::optional<double> correlation;
 };
 
 // The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. Both

@@ -81,14 +81,16 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
   std::vector<float> depths;
   VisibilityBuffer buffer;
   const std::size_t samples = std::min(kDistanceSamples, cameras.size());
-  for (std::size_t i = 0; i < samples; ++i) {
-    visibility.trace(cameras[i * cameras.size() / samples].shrunk_to(kDistanceImagePx), buffer);
+  const auto look = [&](const Camera& camera) {
+    visibility.trace(camera.shrunk_to(kDistanceImagePx), buffer);
     std::copy_if(buffer.depth.begin(), buffer.depth.end(), std::back_inserter(depths),
                  [](float depth) { return std::isfinite(depth); });
-  }
+  };
+  for (std::size_t i = 0; i < samples; ++i) look(cameras[i * cameras.size() / samples]);
+  for (std::size_t i = 0; i < cameras.size() && depths.empty(); ++i) look(cameras[i]);
   if (depths.empty()) {
-    throw InputError("none of the cameras sees the mesh (" + std::to_string(samples) + " of " +
-                     std::to_string(cameras.size()) + " were asked): give the mesh in the cameras' coordinates");
+    throw InputError("none of the cameras sees the mesh (" + std::to_string(cameras.size()) +
+                     " were asked): give the mesh in the cameras' coordinates");
   }
   const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
   std::nth_element(depths.begin(), middle, depths.end());

@@ -71,7 +71,8 @@ struct Verdict {
 [[nodiscard]] std::uint64_t stored_bytes(const Camera& camera);
 
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.
-// Looks at 16 cameras or fewer, evenly spaced, at low resolution. Throws InputError if none of them sees the mesh.
+// Looks at 16 cameras or fewer, evenly spaced, at low resolution; at others only until one sees the mesh, where those
+// do not. Throws InputError if none does.
 [[nodiscard]] double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility);
 
 // What a change of the geometry made necessary.

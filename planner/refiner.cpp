@@ -122,7 +122,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
   result.views_per_point = others.views_per_point;
   result.ratios = std::move(others.ratios);
   result.outlier = result.points >= kFewestAlignmentPoints && result.views_per_point >= options_.least_views &&
-                   result.alignment.correlation < options_.least_correlation;
+                   result.alignment.correlation && *result.alignment.correlation < options_.least_correlation;
   return result;
 }
 

@@ -543,6 +543,40 @@ TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, a
   }
 }
 
+// For the programs that are started as long as it lives.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
+  ~Environment() { unsetenv(name_); }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  const char* name_;
+};
+
+TEST_CASE("a driver without OpenGL 4.5, or without an extension that is part of it, is named with what it has") {
+  const TemporaryFolder folder;
+  const std::string pictures = (folder / "pictures").string();
+  const Arguments render{"render", made().model, "--orbit", "--frames", "1",      "--width",
+                         "16",     "--height",   "12",      "-o",       pictures, "--quiet"};
+  // Both are Mesa's; another driver draws the picture.
+  const auto check_too_old = [&](const char* variable, const char* value) {
+    const Environment old(variable, value);
+    const Outcome outcome = lumatlas(render);
+    if (outcome.status == 0) {
+      WARN("skipped: " << variable << " does nothing here");
+      return;
+    }
+    check_failure(outcome, "no OpenGL 4.5 through EGL (");
+    CHECK_THAT(outcome.err, Catch::Contains(": only OpenGL 3.3") || Catch::Contains(": only OpenGL 4."));
+    CHECK_THAT(outcome.err, Catch::Contains("install a newer driver"));
+    CHECK_FALSE(fs::exists(pictures));
+  };
+  check_too_old("MESA_GL_VERSION_OVERRIDE", "3.3");
+  check_too_old("MESA_EXTENSION_OVERRIDE", "-GL_ARB_clip_control");
+}
+
 TEST_CASE("a model is rendered from another scene's cameras, and its scores are JSON and nothing else") {
   const TemporaryFolder folder;
   const std::string other = (folder / "other").string();

@@ -2,6 +2,7 @@
 #include "blend/egl_context.h"
 
 #include <epoxy/egl.h>
+#include <epoxy/gl.h>
 
 #include <catch2/catch.hpp>
 #include <optional>
@@ -19,6 +20,30 @@ TEST_CASE("a context says what it is and can be made again after it is gone") {
     CHECK(context->description().find("OpenGL 4.") != std::string::npos);
     CHECK_NOTHROW(check_gl("doing nothing"));
   }
+}
+
+TEST_CASE("where the display can tell, a context reports that the GPU was reset") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const EGLDisplay display = eglGetCurrentDisplay();
+  if (epoxy_egl_version(display) < 15 && !epoxy_has_egl_extension(display, "EGL_EXT_create_context_robustness")) {
+    WARN("skipped: this display cannot tell");
+    return;
+  }
+  GLint strategy = 0;
+  glGetIntegerv(GL_RESET_NOTIFICATION_STRATEGY, &strategy);
+  CHECK(strategy == GL_LOSE_CONTEXT_ON_RESET);
+  CHECK(glGetGraphicsResetStatus() == GL_NO_ERROR);
+  CHECK_NOTHROW(check_gl("asking"));
+}
+
+TEST_CASE("what OpenGL reports becomes one sentence that says what to do") {
+  CHECK(gl_error_sentence(GL_CONTEXT_LOST, "blending views") ==
+        "the GPU was reset while blending views, and all that was on it is lost: run this again, with smaller pictures "
+        "or fewer references if that happens more than once");
+  CHECK(gl_error_sentence(GL_OUT_OF_MEMORY, "loading") ==
+        "OpenGL ran out of memory while loading: use fewer views, smaller photographs or a coarser mesh");
+  CHECK(gl_error_sentence(GL_INVALID_ENUM, "loading") == "OpenGL failed while loading: error 1280");
 }
 
 TEST_CASE("a context can be moved and stays current") {

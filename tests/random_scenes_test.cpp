@@ -90,6 +90,7 @@ BlendOptions random_options(Chance& chance) {
   options.fade_last = chance.below(2) == 0;
   options.border_width = chance.below(3) == 0 ? 0 : chance.uniform(0, 1);
   options.occlusion_tolerance = chance.uniform(0.005, 0.1);  // with none, rounding decides at every pixel
+  options.sampling = chance.below(3) == 0 ? BlendOptions::Sampling::linear : BlendOptions::Sampling::cubic;
   options.exposure = chance.below(2) == 0 ? BlendOptions::Exposure::nearby : BlendOptions::Exposure::model;
   return options;
 }

@@ -194,7 +194,8 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
     CHECK(verdict.replaced.empty());
     REQUIRE(verdict.refinement);
     CHECK(verdict.refinement->outlier);
-    CHECK(verdict.refinement->alignment.correlation < options_for_relief().refinement.least_correlation);
+    REQUIRE(verdict.refinement->alignment.correlation);
+    CHECK(*verdict.refinement->alignment.correlation < options_for_relief().refinement.least_correlation);
   }
   CHECK(stream.planner.summed_coverage() == Approx(coverage).epsilon(1e-12));  // sums in another order
   check_same_store(stream.atlas, untouched.atlas);

@@ -54,7 +54,7 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   const Snapshot snapshot = room_snapshot(14, {});
   Renderer renderer(*context);
   renderer.load(snapshot);
-  std::vector<BlendOptions> variants(9);
+  std::vector<BlendOptions> variants(11);
   variants[1] = BlendOptions::printed();
   variants[1].occlusion_tolerance = 0.02;  // with none, rounding decides at every pixel
   variants[2].views = 1;
@@ -64,6 +64,8 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   variants[6].exposure = BlendOptions::Exposure::model;
   variants[7].border_width = 0;
   variants[8].border_width = 0.6;
+  variants[9].sampling = BlendOptions::Sampling::linear;
+  variants[10].prefilter = false;
   for (std::size_t variant = 0; variant < variants.size(); ++variant) {
     double different = 0;
     constexpr std::size_t kCameras = 6;

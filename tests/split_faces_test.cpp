@@ -83,9 +83,9 @@ TEST_CASE("max_edge must be positive") {
 
 TEST_CASE("a max_edge that no split can reach or no memory hold is refused") {
   const Mesh far = moved(plane(1, 1), {1e6f, 0, 0});  // floats are 1/16 apart there
-  CHECK_THROWS_MATCHES(
-      split_large_faces(far, 0.01), std::invalid_argument,
-      Catch::Message("max_edge: is 0.01, must be at least 0.25, four times the resolution of the mesh's positions"));
+  CHECK_THROWS_MATCHES(split_large_faces(far, 0.01), std::invalid_argument,
+                       Catch::Message("max_edge: is 0.01, must be at least 0.25, four times the resolution of the "
+                                      "positions of the faces to be split"));
   CHECK(longest_edge_of(split_large_faces(far, 0.25)) <= 0.25);
   CHECK_THROWS_MATCHES(split_large_faces(plane(1, 1), 1e-5), std::invalid_argument,
                        Catch::Message("max_edge: is 1e-05, must be larger: it would split the mesh into at least "

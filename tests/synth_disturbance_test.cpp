@@ -36,7 +36,7 @@ SynthOptions small_options() {
 
 SynthOptions everything_disturbed() {
   SynthOptions options = small_options();
-  options.disturbances = {1.5, 0.7, 0.3, 0.34, 0.5, 0.4};
+  options.disturbances = {1.5, 0.7, 0.3, 0.34, 0.5, 0.4, 3, 2, 0.01, 0.05, 0.5};
   return options;
 }
 
@@ -327,6 +327,39 @@ TEST_CASE("vignetting takes the share asked for from the corners and nothing fro
     const double light = synth::linear_from_srgb(plain.rgb[i], 0, 0).x * (1 - 0.6 * r * r);
     CHECK(std::abs(dim.rgb[i] - synth::srgb_from_linear(static_cast<float>(light))) <= 1);
   }
+}
+
+// ---- The sensor and the shutter.
+
+TEST_CASE("blur moves what a view sees by the pixels asked for, each view otherwise, and no pose") {
+  SynthOptions options = small_options();
+  const Files undisturbed = written(options, 4);
+  options.disturbances.blur = 3;
+  const Made made(options);
+  std::set<double> turns;
+  for (std::size_t i = 0; i < made.views.size(); ++i) {
+    CHECK(made.views[i].blur_px == Approx(3).epsilon(1e-9));
+    CHECK(same_pose(made.views[i].written, made.cameras[i]));
+    turns.insert(glm::length(made.views[i].exposure.motion.rotation));
+  }
+  CHECK(turns.size() == made.views.size());
+  const Files files = written(options, 4);
+  CHECK(files.at("sparse/images.bin") == undisturbed.at("sparse/images.bin"));
+  CHECK(files.at("mesh.ply") == undisturbed.at("mesh.ply"));
+  CHECK(files.at("images/0000.png") != undisturbed.at("images/0000.png"));
+}
+
+TEST_CASE("the sensor's noise is the same whatever else is disturbed, and not that of another view") {
+  SynthOptions options = small_options();
+  options.disturbances.noise = 4;
+  const Made made(options);
+  for (const synth::Disturbance& view : made.views) CHECK(view.exposure.noise == 4);
+  const Photograph clean = made.tracer.photograph(made.cameras[0], 2, 1);
+  const Photograph one = made.tracer.photograph(made.cameras[0], 2, 1, {glm::vec3(1), 0, 4, {}});
+  const Photograph other = made.tracer.photograph(made.cameras[0], 2, 2, {glm::vec3(1), 0, 4, {}});
+  CHECK(one.rgb == made.tracer.photograph(made.cameras[0], 2, 1, {glm::vec3(1), 0, 4, {}}).rgb);
+  CHECK(one.rgb != clean.rgb);
+  CHECK(one.rgb != other.rgb);
 }
 
 // ---- Passers-by.

@@ -24,6 +24,7 @@
 #include "tests/temporary_folder.h"
 #include "tools/colmap_writer.h"
 #include "tools/scene.h"
+#include "tools/synth_kinds.h"
 #include "tools/synth_random.h"
 #include "tools/synth_tracer.h"
 
@@ -89,6 +90,14 @@ TEST_CASE("a bad option of a synthetic scene is refused by name, with the value 
   options.triangles = 0;
   CHECK_THROWS_WITH(check(options), "synth: triangles is 0, must be in [1, 20000000]");
   CHECK_THROWS_AS(write_synthetic_scene(options, "unused"), std::invalid_argument);
+}
+
+TEST_CASE("every kind of scene is found by its name, and another name is refused with those that there are") {
+  for (const SynthKindRow& row : synth_kinds()) {
+    CHECK(synth_kind_named(row.name) == row.kind);
+    CHECK(&synth_kind(row.kind) == &row);
+  }
+  CHECK_THROWS_WITH(synth_kind_named("castle"), Catch::StartsWith("synth: kind is castle, must be one of apartment"));
 }
 
 TEST_CASE("a synthetic scene for a folder that does not exist is refused by path") {

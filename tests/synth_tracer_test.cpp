@@ -7,6 +7,7 @@
 #include <numbers>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "tools/synth_surface.h"
@@ -221,6 +222,93 @@ TEST_CASE("a tracer sees between points unless a surface is in the way") {
   CHECK_FALSE(tracer.sees({-2, 0, 0}, {2, 0, 0}));
   CHECK(tracer.sees({-2, 0, 0}, {-0.25, 0, 0}));
   CHECK(tracer.sees({-2, 1, 0}, {2, 1, 0}));
+}
+
+// Mean and standard deviation of one channel of a photograph, in levels.
+std::pair<double, double> levels(const Photograph& photo, std::size_t channel) {
+  double sum = 0;
+  double squares = 0;
+  for (std::size_t i = channel; i < photo.rgb.size(); i += 3) {
+    sum += photo.rgb[i];
+    squares += photo.rgb[i] * photo.rgb[i];
+  }
+  const double count = static_cast<double>(photo.rgb.size()) / 3;
+  return {sum / count, std::sqrt(squares / count - sum * sum / (count * count))};
+}
+
+// Of all sides shining alike: what the sensor gets is the same at all pixels.
+Photograph of_shining_room(const glm::vec3& light, double noise) {
+  Scene scene = dark_room();
+  std::get<Block>(scene.solids[0]).parts[0].material.fill(add_material(scene, shining(light)));
+  const Tracer tracer = tracer_of(scene);
+  Camera camera = camera_towards({0, 0, 0}, {1, 0, 0});
+  camera.width = 200;
+  camera.height = 150;
+  return tracer.photograph(camera, 1, 3, {glm::vec3(1), 0, noise, {}});
+}
+
+TEST_CASE("sensor noise has the stated deviation at mid grey, in each channel by itself") {
+  const glm::vec3 grey = linear_from_srgb(128, 128, 128);
+  CHECK(levels(of_shining_room(grey, 0), 0).second == 0);
+  for (const double noise : {1.0, 5.0, 12.0}) {
+    const Photograph photo = of_shining_room(grey, noise);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const auto [mean, deviation] = levels(photo, channel);
+      // 30000 pixels: 0.4 % standard error; rounding adds a variance of 1/12, the curve of sRGB more
+      // the further the noise reaches.
+      CHECK(deviation == Approx(std::sqrt(noise * noise + 1.0 / 12)).epsilon(0.01 + 0.002 * noise));
+      CHECK(std::abs(mean - 128) < 0.1 + 0.007 * noise * noise);
+    }
+    double products = 0;
+    for (std::size_t i = 0; i < photo.rgb.size(); i += 3)
+      products += (photo.rgb[i] - 128.0) * (photo.rgb[i + 1] - 128.0);
+    CHECK(std::abs(products / 30000) < 0.05 * noise * noise + 0.05);
+  }
+}
+
+TEST_CASE("sensor noise is that of photons where it is bright, and the sensor's own in the dark") {
+  const auto variance = [](float light) {  // of the linear light, whose slope over sRGB is known
+    const double deviation = levels(of_shining_room(glm::vec3(light), 4), 1).second;
+    const double slope = 255 * 1.055 / 2.4 * std::pow(static_cast<double>(light), 1 / 2.4 - 1);
+    return std::pow(deviation / slope, 2);
+  };
+  // Shot noise grows with the light; 2 % of the variance at mid grey, 0.216, do not.
+  CHECK(variance(0.5F) / variance(0.1F) ==
+        Approx((0.02 + 0.98 * 0.5 / 0.216) / (0.02 + 0.98 * 0.1 / 0.216)).epsilon(0.06));
+  const Photograph dark = of_shining_room(glm::vec3(0.0F), 4);
+  CHECK(levels(dark, 0).second > 1);
+}
+
+// Second moments of the red light, pixels squared.
+glm::dvec2 red_variance(const Photograph& photo) {
+  const glm::dvec2 center = red_center(photo);
+  glm::dvec2 sum(0.0);
+  double weight = 0;
+  for (std::uint32_t y = 0; y < photo.height; ++y) {
+    for (std::uint32_t x = 0; x < photo.width; ++x) {
+      const glm::dvec2 off = glm::dvec2(x + 0.5, y + 0.5) - center;
+      sum += static_cast<double>(linear_at(photo, x, y).x) * off * off;
+      weight += linear_at(photo, x, y).x;
+    }
+  }
+  return sum / weight;
+}
+
+TEST_CASE("a camera that turns while its shutter is open draws a point out to a line as long as the turn") {
+  Scene scene = dark_room();
+  add_block(scene, {0, 0, 0}, glm::dvec3(1e-4, kMarker, kMarker), add_material(scene, shining({0.5F, 0, 0})));
+  const Tracer tracer = tracer_of(scene);
+  const Camera camera = camera_towards({2.5, 0, 0}, {0, 0, 0});
+  const Photograph sharp = tracer.photograph(camera, 256, 5);
+  for (const double pixels : {4.0, 16.0}) {
+    Exposure exposure;
+    exposure.motion.rotation = {0, 2 * std::atan(0.5 * pixels / camera.fx), 0};  // about the picture's upright axis
+    const Photograph blurred = tracer.photograph(camera, 256, 5, exposure);
+    const glm::dvec2 grown = red_variance(blurred) - red_variance(sharp);
+    CHECK(std::sqrt(12 * grown.x) == Approx(pixels).epsilon(0.05));  // a line of length l has the variance l^2 / 12
+    CHECK(std::abs(grown.y) < 0.1);
+    CHECK(glm::length(red_center(blurred) - red_center(sharp)) < 0.1);  // as much before the pose as after
+  }
 }
 
 TEST_CASE("a visitor looks like the same solid of the scene, shadow included, and is not seen without") {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <set>
+#include <utility>
 
 #include "atlas/srgb.h"
 #include "blend/photograph_array.h"
@@ -28,6 +29,8 @@ TEST_CASE("tiles of any size show what whole photographs show") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   for (const std::uint32_t gutter : {1u, 2u, 4u, 8u}) {
+    BlendOptions options;
+    if (gutter == 1) options.sampling = BlendOptions::Sampling::linear;  // such tiles have no room for cubic
     Renderer whole(*context);
     whole.load(room_snapshot(10, {}, {0, gutter, 0}));
     for (const std::uint32_t side : {8u, 32u, 128u}) {
@@ -38,7 +41,7 @@ TEST_CASE("tiles of any size show what whole photographs show") {
         const Camera camera = between_views(3 * number);
         // A point within the occlusion tolerance behind another cell may be in a tile that no reference to that one
         // needs.
-        CHECK(share_different(tiles.render(camera, {}), whole.render(camera, {}), 1) <= 0.0001);
+        CHECK(share_different(tiles.render(camera, options), whole.render(camera, options), 1) <= 0.0001);
       }
     }
   }
@@ -172,6 +175,47 @@ TEST_CASE("a photograph taken from nearer is averaged, not sampled here and ther
   };
   CHECK(error(true) < 0.01);
   CHECK(error(false) > 0.05);
+}
+
+// Linear light of a picture whose pixels are half way between those of a photograph with stripes of two pixels, 0.5 and
+// 0.2: on a stripe, beside one.
+std::pair<float, float> between_stripes(const EglContext& context, std::uint32_t gutter,
+                                        BlendOptions::Sampling sampling) {
+  const Camera stored = forward_camera(128, 128);
+  const int bright = srgb8_from_linear(0.5);
+  const int dark = srgb8_from_linear(0.2);
+  const Snapshot snapshot =
+      wall_with(stored, {64, gutter, 0}, [&](std::uint32_t x, std::uint32_t) { return x % 4 < 2 ? bright : dark; });
+  Renderer renderer(context);
+  renderer.load(snapshot);
+  Camera camera = stored;
+  camera.cx -= 0.5;
+  BlendOptions options;
+  options.sampling = sampling;
+  const Rendering picture = renderer.render(camera, options);
+  const Rendering cpu =
+      render_reference(snapshot, camera, make_ray_visibility(snapshot.surface->mesh)->trace(camera), options);
+  CHECK(share_different(picture, cpu, 1) == 0);
+  const auto at = [&](std::size_t x) { return linear_from_srgb8()[picture.picture.rgb[3 * (128 * 64 + x)]]; };
+  for (const std::size_t first : {60u, 64u}) {  // on either side of a border of tiles
+    CHECK(at(first) == at(56));
+    CHECK(at(first + 2) == at(58));
+  }
+  return {at(56), at(58)};
+}
+
+TEST_CASE("cubic sampling keeps fine detail that linear sampling blurs, and needs two pixels of gutter") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  using enum BlendOptions::Sampling;
+  // Shares -1/16, 9/16, 9/16, -1/16: stripes of 0.15 about 0.35 become such of 1.25 times that.
+  const auto [cubic_on, cubic_beside] = between_stripes(*context, 4, cubic);
+  CHECK(std::abs(cubic_on - (0.35 + 1.25 * 0.15)) < 0.01);
+  CHECK(std::abs(cubic_beside - (0.35 - 1.25 * 0.15)) < 0.01);
+  const auto [linear_on, linear_beside] = between_stripes(*context, 4, linear);
+  CHECK(std::abs(linear_on - 0.5) < 0.01);
+  CHECK(std::abs(linear_beside - 0.2) < 0.01);
+  CHECK(between_stripes(*context, 1, cubic) == between_stripes(*context, 1, linear));
 }
 
 TEST_CASE("cells beyond what 16 bits count are drawn from their own tiles") {

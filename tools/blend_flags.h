@@ -18,6 +18,7 @@ struct BlendFlags {
   BlendOptions values;
   std::string weights = "ratio";
   std::string prefilter;  // empty: as the weights have it
+  std::string sampling;   // empty: as the weights have it
   std::string exposure;   // empty: as the weights have it
   std::vector<std::string> departures;
   std::optional<double> border_width;
@@ -35,9 +36,15 @@ struct BlendFlags {
                     "with --weights printed off")
         ->check(CLI::IsMember({"on", "off"}));
     command
-        .add_option("--blend-depart", departures,
-                    "With --weights printed, single departures from it: position, fade-last, border, occlusion")
-        ->check(CLI::IsMember({"position", "fade-last", "border", "occlusion"}))
+        .add_option("--sampling", sampling,
+                    "Between a photograph's pixels: linear or cubic, which is sharper; without it cubic, with "
+                    "--weights printed linear")
+        ->check(CLI::IsMember({"linear", "cubic"}));
+    command
+        .add_option(
+            "--blend-depart", departures,
+            "With --weights printed, single departures from it: position, fade-last, border, occlusion, sampling")
+        ->check(CLI::IsMember({"position", "fade-last", "border", "occlusion", "sampling"}))
         ->delimiter(',');
     command
         .add_option("--border-width", border_width,
@@ -60,6 +67,8 @@ struct BlendFlags {
     if (!prefilter.empty()) options.prefilter = prefilter == "on";
     for (const std::string& departure : departures) depart(options, departure);
     if (border_width) options.border_width = *border_width;
+    if (sampling == "linear") options.sampling = BlendOptions::Sampling::linear;
+    if (sampling == "cubic") options.sampling = BlendOptions::Sampling::cubic;
     if (exposure == "nearby") options.exposure = BlendOptions::Exposure::nearby;
     if (exposure == "model") options.exposure = BlendOptions::Exposure::model;
     check(options);
@@ -72,6 +81,7 @@ struct BlendFlags {
             {"lambda", values.lambda},
             {"weights", weights},
             {"prefilter", options().prefilter},
+            {"sampling", options().sampling == BlendOptions::Sampling::cubic ? "cubic" : "linear"},
             {"blend_depart", departures},
             {"border_width", options().border_width},
             {"exposure", nearby ? "nearby" : "model"}};
@@ -83,6 +93,7 @@ struct BlendFlags {
     if (departure == "position") options.position = ours.position;
     if (departure == "fade-last") options.fade_last = ours.fade_last;
     if (departure == "border") options.border_width = ours.border_width;
+    if (departure == "sampling") options.sampling = ours.sampling;
     if (departure == "occlusion") options.occlusion_tolerance = ours.occlusion_tolerance;
   }
 };

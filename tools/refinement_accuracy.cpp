@@ -171,7 +171,7 @@ json json_view(const ViewAccuracy& view) {
                            {"moved_px", json_number(alignment.moved_px)},
                            {"residual_given", alignment.residual_given},
                            {"residual", alignment.residual},
-                           {"correlation", alignment.correlation}};
+                           {"correlation", alignment.correlation ? json(*alignment.correlation) : json()}};
   }
   return entry;
 }

@@ -63,7 +63,7 @@ json refinement_json(const Refinement& refinement, double milliseconds) {
           {"residual_given", alignment.residual_given},
           {"residual_exposed", alignment.residual_exposed},
           {"residual", alignment.residual},
-          {"correlation", alignment.correlation},
+          {"correlation", alignment.correlation ? json(*alignment.correlation) : json()},
           {"ms", milliseconds}};
 }
 
@@ -94,8 +94,9 @@ std::string refinement_log(const BuildResult& result) {
     const Alignment& alignment = refinement.alignment;
     log << "refine: " << view->name << ": residual " << std::setprecision(4) << alignment.residual_given << " -> "
         << alignment.residual << ", moved " << std::setprecision(2) << alignment.moved_px << " px, exposure "
-        << std::showpos << stops_of(alignment.gain) << std::noshowpos << " EV, correlation " << alignment.correlation
-        << (refinement.outlier ? ": dropped as an outlier" : "") << '\n';
+        << std::showpos << stops_of(alignment.gain) << std::noshowpos << " EV, ";
+    alignment.correlation ? log << "correlation " << *alignment.correlation : log << "too plain to correlate";
+    log << (refinement.outlier ? ": dropped as an outlier" : "") << '\n';
   }
   for (std::size_t step = 0; step < result.polish.size(); ++step) {
     log << "polish: step " << step + 1 << ": residual " << std::setprecision(4) << result.polish[step].residual_before

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
 
@@ -23,8 +24,13 @@ struct SurfaceInput {
   std::uint64_t split_faces = 0;  // faces added by splitting those that were larger than a cell
 };
 
-// Reads, centres (the offset is the middle of the mesh's box), repairs, splits faces larger than a cell, makes cells.
-// Throws InputError.
+// What is subtracted from all coordinates before they become floats: the middle of the box of the faces whose corners
+// are finite. Where some are so far away that floats around it would be too coarse for the others, the middle of the
+// box of all but the outermost hundredth of the corners on each side. The coordinates' origin if there is no such face.
+[[nodiscard]] glm::dvec3 scene_origin(const TriangleSoup& soup);
+
+// Reads, centres (the offset is scene_origin()), repairs, splits faces larger than a cell, makes cells. Throws
+// InputError.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
                                         const std::optional<std::filesystem::path>& mesh_file, CellOptions options);
 

@@ -276,14 +276,16 @@ std::string Drawing::script(const fs::path& svg) const {
   if (plot_.log_x) script += "set logscale x\n";
   if (plot_.log_y) script += "set logscale y\n";
   script += ticks() + "set multiplot\n";
-  const std::size_t panels = scenes_.size() * plot_.y.size();
-  std::size_t drawn = 0;
+  std::vector<std::pair<std::size_t, std::size_t>> panels;  // scene and metric, as ranks; those with anything to show
   for (std::size_t i = 0; i < scenes_.size(); ++i) {
     for (std::size_t y = 0; y < plot_.y.size(); ++y) {
-      const int place = static_cast<int>(is_of_one_scene() ? y : i), block = place / kMostColumns;
-      const int row = is_of_one_scene() ? block : block * static_cast<int>(plot_.y.size()) + static_cast<int>(y);
-      script += panel(scenes_[i], y, row, place % kMostColumns, ++drawn == panels);
+      if (has_samples(scenes_[i], plot_.y[y])) panels.emplace_back(i, y);
     }
+  }
+  for (const auto& [i, y] : panels) {
+    const int place = static_cast<int>(is_of_one_scene() ? y : i), block = place / kMostColumns;
+    const int row = is_of_one_scene() ? block : block * static_cast<int>(plot_.y.size()) + static_cast<int>(y);
+    script += panel(scenes_[i], y, row, place % kMostColumns, std::pair(i, y) == panels.back());
   }
   return script + "unset multiplot\n";
 }

@@ -19,6 +19,7 @@
 #include "tools/colmap_writer.h"
 #include "tools/output_folder.h"
 #include "tools/synth_disturbance.h"
+#include "tools/synth_mesh_errors.h"
 #include "tools/synth_random.h"
 #include "tools/synth_tracer.h"
 
@@ -134,20 +135,22 @@ nlohmann::json described(const Camera& camera, const synth::Disturbance& disturb
                       {"translation", glm::distance(disturbance.written.center(), camera.center())}};
   if (!std::isfinite(disturbance.displacement_px)) view["displacement_px"] = nullptr;
   if (disturbance.passer_by) view["passer_by"] = disturbance.passer_by->share;
+  if (disturbance.blur_px > 0) view["blur_px"] = disturbance.blur_px;
   return view;
 }
 
-void write_path(const std::filesystem::path& folder, const SynthOptions& options, const synth::Scene& scene,
-                const synth::Tracer& tracer, const std::function<void()>& photograph_done) {
+// Undisturbed views, in a workspace without mesh or points.
+void write_true_views(const std::filesystem::path& folder, const SynthOptions& options,
+                      const std::vector<Camera>& cameras, std::uint64_t use, const synth::Tracer& tracer,
+                      const std::function<void()>& photograph_done) {
   constexpr std::uint32_t kPathsPerPhotographs = 4;  // of light, for a quarter of the noise's power
-  const std::vector<Camera> cameras = synth::cameras_on_path(scene, options);
   make_folder(folder);
   make_folder(folder / "images");
   make_folder(folder / "sparse");
-  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t frame) {
-    write_image(folder / "images" / photograph_name(frame),
-                tracer.photograph(cameras[frame], kPathsPerPhotographs * options.samples,
-                                  synth::hashed(options.seed, 3, frame)));
+  tbb::parallel_for(std::size_t{0}, cameras.size(), [&](std::size_t view) {
+    write_image(folder / "images" / photograph_name(view),
+                tracer.photograph(cameras[view], kPathsPerPhotographs * options.samples,
+                                  synth::hashed(options.seed, use, view)));
     if (photograph_done) photograph_done();
   });
   write_colmap_model(folder / "sparse", named(cameras), {});
@@ -155,7 +158,7 @@ void write_path(const std::filesystem::path& folder, const SynthOptions& options
 
 void write_truth(const std::filesystem::path& folder, const SynthOptions& options, const std::vector<Camera>& cameras,
                  const std::vector<TrackedPoint>& points, const std::vector<synth::Disturbance>& disturbances,
-                 const synth::Tracer& tracer) {
+                 const synth::Tracer& tracer, const Mesh& mesh) {
   make_folder(folder);
   make_folder(folder / "sparse");
   write_colmap_model(folder / "sparse", named(cameras), points);
@@ -167,7 +170,13 @@ void write_truth(const std::filesystem::path& folder, const SynthOptions& option
     make_folder(folder / "masks");
     write_image(folder / "masks" / photograph_name(view), tracer.mask(cameras[view], *visitor));
   }
-  write_json(folder / "disturbances.json", {{"vignetting", options.disturbances.vignetting}, {"views", views}});
+  const SynthDisturbances& d = options.disturbances;
+  write_json(folder / "disturbances.json",
+             {{"vignetting", d.vignetting},
+              {"noise", d.noise},
+              {"mesh", {{"noise", d.mesh_noise}, {"holes", d.holes}, {"decimate", d.decimate}}},
+              {"views", views}});
+  if (d.of_mesh()) write_ply(folder / "mesh.ply", mesh);
 }
 
 }  // namespace
@@ -180,6 +189,7 @@ void check(const SynthOptions& options) {
   require(options.samples >= 1 && options.samples <= 1024, "samples", options.samples, "in [1, 1024]");
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
   require(options.path_frames <= 100000, "path_frames", options.path_frames, "in [0, 100000]");
+  require(options.test_views <= 100000, "test_views", options.test_views, "in [0, 100000]");
   require(std::isfinite(options.path_step) && options.path_step > 0, "path_step", options.path_step,
           "finite and above 0");
   const SynthDisturbances& d = options.disturbances;
@@ -191,19 +201,29 @@ void check(const SynthOptions& options) {
   require(d.wrong_poses >= 0 && d.wrong_poses <= 1, "wrong_poses", d.wrong_poses, "in [0, 1]");
   require(d.passers_by >= 0 && d.passers_by <= 1, "passers_by", d.passers_by, "in [0, 1]");
   require(d.vignetting >= 0 && d.vignetting < 1, "vignetting", d.vignetting, "in [0, 1)");
+  require(d.noise >= 0 && d.noise <= 64, "noise", d.noise, "in [0, 64]");
+  require(d.blur >= 0 && d.blur <= options.width / 8.0, "blur", d.blur,
+          "at least 0 and at most an eighth of the width");
+  require(d.mesh_noise >= 0 && d.mesh_noise <= 1, "mesh_noise", d.mesh_noise, "in [0, 1]");
+  require(d.holes >= 0 && d.holes <= 0.95, "holes", d.holes, "in [0, 0.95]");
+  require(d.decimate >= 0.001 && d.decimate <= 1, "decimate", d.decimate, "in [0.001, 1]");
 }
 
 bool SynthDisturbances::any() const {
   return pose_noise > 0 || exposure_noise > 0 || white_balance_noise > 0 || wrong_poses > 0 || passers_by > 0 ||
-         vignetting > 0;
+         vignetting > 0 || noise > 0 || blur > 0 || of_mesh();
+}
+
+bool SynthDisturbances::of_mesh() const {
+  return mesh_noise > 0 || holes > 0 || decimate < 1;
 }
 
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
                            const std::function<void()>& photograph_done) {
   check(options);
-  const synth::Scene scene = synth::make_apartment(options.seed, options.triangles);
-  const std::vector<Camera> cameras = synth::cameras_on_walk(scene, options);
+  const synth::Scene scene = synth::make_scene(options);
   const synth::Tracer tracer(scene);
+  const std::vector<Camera> cameras = synth::cameras_on_trajectory(scene, tracer, options);
   make_folder(folder / "images");
   make_folder(folder / "sparse");
   const std::vector<synth::Disturbance> disturbances = synth::disturb(scene, tracer, cameras, options);
@@ -219,9 +239,15 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
     if (photograph_done) photograph_done();
   });
   write_colmap_model(folder / "sparse", named(written_cameras(disturbances)), points);
-  if (options.disturbances.any()) write_truth(folder / "truth", options, cameras, points, disturbances, tracer);
-  if (options.path_frames > 0) write_path(folder / "path", options, scene, tracer, photograph_done);
-  write_ply(folder / "mesh.ply", scene.geometry.mesh);
+  if (options.disturbances.any())
+    write_truth(folder / "truth", options, cameras, points, disturbances, tracer, scene.geometry.mesh);
+  if (options.path_frames > 0) {
+    write_true_views(folder / "path", options, synth::cameras_on_path(scene, options), 3, tracer, photograph_done);
+  }
+  if (options.test_views > 0) {
+    write_true_views(folder / "test", options, synth::test_cameras(scene, tracer, options), 4, tracer, photograph_done);
+  }
+  write_ply(folder / "mesh.ply", synth::with_mesh_errors(scene.geometry.mesh, options));
 }
 
 }  // namespace lumatlas

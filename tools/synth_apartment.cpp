@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "tools/synth.h"
+#include "tools/synth_builder.h"
 #include "tools/synth_random.h"
 
 namespace lumatlas::synth {
@@ -15,118 +16,36 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-// Furniture stands this deep in what carries it: no coincident faces, no light from below.
-constexpr double kSink = 0.002;
 constexpr double kCeiling = 2.6;
 constexpr float kLampRadiance = 26;  // exposes a white wall about right
 constexpr double kPi = std::numbers::pi;
 
-using Colors = std::array<vec3, 3>;
-
 enum Room : std::size_t { kLiving, kBedroom, kDoorway, kNorthWindow, kEastWindow, kRoomCount };
 
-class Apartment {
+class Apartment : private SceneBuilder {
  public:
-  explicit Apartment(std::uint64_t seed) : random_(hashed(seed, 0x61706172)) {}
+  explicit Apartment(std::uint64_t seed)
+      : SceneBuilder(hashed(seed, 0x61706172)), mirror_random_(hashed(seed, 0x6d6972726f72)) {}
 
   Scene furnished() {
     make_rooms();
     make_lights();
     make_living_room();
     make_bedroom();
+    hang_mirror();  // last, with random numbers of its own: the rest of the apartment is as it would be without
     make_walk();
+    scene_.flight = {{0, 0, 1.7}, {8.6, 0, 0}, {0, 4.2, 0}, {}};
+    scene_.orbit = {{4.3, 2.1, 1.0}, {3.5, 1.4}, 1.6};
+    scene_.stay = {{0.3, 0.3, 0.9}, {8.3, 3.9, 2.2}};
     return std::move(scene_);
   }
 
  private:
-  std::int32_t add(Material material) {
-    material.seed = static_cast<std::uint32_t>(random_.next());
-    scene_.materials.push_back(material);
-    return static_cast<std::int32_t>(scene_.materials.size() - 1);
-  }
-
-  // Colours come as a list so that random ones are drawn in its order, whatever the compiler.
-  std::int32_t add(Pattern pattern, const Colors& colors, float scale = 1) {
-    Material material;
-    material.pattern = pattern;
-    material.colors = colors;
-    material.scale = scale;
-    return add(material);
-  }
-
-  std::int32_t add_glossy(Pattern pattern, const Colors& colors, float scale, float gloss) {
-    const std::int32_t id = add(pattern, colors, scale);
-    scene_.materials.back().gloss = gloss;
-    scene_.materials.back().roughness = 0.03F;
-    return id;
-  }
-
-  std::int32_t add_metal(const vec3& tint, float roughness) {
-    const std::int32_t id = matte(tint);
-    scene_.materials.back().metal = true;
-    scene_.materials.back().roughness = roughness;
-    return id;
-  }
-
-  std::int32_t matte(const vec3& color) { return add(Pattern::plain, {color, color, color}); }
-
-  std::int32_t add_emission(Pattern pattern, const vec3& a, const vec3& b, float emission) {
-    const std::int32_t id = add(pattern, {a, b, b});
-    scene_.materials.back().emission = emission;
-    return id;
-  }
-
-  vec3 dye() {  // a lively colour, not too dark
-    const auto level = [&] { return static_cast<int>(random_.uniform(40, 225)); };
-    const int red = level();
-    const int green = level();
-    return linear_from_srgb(red, green, level());
-  }
-
   std::int32_t oak() {
     return add(Pattern::wood, {linear_from_srgb(196, 152, 100), linear_from_srgb(120, 78, 44), vec3(0.1F)});
   }
 
   std::int32_t poster() { return add(Pattern::poster, {dye(), dye(), dye()}); }
-
-  // A box on (x, y) = the middle of its bottom; that bottom is open, since it stands on something.
-  Block& box(dvec2 middle, double bottom, dvec3 size, std::int32_t material, double yaw = 0) {
-    Block block;
-    block.origin = dvec3(middle, bottom - kSink);
-    block.yaw = yaw;
-    const dvec3 half(0.5 * size.x, 0.5 * size.y, 0);
-    BlockPart part{-half, half + dvec3(0, 0, size.z + kSink), {}};
-    part.material.fill(material);
-    part.material[4] = kOpen;
-    block.parts.push_back(part);
-    scene_.solids.emplace_back(block);
-    return std::get<Block>(scene_.solids.back());
-  }
-
-  // A box in the air, all of whose sides may be seen.
-  Block& board(dvec2 middle, double bottom, dvec3 size, std::int32_t material, double yaw = 0) {
-    Block& block = box(middle, bottom + kSink, size - dvec3(0, 0, kSink), material, yaw);
-    block.parts[0].material[4] = material;
-    return block;
-  }
-
-  // A picture of `size` (width, height) on a wall; `side` is the block side that faces the room, `at` the middle.
-  void hang(dvec3 at, dvec2 size, int side, std::int32_t picture, std::int32_t frame) {
-    const double depth = 0.03;
-    const bool along_y = side / 2 == 0;
-    const dvec3 extent = along_y ? dvec3(2 * depth, size.x, size.y) : dvec3(size.x, 2 * depth, size.y);
-    Block& block = board({at.x, at.y}, at.z - 0.5 * size.y, extent, frame);
-    block.parts[0].material[side] = picture;
-    block.parts[0].material[side ^ 1] = kOpen;  // half of the depth is in the wall
-  }
-
-  void cylinder(dvec2 middle, double bottom, double radius, double height, std::int32_t side, std::int32_t top) {
-    scene_.solids.emplace_back(Cylinder{dvec3(middle, bottom - kSink), radius, height + kSink, side, kOpen, top});
-  }
-
-  void sphere(dvec3 center, double radius, std::int32_t material) {
-    scene_.solids.emplace_back(Sphere{center, radius, material});
-  }
 
   void legs(dvec2 middle, dvec2 size, double height, double thick, std::int32_t material) {
     for (const double x : {-0.5, 0.5}) {
@@ -141,11 +60,6 @@ class Apartment {
   // ---- The rooms.
 
   void make_rooms() {
-    const auto tone = [&](int r, int g, int b) {
-      const auto red = static_cast<int>(random_.below(16));
-      const auto green = static_cast<int>(random_.below(16));
-      return linear_from_srgb(r + red, g + green, b + static_cast<int>(random_.below(16)));
-    };
     const std::int32_t ceiling = add(Pattern::plaster, {tone(228, 226, 220), vec3(0.5F), vec3(0.3F)});
     const std::int32_t living_wall =
         add(Pattern::wallpaper, {tone(214, 202, 176), tone(196, 188, 160), dye() * 0.6F}, 0.24F);
@@ -353,6 +267,14 @@ class Apartment {
     hang({8.6, 0.8, 1.5}, {0.7, 0.9}, 0, poster(), frame);
   }
 
+  // Beside the east window, as tall as a head and shoulders; nothing else is without any roughness.
+  void hang_mirror() {
+    const double width = mirror_random_.uniform(0.45, 0.6);
+    const double height = mirror_random_.uniform(0.8, 1.0);
+    const std::int32_t mirror = add_metal(vec3(0.9F), 0);
+    hang({8.6, 3.5, 1.45}, {width, height}, 0, mirror, add_metal({0.9F, 0.75F, 0.5F}, 0.1F));
+  }
+
   void bed(dvec2 at) {
     const std::int32_t wood = oak();
     const std::int32_t cover = add(Pattern::fabric, {dye(), dye(), dye()}, 1.6F);
@@ -421,8 +343,7 @@ class Apartment {
                    {6.40, 2.50, 1.25}, {5.80, 2.10, 1.20}, {5.25, 2.10, 1.35}};
   }
 
-  Scene scene_;
-  Random random_;
+  Random mirror_random_;
 };
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <glm/glm.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <limits>
 #include <numbers>
 #include <numeric>
@@ -26,7 +25,8 @@ enum Use : std::uint64_t {
   kWhichAreWrong,
   kWrongPose,
   kWhichHavePassersBy,
-  kPasserBy
+  kPasserBy,
+  kBlur
 };
 
 dvec3 random_direction(Random& random) {
@@ -38,36 +38,12 @@ dvec3 random_direction(Random& random) {
 
 // ---- Poses.
 
-// A rigid motion of the camera frame: a turn by |rotation| radians about that axis through the camera's centre, then a
-// shift.
-struct Motion {
-  dvec3 rotation{0.0}, translation{0.0};
-};
-
-Motion operator*(double scale, const Motion& motion) {
-  return {scale * motion.rotation, scale * motion.translation};
-}
-
-glm::dmat3 turn(const dvec3& rotation) {
-  const double angle = glm::length(rotation);
-  return angle > 0 ? glm::mat3_cast(glm::angleAxis(angle, rotation / angle)) : glm::dmat3(1.0);
-}
-
-Camera moved(const Camera& camera, const Motion& motion) {
-  Camera result = camera;
-  const glm::dmat3 rotation = turn(motion.rotation);
-  result.cam_from_world_rotation = rotation * camera.cam_from_world_rotation;
-  result.cam_from_world_translation = rotation * camera.cam_from_world_translation + motion.translation;
-  return result;
-}
-
-// The motion, longer or shorter, that displaces the points by `target` pixels. The displacement grows continuously from
-// 0 beyond all bounds or, where the points stay in front, to the spread of the picture, which is more than any `target`
-// that the options allow.
-Motion scaled_to(double target, const Motion& motion, const Camera& camera, std::span<const dvec3> points) {
-  const auto displacement = [&](double scale) {
-    return displacement_px(camera, moved(camera, scale * motion), points);
-  };
+// The motion, longer or shorter, that displaces the points by `target` pixels, as `displacement` measures it. That
+// grows continuously from 0 beyond all bounds or, where the points stay in front, to the spread of the picture, which
+// is more than any `target` that the options allow.
+template <typename Displacement>
+Motion scaled_to(double target, const Motion& motion, const Displacement& displacement_of) {
+  const auto displacement = [&](double scale) { return displacement_of(scale * motion); };
   double low = 0;
   double high = 1e-6;
   while (displacement(high) < target) high *= 2;
@@ -79,12 +55,13 @@ Motion scaled_to(double target, const Motion& motion, const Camera& camera, std:
 }
 
 // Rotation and translation each displace the surface by the same number of pixels, both together by `target`.
-Camera with_pose_noise(const Camera& camera, std::span<const dvec3> points, double target, Random random) {
+template <typename Displacement>
+Motion random_motion(double target, const Displacement& displacement, Random random) {
   const Motion rotation{random_direction(random), dvec3(0.0)};
   const Motion translation{dvec3(0.0), random_direction(random)};
-  const Motion both{scaled_to(0.5 * target, rotation, camera, points).rotation,
-                    scaled_to(0.5 * target, translation, camera, points).translation};
-  return moved(camera, scaled_to(target, both, camera, points));
+  const Motion both{scaled_to(0.5 * target, rotation, displacement).rotation,
+                    scaled_to(0.5 * target, translation, displacement).translation};
+  return scaled_to(target, both, displacement);
 }
 
 double diameter(const Mesh& mesh) {
@@ -118,6 +95,21 @@ Camera with_wrong_pose(const Scene& scene, const Tracer& tracer, const Camera& c
   return wrong;
 }
 
+// ---- The shutter.
+
+void shake(const Tracer& tracer, const Camera& camera, const SynthOptions& options, std::uint64_t view,
+           Disturbance& disturbance) {
+  if (options.disturbances.blur == 0) return;
+  const std::vector<dvec3> points = points_in_view(tracer, camera);
+  if (points.empty()) return;
+  const auto displacement = [&](const Motion& motion) {
+    return displacement_px(moved(camera, -0.5 * motion), moved(camera, 0.5 * motion), points);
+  };
+  const Random random(hashed(options.seed, kBlur, view));
+  disturbance.exposure.motion = random_motion(options.disturbances.blur, displacement, random);
+  disturbance.blur_px = displacement(disturbance.exposure.motion);
+}
+
 // ---- Exposures.
 
 Exposure exposure_of(const SynthOptions& options, std::uint64_t view) {
@@ -131,6 +123,7 @@ Exposure exposure_of(const SynthOptions& options, std::uint64_t view) {
   Exposure exposure;
   exposure.gain = dvec3(all * red, all, all * blue);
   exposure.vignetting = asked.vignetting;
+  exposure.noise = asked.noise;
   return exposure;
 }
 
@@ -174,7 +167,11 @@ void disturb_pose(const Scene& scene, const Tracer& tracer, const Camera& camera
   if (disturbance.wrong) {
     disturbance.written = with_wrong_pose(scene, tracer, camera, Random(hashed(options.seed, kWrongPose, view)));
   } else if (!points.empty()) {
-    disturbance.written = with_pose_noise(camera, points, noise, Random(hashed(options.seed, kPoseNoise, view)));
+    const auto displacement = [&](const Motion& motion) {
+      return displacement_px(camera, moved(camera, motion), points);
+    };
+    disturbance.written =
+        moved(camera, random_motion(noise, displacement, Random(hashed(options.seed, kPoseNoise, view))));
   }
   disturbance.displacement_px = displacement_px(camera, disturbance.written, points);
 }
@@ -190,6 +187,7 @@ std::vector<Disturbance> disturb(const Scene& scene, const Tracer& tracer, std::
     views[view].written = cameras[view];
     views[view].exposure = exposure_of(options, view);
     disturb_pose(scene, tracer, cameras[view], options, view, views[view]);
+    shake(tracer, cameras[view], options, view, views[view]);
   });
   add_passers_by(scene, tracer, cameras, options, views);
   return views;

@@ -2,7 +2,9 @@
 // Random numbers of the synthetic scenes: functions of a seed and a place, so that no order of work changes them.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 
 namespace lumatlas::synth {
 
@@ -39,5 +41,11 @@ class Random {
  private:
   std::uint64_t state_;
 };
+
+// Of the standard normal distribution, cut off at 5.8 (Box, Muller 1958).
+inline double gaussian(Random& random) {
+  const double radius = std::sqrt(-2 * std::log(1 - static_cast<double>(random.uniform())));
+  return radius * std::cos(2 * std::numbers::pi * random.uniform());
+}
 
 }  // namespace lumatlas::synth

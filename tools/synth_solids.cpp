@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <limits>
 #include <map>
 #include <numbers>
 #include <unordered_map>
 #include <utility>
+
+#include "tools/synth_polyhedron.h"
 
 namespace lumatlas::synth {
 namespace {
@@ -56,9 +59,9 @@ dvec3 axis_vector(int axis, double sign) {
   return v;
 }
 
-dvec3 turned(const Block& block, const dvec3& local) {
-  const double c = std::cos(block.yaw);
-  const double s = std::sin(block.yaw);
+dvec3 turned(double yaw, const dvec3& local) {
+  const double c = std::cos(yaw);
+  const double s = std::sin(yaw);
   return {c * local.x - s * local.y, s * local.x + c * local.y, local.z};
 }
 
@@ -141,9 +144,9 @@ class BlockGrid {
     corner[frame.u_axis] = frame.u_sign > 0 ? part.min[frame.u_axis] : part.max[frame.u_axis];
     corner[frame.v_axis] = part.min[frame.v_axis];
     Surface surface;
-    surface.origin = block_.origin + turned(block_, corner);
-    surface.u = turned(block_, axis_vector(frame.u_axis, frame.u_sign));
-    surface.v = turned(block_, axis_vector(frame.v_axis, 1));
+    surface.origin = block_.origin + turned(block_.yaw, corner);
+    surface.u = turned(block_.yaw, axis_vector(frame.u_axis, frame.u_sign));
+    surface.v = turned(block_.yaw, axis_vector(frame.v_axis, 1));
     surface.size = {part.max[frame.u_axis] - part.min[frame.u_axis], part.max[frame.v_axis] - part.min[frame.v_axis]};
     surface.material = static_cast<std::uint32_t>(part.material[side]);
     return surface;
@@ -165,7 +168,7 @@ class BlockGrid {
     const auto [entry, is_new] = vertices.try_emplace(key, 0);
     if (is_new) {
       const dvec3 local(coordinate(0, lattice.x), coordinate(1, lattice.y), coordinate(2, lattice.z));
-      entry->second = add_vertex(out, block_.origin + turned(block_, local));
+      entry->second = add_vertex(out, block_.origin + turned(block_.yaw, local));
     }
     return entry->second;
   }
@@ -295,79 +298,9 @@ void append(const Cylinder& cylinder, double max_edge, Tessellation& out) {
 
 // ---- Spheres: an icosahedron, cut and pushed out to the sphere, then cut flat.
 
-struct Polyhedron {
-  std::vector<dvec3> points;
-  std::vector<glm::uvec3> faces;
-};
-
-Polyhedron icosahedron() {
-  const double g = std::numbers::phi;
-  Polyhedron p;
-  p.points = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
-              {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
-  p.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-             {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-             {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
-  return p;
-}
-
-// Each face cut into `frequency`^2 flat ones; points on shared edges are shared.
-class FlatCut {
- public:
-  FlatCut(const Polyhedron& base, std::uint32_t frequency) : base_(base), n_(frequency) { cut_.points = base.points; }
-
-  Polyhedron run() {
-    for (const glm::uvec3& face : base_.faces) cut_face(face);
-    return std::move(cut_);
-  }
-
- private:
-  std::uint32_t edge_point(std::uint32_t a, std::uint32_t b, std::uint32_t step) {  // `step` of n_ from a to b
-    if (step == 0) return a;
-    if (step == n_) return b;
-    if (a > b) return edge_point(b, a, n_ - step);
-    const auto [entry, is_new] = edges_.try_emplace({a, b}, static_cast<std::uint32_t>(cut_.points.size()));
-    for (std::uint32_t i = 1; is_new && i < n_; ++i) {
-      cut_.points.push_back((base_.points[a] * static_cast<double>(n_ - i) + base_.points[b] * static_cast<double>(i)) /
-                            static_cast<double>(n_));
-    }
-    return entry->second + step - 1;
-  }
-
-  // The point i steps from a towards b and j steps from a towards c.
-  std::uint32_t point(const glm::uvec3& f, std::uint32_t i, std::uint32_t j) {
-    if (j == 0) return edge_point(f.x, f.y, i);
-    if (i == 0) return edge_point(f.x, f.z, j);
-    if (i + j == n_) return edge_point(f.y, f.z, j);
-    cut_.points.push_back((base_.points[f.x] * static_cast<double>(n_ - i - j) +
-                           base_.points[f.y] * static_cast<double>(i) + base_.points[f.z] * static_cast<double>(j)) /
-                          static_cast<double>(n_));
-    return static_cast<std::uint32_t>(cut_.points.size() - 1);
-  }
-
-  void cut_face(const glm::uvec3& f) {
-    std::vector<std::uint32_t> below;
-    for (std::uint32_t i = 0; i <= n_; ++i) below.push_back(point(f, i, 0));
-    for (std::uint32_t j = 1; j <= n_; ++j) {
-      std::vector<std::uint32_t> row;
-      for (std::uint32_t i = 0; i + j <= n_; ++i) row.push_back(point(f, i, j));
-      for (std::uint32_t i = 0; i < row.size(); ++i) {
-        cut_.faces.emplace_back(below[i], below[i + 1], row[i]);
-        if (i + 1 < row.size()) cut_.faces.emplace_back(below[i + 1], row[i + 1], row[i]);
-      }
-      below = std::move(row);
-    }
-  }
-
-  const Polyhedron& base_;
-  std::uint32_t n_;
-  Polyhedron cut_;
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> edges_;  // first inner point, from the lower end
-};
-
 Polyhedron unit_sphere() {
   const Polyhedron base = icosahedron();
-  Polyhedron sphere = FlatCut(base, kSphereFrequency).run();
+  Polyhedron sphere = cut_flat(base, kSphereFrequency);
   for (dvec3& point : sphere.points) point = glm::normalize(point);
   return sphere;
 }
@@ -386,7 +319,7 @@ void append(const Sphere& sphere, double max_edge, Tessellation& out) {
   surface.material = static_cast<std::uint32_t>(sphere.material);
   const std::uint32_t id = add_surface(out, surface);
   const Polyhedron base = unit_sphere();
-  const Polyhedron cut = FlatCut(base, sphere_steps(sphere, max_edge)).run();
+  const Polyhedron cut = cut_flat(base, sphere_steps(sphere, max_edge));
   const auto first = static_cast<std::uint32_t>(out.mesh.positions.size());
   for (const dvec3& point : cut.points) add_vertex(out, sphere.center + sphere.radius * point);
   for (const glm::uvec3& f : cut.faces) add_face(out, first + f.x, first + f.y, first + f.z, id);
@@ -397,6 +330,84 @@ double count(const Sphere& sphere, double max_edge) {
   return 20 * n * n;
 }
 
+// ---- Convex bodies: each side a fan of triangles, all cut alike, so that edges meet.
+
+constexpr std::uint32_t kNone = ~0U;
+
+std::uint32_t convex_steps(const Convex& body, double max_edge) {
+  double longest = 0;
+  for (const ConvexSide& side : body.sides) {
+    for (std::size_t i = 0; i < side.corners.size(); ++i) {
+      const dvec3& next = body.corners[side.corners[(i + 1) % side.corners.size()]];
+      longest = std::max(longest, glm::distance(body.corners[side.corners[i]], next));
+    }
+  }
+  return steps(longest, max_edge);
+}
+
+double count(const Convex& body, double max_edge) {
+  const double n = convex_steps(body, max_edge);
+  double triangles = 0;
+  for (const ConvexSide& side : body.sides) {
+    if (side.material != kOpen) triangles += static_cast<double>(side.corners.size()) - 2;
+  }
+  return triangles * n * n;
+}
+
+// Of the smallest rectangle round a side, in the world, with t upwards or, on a level side, along y.
+Surface side_surface(const Convex& body, const ConvexSide& side) {
+  const auto corner = [&](std::size_t i) { return body.origin + turned(body.yaw, body.corners[side.corners[i]]); };
+  const dvec3 out = glm::normalize(glm::cross(corner(1) - corner(0), corner(2) - corner(0)));
+  const bool level = std::abs(out.z) > 1 - 1e-9;
+  const dvec3 u = level ? turned(body.yaw, dvec3(out.z, 0, 0)) : glm::normalize(glm::cross(dvec3(0, 0, 1), out));
+  const dvec3 v = glm::cross(out, u);
+  glm::dvec2 low(std::numeric_limits<double>::infinity());
+  glm::dvec2 high(-std::numeric_limits<double>::infinity());
+  for (std::size_t i = 0; i < side.corners.size(); ++i) {
+    const glm::dvec2 st(glm::dot(corner(i), u), glm::dot(corner(i), v));
+    low = glm::min(low, st);
+    high = glm::max(high, st);
+  }
+  Surface surface;
+  surface.origin = low.x * u + low.y * v + glm::dot(corner(0), out) * out;
+  surface.u = u;
+  surface.v = v;
+  surface.size = high - low;
+  surface.material = static_cast<std::uint32_t>(side.material);
+  return surface;
+}
+
+void append(const Convex& body, double max_edge, Tessellation& out) {
+  Polyhedron base;
+  std::vector<std::uint32_t> surface_of_face;
+  std::vector<std::uint32_t> point_of_corner(body.corners.size(), kNone);  // those of open sides alone are left out
+  const auto point = [&](std::uint32_t corner) {
+    if (point_of_corner[corner] == kNone) {
+      point_of_corner[corner] = static_cast<std::uint32_t>(base.points.size());
+      base.points.push_back(body.origin + turned(body.yaw, body.corners[corner]));
+    }
+    return point_of_corner[corner];
+  };
+  for (const ConvexSide& side : body.sides) {
+    if (side.material == kOpen) continue;
+    const std::uint32_t surface = add_surface(out, side_surface(body, side));
+    for (std::size_t i = 2; i < side.corners.size(); ++i) {
+      const std::uint32_t a = point(side.corners[0]);
+      const std::uint32_t b = point(side.corners[i - 1]);
+      base.faces.emplace_back(a, b, point(side.corners[i]));
+      surface_of_face.push_back(surface);
+    }
+  }
+  const std::uint32_t n = convex_steps(body, max_edge);
+  const Polyhedron cut = cut_flat(base, n);
+  const auto first = static_cast<std::uint32_t>(out.mesh.positions.size());
+  for (const dvec3& position : cut.points) add_vertex(out, position);
+  for (std::size_t i = 0; i < cut.faces.size(); ++i) {
+    const glm::uvec3& f = cut.faces[i];
+    add_face(out, first + f.x, first + f.y, first + f.z, surface_of_face[i / (std::size_t{n} * n)]);
+  }
+}
+
 double count(const Block& block, double max_edge) {
   return BlockGrid(block, max_edge).count();
 }
@@ -405,9 +416,7 @@ void append(const Block& block, double max_edge, Tessellation& out) {
 }
 
 bool inside(const Block& block, const dvec3& point) {
-  Block back;
-  back.yaw = -block.yaw;
-  const dvec3 local = turned(back, point - block.origin);
+  const dvec3 local = turned(-block.yaw, point - block.origin);
   return std::any_of(block.parts.begin(), block.parts.end(), [&](const BlockPart& part) {
     return glm::all(glm::greaterThanEqual(local, part.min)) && glm::all(glm::lessThanEqual(local, part.max));
   });
@@ -422,7 +431,52 @@ bool inside(const Sphere& sphere, const dvec3& point) {
   return glm::length(point - sphere.center) <= sphere.radius;
 }
 
+bool inside(const Convex& body, const dvec3& point) {
+  const dvec3 local = turned(-body.yaw, point - body.origin);
+  return std::all_of(body.sides.begin(), body.sides.end(), [&](const ConvexSide& side) {
+    const dvec3& a = body.corners[side.corners[0]];
+    const dvec3 out = glm::cross(body.corners[side.corners[1]] - a, body.corners[side.corners[2]] - a);
+    return glm::dot(out, local - a) <= 0;
+  });
+}
+
 }  // namespace
+
+Convex gable_roof(const glm::dvec2& size, double height, std::int32_t slopes, std::int32_t ends) {
+  const double x = 0.5 * size.x;
+  const double y = 0.5 * size.y;
+  Convex roof;
+  roof.corners = {{-x, -y, 0}, {x, -y, 0}, {x, y, 0}, {-x, y, 0}, {-x, 0, height}, {x, 0, height}};
+  roof.sides = {
+      {{0, 1, 5, 4}, slopes}, {{2, 3, 4, 5}, slopes}, {{1, 2, 5}, ends}, {{3, 0, 4}, ends}, {{3, 2, 1, 0}, ends}};
+  return roof;
+}
+
+Convex frustum(const FrustumSize& size, std::int32_t side, std::int32_t bottom, std::int32_t top) {
+  Convex body;
+  const auto add_ring = [&](double radius, double height) {
+    for (std::uint32_t i = 0; i < size.sides; ++i) {
+      const double angle = 2 * kPi * i / size.sides;
+      body.corners.emplace_back(radius * std::cos(angle), radius * std::sin(angle), height);
+    }
+  };
+  const bool pointed = size.top_radius == 0;
+  const std::uint32_t n = size.sides;
+  add_ring(size.bottom_radius, 0);
+  if (pointed) body.corners.emplace_back(0, 0, size.height);
+  if (!pointed) add_ring(size.top_radius, size.height);
+  ConvexSide below{{}, bottom};
+  ConvexSide above{{}, top};
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    body.sides.push_back(pointed ? ConvexSide{{i, next, n}, side} : ConvexSide{{i, next, n + next, n + i}, side});
+    below.corners.push_back(n - 1 - i);
+    above.corners.push_back(n + i);
+  }
+  body.sides.push_back(below);
+  if (!pointed) body.sides.push_back(above);
+  return body;
+}
 
 bool contains(const Solid& solid, const glm::dvec3& point) {
   return std::visit([&](const auto& s) { return inside(s, point); }, solid);

@@ -49,9 +49,32 @@ struct Sphere {
   std::int32_t material = 0;
 };
 
-using Solid = std::variant<Block, Cylinder, Sphere>;
+// A convex body with flat sides, turned by `yaw` about z and then moved to `origin`.
+struct ConvexSide {
+  std::vector<std::uint32_t> corners;  // at least three, not in a line, counter-clockwise seen from outside
+  std::int32_t material = 0;           // kOpen: no surface
+};
+struct Convex {
+  glm::dvec3 origin{0.0};
+  double yaw = 0;  // radians
+  std::vector<glm::dvec3> corners;
+  std::vector<ConvexSide> sides;
+};
 
-// Inside the boxes, the cylinder, the ball; whether the solid is hollow makes no difference.
+// A roof over the rectangle of `size` (along x and y) round the origin: two slopes that meet in a ridge along x at
+// `height`, triangular ends and a bottom.
+[[nodiscard]] Convex gable_roof(const glm::dvec2& size, double height, std::int32_t slopes, std::int32_t ends);
+
+// Upright, between two regular polygons round the axis through the origin. A top radius of 0 makes a point of the top.
+struct FrustumSize {
+  std::uint32_t sides;  // >= 3
+  double bottom_radius, top_radius, height;
+};
+[[nodiscard]] Convex frustum(const FrustumSize& size, std::int32_t side, std::int32_t bottom, std::int32_t top);
+
+using Solid = std::variant<Block, Cylinder, Sphere, Convex>;
+
+// Inside the boxes, the cylinder, the ball, the body; whether the solid is hollow makes no difference.
 [[nodiscard]] bool contains(const Solid& solid, const glm::dvec3& point);
 
 struct Tessellation {

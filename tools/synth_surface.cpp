@@ -268,6 +268,77 @@ vec3 screen(const Material& m, vec2 st, vec2 size) {
   return ink ? m.colors[2] : m.colors[0] * 0.3F;
 }
 
+// A row of stones, tiles or bricks, each other row shifted by half a stone: which one, and the place on it in [0, 1]^2.
+struct Stone {
+  vec2 local;
+  std::uint64_t hash;
+};
+Stone stone_at(vec2 st, vec2 size, std::uint32_t seed) {
+  const float row = std::floor(st.y / size.y);
+  const float along = st.x / size.x + 0.5F * std::fmod(std::abs(row), 2.0F);
+  const float column = std::floor(along);
+  return {{along - column, st.y / size.y - row}, cell_hash(seed, column, row)};
+}
+
+// Between the first two colours, some of them dyed.
+vec3 stone_color(const Material& m, std::uint64_t hash) {
+  const vec3 color = glm::mix(m.colors[0], m.colors[1], cell_value(hash, 1)) * (0.75F + 0.4F * cell_value(hash, 2));
+  return cell_value(hash, 3) < 0.15F ? glm::mix(color, 0.6F * hue(cell_value(hash, 4)), 0.45F) : color;
+}
+
+vec3 cobbles(const Material& m, vec2 st) {
+  const Stone stone = stone_at(st, vec2(m.scale, 0.8F * m.scale), m.seed);
+  const vec2 off = 2.0F * glm::abs(stone.local - 0.5F);
+  const vec2 fourth = off * off * off * off;
+  if (fourth.x + fourth.y > 0.8F) return m.colors[2];
+  return stone_color(m, stone.hash) * (0.85F + 0.15F * noise(st / (0.25F * m.scale), m.seed + 1));
+}
+
+vec3 grass(const Material& m, vec2 st) {
+  const vec3 base = glm::mix(m.colors[0], m.colors[1], clouds(st / (1.5F * m.scale), m.seed)) *
+                    (0.7F + 0.4F * noise(st / (0.2F * m.scale), m.seed + 3));
+  const vec2 grid = st / m.scale;
+  const vec2 cell = glm::floor(grid);
+  const std::uint64_t h = cell_hash(m.seed + 5, cell.x, cell.y);
+  const vec2 middle(0.25F + 0.5F * cell_value(h, 1), 0.25F + 0.5F * cell_value(h, 2));
+  const bool flower = cell_value(h, 0) < 0.5F && glm::length(grid - cell - middle) < 0.1F + 0.12F * cell_value(h, 3);
+  return flower ? 0.15F + 0.55F * hue(cell_value(h, 4)) : base;
+}
+
+vec3 bricks(const Material& m, vec2 st) {
+  const vec2 size(m.scale, 0.36F * m.scale);
+  const Stone brick = stone_at(st, size, m.seed);
+  const vec2 edge = glm::min(brick.local, 1.0F - brick.local) * size;
+  if (std::min(edge.x, edge.y) < 0.025F * m.scale) return m.colors[2] * (0.8F + 0.2F * noise(st / 0.02F, m.seed));
+  const float coarse = 0.8F + 0.2F * noise(st / (0.12F * m.scale), m.seed + 1);
+  return stone_color(m, brick.hash) * coarse * (0.8F + 0.2F * noise(st / (0.03F * m.scale), m.seed + 2));
+}
+
+vec3 shingles(const Material& m, vec2 st) {
+  const Stone tile = stone_at(st, vec2(m.scale, 0.9F * m.scale), m.seed);
+  const float aside = 2 * tile.local.x - 1;
+  const float rim = 0.3F * aside * aside;  // the lower edge is round
+  if (tile.local.y < rim + 0.06F || std::abs(aside) > 0.94F) return m.colors[2];
+  return stone_color(m, tile.hash) * (1.0F - 0.35F * tile.local.y);
+}
+
+vec3 foliage(const Material& m, vec2 st) {
+  vec3 color = m.colors[2] * (0.7F + 0.5F * noise(st / m.scale, m.seed + 1));
+  for (std::uint32_t layer = 0; layer < 2; ++layer) {
+    const vec2 grid = st / m.scale + 0.37F * static_cast<float>(layer);
+    const vec2 cell = glm::floor(grid);
+    const std::uint64_t h = cell_hash(m.seed + 11 * layer, cell.x, cell.y);
+    const float angle = kPi * cell_value(h, 1);
+    const vec2 local = grid - cell - vec2(0.4F + 0.2F * cell_value(h, 2), 0.4F + 0.2F * cell_value(h, 3));
+    const vec2 turned(std::cos(angle) * local.x + std::sin(angle) * local.y,
+                      std::cos(angle) * local.y - std::sin(angle) * local.x);
+    if (glm::length(turned * vec2(2.2F, 4.2F)) < 0.9F) {
+      color = glm::mix(m.colors[0], m.colors[1], cell_value(h, 4)) * (0.8F + 0.35F * (turned.y > 0 ? 1.0F : 0.0F));
+    }
+  }
+  return color;
+}
+
 }  // namespace
 
 vec2 coordinates(const Surface& surface, const vec3& point) {
@@ -322,8 +393,26 @@ vec3 pattern_color(const Material& m, const vec2& st, const vec2& size) {
       return bands(m, st);
     case Pattern::screen:
       return screen(m, st, size);
+    case Pattern::cobbles:
+      return cobbles(m, st);
+    case Pattern::grass:
+      return grass(m, st);
+    case Pattern::bricks:
+      return bricks(m, st);
+    case Pattern::shingles:
+      return shingles(m, st);
+    case Pattern::foliage:
+      return foliage(m, st);
   }
   return m.colors[0];
+}
+
+vec3 sky_color(const Sky& sky, const vec3& direction) {
+  if (direction.z < 0) return glm::mix(sky.horizon, sky.below, std::min(1.0F, -6 * direction.z));
+  const vec3 clear = glm::mix(sky.horizon, sky.zenith, std::sqrt(direction.z));
+  const vec2 above = vec2(direction) / (direction.z + 0.25F);  // on a vault
+  const float cover = glm::clamp(3 * clouds(2.5F * above, sky.seed) - 1.4F, 0.0F, 1.0F);
+  return glm::mix(clear, vec3(0.95F), cover * std::min(1.0F, 5 * direction.z));
 }
 
 vec3 linear_from_srgb(int red, int green, int blue) {

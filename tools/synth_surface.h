@@ -29,6 +29,11 @@ enum class Pattern {
   sky,        // clouds over a skyline, for what is outside a window
   bands,      // zigzag bands, as on a vase
   screen,     // windows with lines of text
+  cobbles,    // rounded stones of width `scale`, between colors[0] and [1], joints in colors[2]
+  grass,      // between colors[0] and [1], a flower in every other square of side `scale`
+  bricks,     // of length `scale`, between colors[0] and [1], mortar in colors[2]
+  shingles,   // rounded roof tiles of width `scale`, between colors[0] and [1], gaps in colors[2]
+  foliage,    // leaves of length `scale`, between colors[0] and [1], on colors[2]
 };
 
 struct Material {
@@ -61,6 +66,14 @@ struct Surface {
 
 // In linear light, >= 0.
 [[nodiscard]] glm::vec3 pattern_color(const Material& material, const glm::vec2& st, const glm::vec2& size);
+
+// What lies beyond all surfaces: radiances, and clouds by the seed.
+struct Sky {
+  glm::vec3 zenith{0.3F, 0.5F, 0.85F}, horizon{0.75F, 0.82F, 0.9F}, below{0.3F, 0.32F, 0.28F};
+  std::uint32_t seed = 0;
+};
+// Of a unit direction; linear, >= 0.
+[[nodiscard]] glm::vec3 sky_color(const Sky& sky, const glm::vec3& direction);
 
 // Linear light of an 8-bit sRGB colour, and back: rounded to nearest, clamped to [0, 1] first.
 [[nodiscard]] glm::vec3 linear_from_srgb(int red, int green, int blue);

@@ -27,11 +27,11 @@ namespace {
 using glm::vec2;
 using glm::vec3;
 
-constexpr float kOffset = 2e-4F;  // rays start this far off the surface, scene units: above float noise at 10 units
-constexpr float kOcclusionReach = 0.7F;  // how far ambient occlusion looks, scene units
-constexpr float kBrightest = 2.0F;       // of one path: lamps stay white, their edges and reflections stay smooth
-constexpr float kNearest = 0.6F;         // lights are no nearer than this, scene units: else their frames are all noise
-constexpr float kNegligible = 1e-3F;     // of a light's part of white: no shadow ray
+constexpr float kOffset = 2e-4F;      // rays start this far off the surface, scene units: above float noise at 10 units
+constexpr float kBrightest = 2.0F;    // of one path: lamps stay white, their edges and reflections stay smooth
+constexpr float kNearest = 0.6F;      // lights are no nearer than this, scene units: else their frames are all noise
+constexpr float kNegligible = 1e-3F;  // of a light's part of white: no shadow ray
+constexpr std::uint64_t kSensor = 0x6e6f697365;  // what the sensor's random numbers are for
 
 struct DeviceRelease {
   void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
@@ -305,18 +305,23 @@ using Places = std::array<Place, kLanes>;
 // The light along the paths of one photograph, `kLanes` paths of a pixel at a time.
 class Paths {
  public:
-  Paths(const Scene& scene, const Surfaces& surfaces) : scene_(scene), surfaces_(surfaces) {}
+  Paths(const Scene& scene, const Surfaces& surfaces, const Motion& motion)
+      : scene_(scene), surfaces_(surfaces), motion_(motion), moves_(motion != Motion{}) {}
+
+  // The moment's is the last, so that it changes no other random number.
+  [[nodiscard]] std::size_t purposes() const { return moment() + (moves_ ? 1 : 0); }
 
   [[nodiscard]] vec3 pixel(const Camera& camera, std::uint32_t x, std::uint32_t y, std::uint32_t samples,
                            const PixelSamples& random) const {
-    const vec3 center(camera.center());
     vec3 sum(0.0F);
     for (std::uint32_t first = 0; first < samples; first += kLanes) {
       const std::uint32_t count = std::min(kLanes, samples - first);
       Bundle rays;
       for (std::uint32_t lane = 0; lane < count; ++lane) {
         const glm::dvec2 place = glm::dvec2(x, y) + glm::dvec2(random.point(kPixel, first + lane));
-        rays.add(lane, center, vec3(glm::normalize(camera.ray(place))), std::numeric_limits<float>::infinity());
+        const Camera eye = moves_ ? moved(camera, (random.point(moment(), first + lane).x - 0.5) * motion_) : camera;
+        rays.add(lane, vec3(eye.center()), vec3(glm::normalize(eye.ray(place))),
+                 std::numeric_limits<float>::infinity());
       }
       const Places seen = light_along(rays, random, first);
       for (std::uint32_t lane = 0; lane < count; ++lane) sum += glm::min(seen[lane].light, vec3(kBrightest));
@@ -325,6 +330,8 @@ class Paths {
   }
 
  private:
+  [[nodiscard]] std::size_t moment() const { return kFirstLight + 2 * scene_.lights.size(); }
+
   // Where the rays of a bundle end; light is that of what shines by itself.
   [[nodiscard]] Places arrived(Bundle& rays) const {
     std::array<Hit, kLanes> hits;
@@ -334,7 +341,10 @@ class Paths {
       const Bundle::Ray& ray = rays.rays[i];
       Place& place = places[ray.lane];
       place.hit = hits[ray.lane];
-      if (place.hit.surface == nullptr) continue;
+      if (place.hit.surface == nullptr) {
+        if (scene_.sky) place.light = sky_color(*scene_.sky, ray.step);
+        continue;
+      }
       const Surface& surface = *place.hit.surface;
       place.direction = ray.step;
       place.color = pattern_color(*place.hit.material, coordinates(surface, place.hit.point), surface.size);
@@ -424,10 +434,10 @@ class Paths {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {  // one by one: these rays go all ways
       if (!is_diffuse(places[lane])) continue;
       Hit near;
-      float reach = kOcclusionReach;
+      float reach = scene_.occlusion_reach;
       const vec3 step = around(places[lane].n, random.point(kOcclusion, first + lane));
       if (!surfaces_.intersect(places[lane].hit.start(), step, reach, near)) continue;
-      const float share = reach / kOcclusionReach;
+      const float share = reach / scene_.occlusion_reach;
       shares[lane] = 0.25F + 0.75F * share * (2 - share);
     }
     return shares;
@@ -466,6 +476,8 @@ class Paths {
 
   const Scene& scene_;
   Surfaces surfaces_;
+  Motion motion_;
+  bool moves_;
 };
 
 // The part of the light that the lens lets through to a pixel, times the gains.
@@ -473,6 +485,21 @@ vec3 transmitted(const Exposure& exposure, const Camera& camera, std::uint32_t x
   const glm::dvec2 off = glm::dvec2(x + 0.5, y + 0.5) - glm::dvec2(camera.cx, camera.cy);
   const double squared = 4 * glm::dot(off, off) / (std::pow(camera.width, 2) + std::pow(camera.height, 2));
   return exposure.gain * static_cast<float>(std::max(0.0, 1 - exposure.vignetting * squared));
+}
+
+// Normal distributions stand for the counts of photons and electrons: they are many.
+vec3 with_noise(const vec3& light, double noise, Random random) {
+  if (noise == 0) return light;
+  constexpr double kMidGrey = 0.21586;             // linear light of sRGB 128
+  constexpr double kSlope = 1.055 / 2.4 * 2.4457;  // of sRGB over linear light there; kMidGrey^(1 / 2.4 - 1) = 2.4457
+  constexpr double kReadShare = 0.02;              // of the variance at mid grey: what is left of it in the dark
+  vec3 noisy;
+  for (int channel = 0; channel < 3; ++channel) {
+    const double variance = kReadShare + (1 - kReadShare) * light[channel] / kMidGrey;  // of that at mid grey
+    const double deviation = noise / (255 * kSlope) * std::sqrt(variance);
+    noisy[channel] = light[channel] + static_cast<float>(deviation * gaussian(random));
+  }
+  return noisy;
 }
 
 }  // namespace
@@ -505,16 +532,17 @@ class Tracer::Implementation {
 
   [[nodiscard]] Photograph photograph(const Camera& camera, std::uint32_t samples, std::uint64_t seed,
                                       const Exposure& exposure, const Visitor* visitor) const {
-    const Paths paths(scene_, surfaces(visitor));
+    const Paths paths(scene_, surfaces(visitor), exposure.motion);
     Photograph photo = black(camera);
     tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, camera.height),
                       [&](const tbb::blocked_range<std::uint32_t>& rows) {
-                        PixelSamples random(kFirstLight + 2 * scene_.lights.size(), samples);
+                        PixelSamples random(paths.purposes(), samples);
                         for (std::uint32_t y = rows.begin(); y < rows.end(); ++y) {
                           for (std::uint32_t x = 0; x < camera.width; ++x) {
                             random.reset(hashed(seed, y, x));
                             const vec3 light = paths.pixel(camera, x, y, samples, random);
-                            const vec3 exposed = transmitted(exposure, camera, x, y) * light;
+                            const vec3 exposed = with_noise(transmitted(exposure, camera, x, y) * light, exposure.noise,
+                                                            Random(hashed(seed, kSensor, y, x)));
                             std::uint8_t* rgb = &photo.rgb[3 * (std::size_t{y} * camera.width + x)];
                             for (int channel = 0; channel < 3; ++channel)
                               rgb[channel] = srgb_from_linear(exposed[channel]);
@@ -583,12 +611,18 @@ Photograph Tracer::mask(const Camera& camera, const Visitor& visitor) const {
 }
 
 std::optional<glm::dvec3> Tracer::surface_at(const Camera& camera, const glm::dvec2& position) const {
+  const std::optional<Sighting> seen = sighting_at(camera, position);
+  if (!seen) return std::nullopt;
+  return glm::dvec3(seen->point);
+}
+
+std::optional<Sighting> Tracer::sighting_at(const Camera& camera, const glm::dvec2& position) const {
   Hit hit;
   float reach = std::numeric_limits<float>::infinity();
   const vec3 center(camera.center());
   const vec3 direction(glm::normalize(camera.ray(position)));
   if (!implementation_->surfaces(nullptr).intersect(center, direction, reach, hit)) return std::nullopt;
-  return glm::dvec3(hit.point);
+  return Sighting{hit.point, hit.geometric_normal, hit.surface, hit.material};
 }
 
 bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor) const {

@@ -14,6 +14,7 @@
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
 #include "tools/synth.h"
+#include "tools/synth_motion.h"
 
 namespace lumatlas::synth {
 
@@ -23,6 +24,11 @@ struct Exposure {
   // The light is also multiplied by 1 - vignetting r^2 at the middle of a pixel, r being its distance from the
   // principal point over half of the picture's diagonal; [0, 1).
   double vignetting = 0;
+  // Of the sensor, added to that light in each channel by itself: the standard deviation that it gives a mid grey (sRGB
+  // 128), in 8-bit levels, >= 0. Its variance grows with the light (shot noise) from a small part of it (read noise).
+  double noise = 0;
+  // Of the camera while the shutter is open, half of it before the camera's pose is reached and half after.
+  Motion motion{};
 };
 
 // Solids that stand in the scene for some photographs, lit like everything else, and are not in its mesh. Copies share
@@ -33,6 +39,14 @@ class Visitor {
   struct Body;
   explicit Visitor(std::shared_ptr<const Body> body) : body_(std::move(body)) {}
   std::shared_ptr<const Body> body_;
+};
+
+// What a ray meets.
+struct Sighting {
+  glm::vec3 point;
+  glm::vec3 normal;  // unit, of the flat faces, towards where the ray came from
+  const Surface* surface;
+  const Material* material;
 };
 
 // Safe to call from several threads at once. The scene must outlive the tracer.
@@ -55,6 +69,8 @@ class Tracer {
 
   // The point of the scene's surface that an image position shows; none where the ray hits nothing.
   [[nodiscard]] std::optional<glm::dvec3> surface_at(const Camera& camera, const glm::dvec2& position) const;
+  // The same with what is there; it points into the scene.
+  [[nodiscard]] std::optional<Sighting> sighting_at(const Camera& camera, const glm::dvec2& position) const;
   // Whether nothing lies between two points, apart from the last 1e-3 of the way.
   [[nodiscard]] bool sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor = nullptr) const;
 

@@ -38,6 +38,7 @@ uniform float occlusion_tolerance;
 uniform bool printed_position;
 uniform bool fade_last;
 uniform bool prefilter;
+uniform bool cubic;  // sampling, by catmull_rom.h
 uniform uvec2 tile_size;   // pixels, without the gutter
 uniform uint gutter;       // pixels
 uniform uvec2 page_slots;  // columns and rows of slots in a page of the array
@@ -79,30 +80,88 @@ bool locate(uint view, vec2 image, out vec3 texel) {
   return true;
 }
 
-// Place in the texture array of what a stored view shows of a point, and how many of its pixels one of the picture's
-// covers; false where valid() is 0 whatever the mask says.
-bool project(uint view, vec3 world, float z, out vec3 texel, out float footprint) {
+// Where in a stored view's image a point is, and how deep; false: not in it.
+bool image_in(uint view, vec3 world, out vec2 image, out float depth) {
   vec4 at = vec4(world, 1.0);
   vec3 cam = vec3(dot(views[view].cam_from_world[0], at), dot(views[view].cam_from_world[1], at),
                   dot(views[view].cam_from_world[2], at));
   if (!(cam.z > 0.0)) return false;
-  vec2 image = views[view].intrinsics.xy * cam.xy / cam.z + views[view].intrinsics.zw;
-  if (!all(greaterThanEqual(image, vec2(0.0))) || !all(lessThan(image, views[view].size.xy))) return false;
+  image = views[view].intrinsics.xy * cam.xy / cam.z + views[view].intrinsics.zw;
+  depth = cam.z;
+  return all(greaterThanEqual(image, vec2(0.0))) && all(lessThan(image, views[view].size.xy));
+}
+
+// How many pixels of a stored view one of the picture's covers, of a point with these depths in the picture and there.
+float footprint_in(uint view, float z, float depth) {
+  return z * views[view].intrinsics.x / (intrinsics.x * depth);
+}
+
+// Place in the texture array of what a stored view shows of a point, and its footprint there; false where valid() is 0
+// whatever the mask says.
+bool project(uint view, vec3 world, float z, out vec3 texel, out float footprint) {
+  vec2 image;
+  float depth;
+  if (!image_in(view, world, image, depth)) return false;
   if (!locate(view, image, texel)) return false;
   float stored = texelFetch(depths, ivec3(texel), 0).x * views[view].size.z;
-  footprint = z * views[view].intrinsics.x / (intrinsics.x * cam.z);
-  return cam.z <= stored * (1.0 + occlusion_tolerance);
+  footprint = footprint_in(view, z, depth);
+  return depth <= stored * (1.0 + occlusion_tolerance);
+}
+
+float level_of(float footprint) {
+  return prefilter ? log2(max(footprint / SHARP_FOOTPRINT, 1.0)) : 0.0;
+}
+
+// The texture has no more levels than its gutter allows.
+vec4 linear_sample(vec3 texel, float level) {
+  return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level);
 }
 
 vec4 sample_photograph(uint view, vec3 texel, float footprint) {
-  // The texture has no more levels than its gutter allows.
-  float level = prefilter ? log2(max(footprint / SHARP_FOOTPRINT, 1.0)) : 0.0;
-  vec4 color = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level);
+  vec4 color = linear_sample(texel, level_of(footprint));
   return vec4(color.rgb * views[view].gain.rgb, color.a);
+}
+
+// catmull_rom() of catmull_rom.h.
+vec4 cubic_shares(float f) {
+  return vec4(f * (f * (2.0 - f) - 1.0), f * f * (3.0 * f - 5.0) + 2.0, f * (f * (4.0 - 3.0 * f) + 1.0),
+              f * f * (f - 1.0)) / 2.0;
+}
+
+// Of the finest level; held at the image's border.
+vec3 cubic_color(uint view, vec2 image, vec3 texel) {
+  vec2 first = floor(image - 0.5);
+  vec4 across = cubic_shares(image.x - 0.5 - first.x);
+  vec4 down = cubic_shares(image.y - 0.5 - first.y);
+  ivec2 last = ivec2(views[view].size.xy) - 1;
+  ivec2 texel_from_pixel = ivec2(round(texel.xy - image));
+  vec3 sum = vec3(0.0);
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 0; x < 4; ++x) {
+      ivec2 pixel = clamp(ivec2(first) + ivec2(x - 1, y - 1), ivec2(0), last);
+      sum += down[y] * across[x] * texelFetch(photographs, ivec3(pixel + texel_from_pixel, int(texel.z)), 0).rgb;
+    }
+  }
+  return max(sum, vec3(0.0));  // beside bright detail it may fall below
+}
+
+// Of a view that is valid here.
+vec3 sharp_color(uint view, vec3 world, float z) {
+  vec2 image;
+  vec3 texel;
+  float depth;
+  image_in(view, world, image, depth);
+  locate(view, image, texel);
+  float level = level_of(footprint_in(view, z, depth));
+  vec3 color = vec3(0.0);
+  if (level < 1.0) color = cubic_color(view, image, texel);
+  if (level > 0.0) color = mix(color, linear_sample(texel, max(level, 1.0)).rgb, min(level, 1.0));
+  return color * views[view].gain.rgb;
 }
 
 bool blend(uint cell, vec3 world, float z, out vec3 color) {
   vec4 best[MAX_BLENDED_VIEWS + 1];  // colour, weight; best first
+  uint views_of[MAX_BLENDED_VIEWS + 1];
   for (uint rank = 0u; rank <= blended_views; ++rank) best[rank] = vec4(0.0);
   vec3 to_novel = center - world;
   float o = length(to_novel);
@@ -122,6 +181,9 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
         vec4 demoted = best[rank];
         best[rank] = next;
         next = demoted;
+        uint demoted_view = views_of[rank];
+        views_of[rank] = slot;
+        slot = demoted_view;
       }
     }
   }
@@ -130,7 +192,9 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   float total = 0.0;
   vec3 sum = vec3(0.0);
   for (uint rank = 0u; rank < blended_views; ++rank) {
-    float weight = best[rank].w > 0.0 ? best[rank].w - threshold : 0.0;
+    if (!(best[rank].w > 0.0)) break;
+    if (cubic) best[rank].rgb = sharp_color(views_of[rank], world, z);
+    float weight = best[rank].w - threshold;
     total += weight;
     sum += weight * best[rank].rgb;
   }
