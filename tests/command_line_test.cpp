@@ -511,6 +511,106 @@ TEST_CASE("a mesh that no camera sees is named") {
   CHECK(names_in(folder.path()) == std::vector<std::string>{"far.ply"});
 }
 
+// Four points on one tiny scene.
+constexpr const char* kTinySweep = R"({
+  "name": "tiny", "title": "Tiny", "expected": "It works.", "label": "references",
+  "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "views": 8, "width": 60, "height": 45, "samples": 1,
+                                                  "triangles": 2000}}],
+             "full": [{"name": "room", "synth": {"kind": "apartment"}}]},
+  "build": {"hold": 4, "refine": "none", "cell-size": "=diameter/20"},
+  "validate": {"baselines": "none", "no-alignment": true, "time-frames": 2, "frame-width": 32, "frame-height": 24},
+  "option": {"build": "references"}, "values": {"small": [1, 4], "full": [16]},
+  "series": [{"label": "ours", "mark": "default"}, {"label": "printed", "mark": "printed", "build": {"metric": "printed"}}],
+  "metrics": ["psnr.fitted", "frame.cpu"],
+  "plots": [{"x": "value", "y": ["psnr.fitted", "frame.wall"], "log": "x"}]
+})";
+
+std::size_t points_in(const fs::path& out) {
+  if (!fs::exists(out / "points")) return 0;
+  std::size_t count = 0;
+  for (const std::string& name : names_in(out / "points")) count += name.starts_with('.') ? 0 : 1;
+  return count;
+}
+
+TEST_CASE("charts: a run that is killed goes on where it was, and ends with a page, CSV and JSON") {
+  const TemporaryFolder folder;
+  const std::string sweep = folder.with_file("tiny.json", kTinySweep).string(), out = (folder / "out").string();
+  const Arguments chart{"chart", sweep, "-o", out, "--scale", "small", "--quiet"};
+  const Run killed(chart);
+  for (int wait = 0; wait < 20000 && points_in(out) < 1; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  killed.interrupt();
+  const Outcome stopped = killed.wait();
+  INFO(stopped.err);
+  const std::size_t before = points_in(out);
+  REQUIRE(before >= 1);
+  const Outcome ended = lumatlas(chart);
+  INFO(ended.err);
+  if (ended.err.find("no OpenGL 4.5") != std::string::npos) {
+    WARN("skipped: " << ended.err);
+    return;
+  }
+  REQUIRE(ended.status == 0);
+  if (stopped.status == -SIGINT) {
+    CHECK_THAT(ended.out, Catch::Contains("4 of 4 points, made now " + std::to_string(4 - before)));
+  }
+  CHECK_THAT(lumatlas(chart).out, Catch::Contains("4 of 4 points, made now 0"));
+  const nlohmann::json results = nlohmann::json::parse(bytes_of(fs::path(out) / "tiny.json"));
+  CHECK(results["points"].size() == 4);
+  for (const nlohmann::json& point : results["points"]) {
+    CHECK(point["figures"]["psnr.fitted"].get<double>() > 5);
+    CHECK(point["figures"]["frame.wall"].get<double>() > 0);
+    CHECK(point["figures"]["load.read"].get<double>() > 0);
+  }
+  CHECK_THAT(bytes_of(fs::path(out) / "index.html"), Catch::Contains("Tiny") && Catch::Contains("ours"));
+  CHECK(fs::exists(fs::path(out) / "tiny.csv"));
+}
+
+TEST_CASE("charts: a point that fails is told, with exit status 1, and the page has the others") {
+  const TemporaryFolder folder;
+  nlohmann::json description = nlohmann::json::parse(kTinySweep);
+  description["series"][1] = {{"label", "fails"}, {"build", {{"layout", "layers"}, {"budget", 10}}}};
+  description["values"]["small"] = {2};
+  const std::string sweep = folder.with_file("tiny.json", description.dump()).string();
+  const fs::path out = folder / "out";
+  const Outcome outcome = lumatlas({"chart", sweep, "-o", out.string(), "--scale", "small", "--quiet"});
+  CHECK(outcome.status == 1);
+  CHECK(outcome.out.empty());
+  CHECK_THAT(outcome.err, Catch::Contains("lumatlas: 1 of 2 points failed"));
+  CHECK_THAT(bytes_of(out / "index.html"), Catch::Contains("<b>failed</b>: build: "));
+}
+
+TEST_CASE("charts: options that the program refuses are refused before anything is made") {
+  const TemporaryFolder folder;
+  const auto chart = [&](const std::string& from, const std::string& to) {
+    std::string text = kTinySweep;
+    text.replace(text.find(from), from.size(), to);
+    return lumatlas({"chart", folder.with_file("tiny.json", text).string(), "-o", (folder / "out").string()});
+  };
+  check_failure(chart("\"refine\"", "\"refne\""), "tiny.json: build.refne: `lumatlas build` has no option --refne");
+  check_failure(chart("\"none\", \"cell", "\"some\", \"cell"), "tiny.json: room/ours/16: build: --refine");
+  check_failure(chart("[16]", "[70000]"), "tiny.json: room/ours/70000: build: --references");
+  check_failure(chart("=diameter/20", "=diameter/0"), "room/ours/16: --cell-size is \"=diameter/0\", must be");
+  check_failure(chart("\"baselines\": \"none\"", "\"baselines\": \"nothing\""), "validate: --baselines");
+  check_failure(chart("{\"kind\": \"apartment\"}", "{\"kind\": \"castle\"}"), "room/ours/16: synth: ");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"tiny.json"});
+}
+
+TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, at both scales") {
+  Arguments chart{"chart", "--list"};
+  for (const auto& entry : fs::directory_iterator(fs::path(LUMATLAS_DATA) / "sweeps")) chart.push_back(entry.path());
+  CHECK(chart.size() > 12);
+  for (const char* const scale : {"small", "full"}) {
+    Arguments at_scale = chart;
+    at_scale.push_back(std::string("--scale=") + scale);
+    const Outcome outcome = lumatlas(at_scale);
+    INFO(outcome.err);
+    CHECK(outcome.status == 0);
+    CHECK_THAT(outcome.out, Catch::Contains("cell-size: apartment/clusters/1/60"));
+  }
+}
+
 // For the programs that are started as long as it lives.
 class Environment {
  public:

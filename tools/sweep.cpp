@@ -87,7 +87,8 @@ OptionValue SweepReader::option_value(const JsonPlace& place) {
   if (!value.is_array()) place.refuse("must be a number, a text, true, false or a list of these");
   std::string list;
   for (const JsonPlace& element : place.elements()) {
-    const std::optional<std::string> text = option_value(element).text;
+    const bool is_list = element.value().is_array();
+    const std::optional<std::string> text = is_list ? std::nullopt : option_value(element).text;
     if (!text) element.refuse("must be a number or a text");
     list += (list.empty() ? "" : ",") + *text;
   }

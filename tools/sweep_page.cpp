@@ -58,11 +58,12 @@ std::string plots_of(const SweepReport& report, const std::vector<Curve>& curves
   for (std::size_t i = 0; i < report.sweep.plots.size(); ++i) {
     const SweepPlot& plot = report.sweep.plots[i];
     if (report.plots[i].empty()) continue;
-    html += "<figure>" + inline_svg(report.plots[i], report.sweep.name + "-" + std::to_string(i + 1)) +
-            (plot.title.empty() ? "" : "<figcaption>" + html_escaped(plot.title) + "</figcaption>") + "</figure>\n" +
-            sentences(front_sentences(report.sweep, plot, curves));
+    html += "<figure style=\"width: " + std::to_string(plot_width(report.plots[i])) + "px\">" +
+            inline_svg(report.plots[i], report.sweep.name + "-" + std::to_string(i + 1)) +
+            (plot.title.empty() ? "" : "<figcaption>" + html_escaped(plot.title) + "</figcaption>") +
+            sentences(front_sentences(report.sweep, plot, curves)) + "</figure>\n";
   }
-  return html;
+  return html.empty() ? "" : "<div class=\"plots\">\n" + html + "</div>\n";
 }
 
 std::string table_of(const std::vector<TextRow>& rows) {
@@ -185,7 +186,8 @@ bool has_figures(const Curve& curve) {
 }
 
 std::string marked_name(const SweepSeries& series) {
-  return series.mark == Mark::is_default ? "the default (" + series.label + ")" : "the paper's (" + series.label + ")";
+  if (series.mark == Mark::printed) return "the paper's (" + series.label + ")";
+  return series.label == "default" ? "the default" : "the default (" + series.label + ")";
 }
 
 }  // namespace
@@ -229,7 +231,7 @@ std::vector<std::string> breaking_sentences(const Sweep& sweep, const std::vecto
     const std::optional<std::size_t> at = breaking_point(sweep, curve);
     all.push_back(sweep.scenes[curve.scene].name + ", " + series.label +
                   (at ? ": breaks at " + series.values[*at].label : ": does not break in this range") + " (" +
-                  metric.label + " " + fall + " worse than at " + series.values.front().label + ").");
+                  metric.label + ": " + fall + " worse than at " + series.values.front().label + ").");
   }
   return all;
 }

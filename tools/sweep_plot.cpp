@@ -23,8 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Pixels of the drawing.
-constexpr int kPanelWidth = 440, kPanelHeight = 290, kMostColumns = 3;
-constexpr int kLeft = 74, kRight = 18, kTop = 30, kBottom = 54;  // around the axes of a panel
+constexpr int kPanelWidth = 440, kPanelHeight = 300, kMostColumns = 3;
+constexpr int kLeft = 74, kRight = 18, kTop = 32, kBottom = 56;  // around the axes of a panel
 constexpr int kKeyRow = 20;
 
 // A quote ends a text of gnuplot, two are one within it.
@@ -62,22 +62,28 @@ class Drawing {
   [[nodiscard]] std::string script(const fs::path& svg) const;
 
  private:
-  [[nodiscard]] int columns() const { return std::min<int>(kMostColumns, static_cast<int>(scenes_.size())); }
+  // Of panels: scenes beside each other and metrics below, or the metrics of a single scene beside each other.
+  [[nodiscard]] bool is_of_one_scene() const { return scenes_.size() == 1; }
+  [[nodiscard]] int across() const { return static_cast<int>(is_of_one_scene() ? plot_.y.size() : scenes_.size()); }
+  [[nodiscard]] int columns() const { return std::min(kMostColumns, across()); }
   [[nodiscard]] int rows() const {
-    const int blocks = (static_cast<int>(scenes_.size()) + kMostColumns - 1) / kMostColumns;
-    return blocks * static_cast<int>(plot_.y.size());
+    const int blocks = (across() + kMostColumns - 1) / kMostColumns;
+    return is_of_one_scene() ? blocks : blocks * static_cast<int>(plot_.y.size());
   }
   [[nodiscard]] std::size_t key_entries() const {
     return sweep_.series.size() + plot_.lines.size() + (plot_.front ? 1 : 0);
   }
   [[nodiscard]] int key_columns() const;
-  [[nodiscard]] int key_height() const {
-    return kKeyRow * ((static_cast<int>(key_entries()) + key_columns() - 1) / key_columns()) + 14;
-  }
+  [[nodiscard]] int key_rows() const { return (static_cast<int>(key_entries()) + key_columns() - 1) / key_columns(); }
+  [[nodiscard]] int key_height() const { return kKeyRow * key_rows() + 16; }
   [[nodiscard]] std::optional<double> x_of(const Curve& curve, std::size_t value) const;
   [[nodiscard]] std::vector<Sample> samples(const Curve& curve, const std::string& y) const;
   [[nodiscard]] bool has_samples(std::size_t scene, const std::string& y) const;
   [[nodiscard]] std::string style(std::size_t series) const;
+  [[nodiscard]] std::string line_style(std::size_t series) const {
+    const std::string whole = style(series);
+    return whole.substr(0, whole.find(" pt "));
+  }
   [[nodiscard]] std::string title(std::size_t series) const;
   [[nodiscard]] std::string ticks() const;
   [[nodiscard]] std::string front(std::size_t scene, const std::string& y) const;
@@ -163,7 +169,7 @@ std::string Drawing::title(std::size_t series) const {
 std::string Drawing::ticks() const {
   constexpr std::size_t kMostTicks = 12;
   const bool has_labels = plot_.x == "label" || (plot_.x == "value" && plot_.log_x);
-  if (!has_labels || labels_.size() > kMostTicks) return "set xtics autofreq norotate\n";
+  if (!has_labels || labels_.size() > kMostTicks) return "set xtics autofreq norotate offset 0,0.3\n";
   std::map<double, std::string> ticks;
   for (const Curve& curve : curves_) {
     for (std::size_t value = 0; value < curve.values.size(); ++value) {
@@ -176,7 +182,7 @@ std::string Drawing::ticks() const {
     list += (list.empty() ? "" : ", ") + quoted(label) + " " + number(x);
     letters += label.size() + 2;
   }
-  return std::string("set xtics ") + (letters > 52 ? "rotate by -25 " : "norotate ") + "(" + list + ")\n";
+  return std::string("set xtics ") + (letters > 52 ? "rotate by -25 " : "norotate offset 0,0.3 ") + "(" + list + ")\n";
 }
 
 std::string Drawing::front(std::size_t scene, const std::string& y) const {
@@ -203,7 +209,7 @@ std::string Drawing::plot_command(std::size_t scene, const std::string& y, std::
   if (plot_.front) {
     const std::string lines = front(scene, y);
     const std::string what = lines.empty() ? "NaN" : block(lines) + " using 1:2";
-    parts.push_back(what + " with lines lc rgb '#c9ced3' lw 9" + titled("Pareto front"));
+    parts.push_back(what + " with linespoints lc rgb '#c9ced3' lw 9 pt 7 ps 2.2" + titled("Pareto front"));
   }
   double least = 0, most = 0;  // of all y, for lines across
   bool first = true;
@@ -223,7 +229,8 @@ std::string Drawing::plot_command(std::size_t scene, const std::string& y, std::
     if (is_last) parts.push_back("NaN with linespoints " + style(curve.series) + titled(title(curve.series)));
     if (shown.empty()) continue;
     const std::string name = block(lines);
-    if (has_spread) parts.push_back(name + " using 1:2:3:4 with yerrorbars " + style(curve.series) + " ps 0 notitle");
+    if (has_spread)
+      parts.push_back(name + " using 1:2:3:4 with yerrorbars " + line_style(curve.series) + " ps 0 notitle");
     parts.push_back(name + " using 1:2 with linespoints " + style(curve.series) + " notitle");
   }
   for (const SweepLine& line : plot_.lines) {
@@ -248,11 +255,10 @@ std::string Drawing::panel(std::size_t scene, std::size_t y, int row, int column
                        margin("b", (bottom + kBottom) / height);
   script += "set title " + quoted(sweep_.scenes[scene].name) + " font ',13' offset 0,-0.4\n";
   const Metric* const x = find_metric(plot_.x);
-  script += "set xlabel " + quoted(x == nullptr ? sweep_.label : x->label) + "\n";
+  script += "set xlabel " + quoted(x == nullptr ? sweep_.label : x->label) + " offset 0,0.3\n";
   script += "set ylabel " + quoted(find_metric(plot_.y[y])->label) + " offset 0.6,0\n";
-  script += is_last
-                ? "set key at screen 0.5,0.01 center bottom horizontal maxcols " + std::to_string(key_columns()) + "\n"
-                : "unset key\n";
+  script += is_last ? "set key at screen 0.5,0.01 center bottom vertical maxrows " + std::to_string(key_rows()) + "\n"
+                    : "unset key\n";
   std::string data;
   const std::string command = plot_command(scene, plot_.y[y], data, is_last);
   return script + data + command;
@@ -266,18 +272,20 @@ std::string Drawing::script(const fs::path& svg) const {
       " dynamic noenhanced font 'DejaVu Sans,12' background rgb 'white'\nset output " + quoted(svg.string()) +
       "\nset border 3 lc rgb '#555555'\nset tics nomirror out scale 0.5 textcolor rgb '#333333'\n"
       "set grid lc rgb '#e4e6e8' lw 1 dt 1\nset offsets graph 0.04, graph 0.04, graph 0.06, graph "
-      "0.06\nset key samplen 3 spacing 1.1 width 1\n";
+      "0.06\nset key Left reverse samplen 3 spacing 1.1 width 1\n";
   if (plot_.log_x) script += "set logscale x\n";
   if (plot_.log_y) script += "set logscale y\n";
   script += ticks() + "set multiplot\n";
-  const std::size_t panels = scenes_.size() * plot_.y.size();
-  std::size_t drawn = 0;
+  std::vector<std::pair<std::size_t, std::size_t>> panels;  // scene and metric, as ranks; those with anything to show
   for (std::size_t i = 0; i < scenes_.size(); ++i) {
-    const int block = static_cast<int>(i) / kMostColumns, column = static_cast<int>(i) % kMostColumns;
     for (std::size_t y = 0; y < plot_.y.size(); ++y) {
-      const int row = block * static_cast<int>(plot_.y.size()) + static_cast<int>(y);
-      script += panel(scenes_[i], y, row, column, ++drawn == panels);
+      if (has_samples(scenes_[i], plot_.y[y])) panels.emplace_back(i, y);
     }
+  }
+  for (const auto& [i, y] : panels) {
+    const int place = static_cast<int>(is_of_one_scene() ? y : i), block = place / kMostColumns;
+    const int row = is_of_one_scene() ? block : block * static_cast<int>(plot_.y.size()) + static_cast<int>(y);
+    script += panel(scenes_[i], y, row, place % kMostColumns, std::pair(i, y) == panels.back());
   }
   return script + "unset multiplot\n";
 }
@@ -315,8 +323,15 @@ void draw_plot(const fs::path& gnuplot, const std::string& script, const fs::pat
   pending.commit();
 }
 
+int plot_width(const std::string& svg) {
+  std::smatch size;
+  return std::regex_search(svg, size, std::regex("viewBox=\"0 0 ([0-9]{1,6}) ")) ? std::stoi(size[1]) : kPanelWidth;
+}
+
 std::string inline_svg(std::string svg, const std::string& prefix) {
   svg.erase(0, svg.find("<svg"));
+  svg = std::regex_replace(svg, std::regex("viewBox=\"[^\"]*\""), "$& role=\"img\"",
+                           std::regex_constants::format_first_only);
   svg = std::regex_replace(svg, std::regex("<title>Gnuplot</title>\\s*<desc>[^<]*</desc>\\s*"), "");
   svg = std::regex_replace(svg, std::regex("\\bid=(['\"])"), "id=$1" + prefix + "-");
   svg = std::regex_replace(svg, std::regex("href=(['\"])#"), "href=$1#" + prefix + "-");

@@ -298,7 +298,7 @@ void SweepRunner::Work::build_and_score(PointResult& result, const fs::path& fol
                                     "--no-pictures",
                                     "--json",
                                     "--quiet"};
-  for (std::string& argument : arguments_of(resolved(result.point.validate, scene, facts))) {
+  for (std::string& argument : arguments_of(resolved(result.point.validate, scored_scene_of(result.point), facts))) {
     validate.push_back(std::move(argument));
   }
   step(result, validate, folder, "scores.json");
