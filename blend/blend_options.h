@@ -32,7 +32,7 @@ struct BlendOptions {
   };
   enum class Sampling {
     linear,  // between the 2 x 2 pixels of a photograph next to a point
-    cubic,   // of their finest level, between 4 x 4: see catmull_rom.h
+    cubic,   // of all but their coarsest level, between 4 x 4: see cubic_kernel.h
   };
   std::uint32_t views = 3;  // K, [1, 8]
   double lambda = 0.8;      // weight of direction against position, [0, 1]

@@ -14,8 +14,8 @@
 
 #include "atlas/image_levels.h"
 #include "atlas/srgb.h"
-#include "blend/catmull_rom.h"
 #include "blend/cell_shares.h"
+#include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
 
@@ -74,11 +74,11 @@ Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
 }
 
 // Before its gain; held at the border.
-glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position) {
+glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position, double width) {
   const auto& linear = linear_from_srgb8();
   const glm::dvec2 base = glm::floor(position - 0.5);
-  const std::array<double, 4> across = catmull_rom(position.x - 0.5 - base.x);
-  const std::array<double, 4> down = catmull_rom(position.y - 0.5 - base.y);
+  const std::array<double, 4> across = cubic_shares(position.x - 0.5 - base.x, width);
+  const std::array<double, 4> down = cubic_shares(position.y - 0.5 - base.y, width);
   glm::dvec3 sum(0);
   for (std::size_t row = 0; row < 4; ++row) {
     for (std::size_t column = 0; column < 4; ++column) {
@@ -92,16 +92,25 @@ glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position) {
   return glm::max(sum, 0.0);  // beside bright detail it may fall below
 }
 
+// `position` is in pixels of the finest level; `cubic`: how many levels are sampled so.
+Sample sample_level(const std::vector<ImageLevel>& levels, const glm::dvec2& position, double footprint,
+                    std::size_t level, std::size_t cubic) {
+  const double unit = std::exp2(static_cast<double>(level));
+  const glm::dvec2 here = position / unit;
+  Sample sample = bilinear(levels[level], here);
+  if (level < cubic) sample.color = cubic_color(levels[level], here, footprint / unit);
+  return sample;
+}
+
 // Between the two levels whose texels are next to the footprint: how many pixels one of the picture's covers.
-Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint, bool cubic) {
+Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint, std::size_t cubic) {
   const double level =
       std::clamp(std::log2(std::max(footprint / kSharpFootprint, 1.0)), 0.0, static_cast<double>(levels.size() - 1));
   const auto fine = static_cast<std::size_t>(level);
   const double share = level - std::floor(level);
-  Sample sample = bilinear(levels[fine], image / std::exp2(std::floor(level)));
-  if (cubic && fine == 0) sample.color = cubic_color(levels[0], image);
+  Sample sample = sample_level(levels, image, footprint, fine, cubic);
   if (!(share > 0)) return sample;
-  const Sample coarse = bilinear(levels[fine + 1], image / std::exp2(std::floor(level) + 1));
+  const Sample coarse = sample_level(levels, image, footprint, fine + 1, cubic);
   sample.color = glm::mix(sample.color, coarse.color, share);
   sample.validity = glm::mix(sample.validity, coarse.validity, share);
   return sample;
@@ -121,8 +130,9 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   if (!snapshot.tiles.whole_views() && !snapshot.tiles.resident(slot, view.camera, image.x, image.y)) return {};
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
-  const double footprint = z * view.camera.fx / (novel.fx * cam.z);
-  const bool cubic = options.sampling == BlendOptions::Sampling::cubic && has_room_for_cubic(snapshot.tiles.options);
+  const double footprint = options.prefilter ? z * view.camera.fx / (novel.fx * cam.z) : 1;
+  const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
+  const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
   return {weight * sample.validity, snapshot.gains[slot] * sample.color, sample.validity > 0};
 }

@@ -16,8 +16,8 @@
 #include <string>
 #include <utility>
 
-#include "blend/catmull_rom.h"
 #include "blend/cell_shares.h"
+#include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
 #include "blend/gl_objects.h"
@@ -227,7 +227,7 @@ struct Renderer::State {
   std::shared_ptr<const Surface> surface;
   std::vector<glm::u8vec3> vertex_colors;
   ReferenceTable references;
-  bool room_for_cubic = false;
+  std::uint32_t cubic_levels = 0;
   std::vector<glm::dvec3> centers;     // of the stored views' cameras, by slot
   std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
@@ -356,8 +356,8 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
   glProgramUniform1i(name, location(program, "prefilter"), options.prefilter);
-  glProgramUniform1i(name, location(program, "cubic"),
-                     options.sampling == BlendOptions::Sampling::cubic && room_for_cubic);
+  glProgramUniform1i(name, location(program, "cubic_levels"),
+                     options.sampling == BlendOptions::Sampling::cubic ? static_cast<GLint>(cubic_levels) : 0);
   const std::array buffers{cell_of_face.get(), offsets.get(),      slots.get(), views.get(),
                            cell_seen.get(),    zone_of_face.get(), zones.get()};
   glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
@@ -410,7 +410,7 @@ void Renderer::load(const Snapshot& snapshot) {
   state_->surface = snapshot.surface;
   state_->vertex_colors = snapshot.vertex_colors;
   state_->references = snapshot.references;
-  state_->room_for_cubic = has_room_for_cubic(snapshot.tiles.options);
+  state_->cubic_levels = cubic_levels(snapshot.tiles.options);
   state_->centers.assign(snapshot.views.size(), glm::dvec3(0));
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (snapshot.views[slot]) state_->centers[slot] = snapshot.views[slot]->camera.center();

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Photographs in tiles give the picture of whole photographs, without seams; coarser levels keep far pictures calm.
+#include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <optional>
@@ -7,6 +9,7 @@
 #include <utility>
 
 #include "atlas/srgb.h"
+#include "blend/cubic_kernel.h"
 #include "blend/photograph_array.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
@@ -175,6 +178,25 @@ TEST_CASE("a photograph taken from nearer is averaged, not sampled here and ther
   };
   CHECK(error(true) < 0.01);
   CHECK(error(false) > 0.05);
+}
+
+TEST_CASE("the cubic kernel is a mean about its place, as wide as the area that a pixel covers") {
+  for (const double width : {0.3, 1.0, 1.4, 1.9, 2.2}) {
+    for (const double f : {0.0, 0.2, 0.5, 0.9}) {
+      const std::array<double, 4> shares = cubic_shares(f, width);
+      double sum = 0, first = 0, second = 0;
+      for (int i = 0; i < 4; ++i) {
+        const double away = i - 1 - f;
+        sum += shares[static_cast<std::size_t>(i)];
+        first += shares[static_cast<std::size_t>(i)] * away;
+        second += shares[static_cast<std::size_t>(i)] * away * away;
+      }
+      INFO("width " << width << ", place " << f);
+      CHECK(sum == Approx(1).margin(1e-12));
+      CHECK(first == Approx(0).margin(1e-12));
+      CHECK(second == Approx(std::max(0.0, width * width - 1) / 12).margin(1e-12));
+    }
+  }
 }
 
 // Linear light of a picture whose pixels are half way between those of a photograph with stripes of two pixels, 0.5 and

@@ -38,7 +38,7 @@ uniform float occlusion_tolerance;
 uniform bool printed_position;
 uniform bool fade_last;
 uniform bool prefilter;
-uniform bool cubic;  // sampling, by catmull_rom.h
+uniform int cubic_levels;  // of photographs, that are sampled by catmull_rom.h; 0: linear sampling
 uniform uvec2 tile_size;   // pixels, without the gutter
 uniform uint gutter;       // pixels
 uniform uvec2 page_slots;  // columns and rows of slots in a page of the array
@@ -122,27 +122,37 @@ vec4 sample_photograph(uint view, vec3 texel, float footprint) {
   return vec4(color.rgb * views[view].gain.rgb, color.a);
 }
 
-// catmull_rom() of catmull_rom.h.
-vec4 cubic_shares(float f) {
-  return vec4(f * (f * (2.0 - f) - 1.0), f * f * (3.0 * f - 5.0) + 2.0, f * (f * (4.0 - 3.0 * f) + 1.0),
-              f * f * (f - 1.0)) / 2.0;
+// Those of cubic_kernel.h.
+vec4 cubic_shares(float f, float width) {
+  float g = 1.0 - f;
+  vec4 sharp = vec4(-f * g * g, f * f * (3.0 * f - 5.0) + 2.0, g * g * (3.0 * g - 5.0) + 2.0, -g * f * f) / 2.0;
+  vec4 smoothing = vec4(g * g * g, f * f * (3.0 * f - 6.0) + 4.0, g * g * (3.0 * g - 6.0) + 4.0, f * f * f) / 6.0;
+  return mix(sharp, smoothing, clamp((width * width - 1.0) / 4.0, 0.0, 1.0));
 }
 
-// Of the finest level; held at the image's border.
-vec3 cubic_color(uint view, vec2 image, vec3 texel) {
-  vec2 first = floor(image - 0.5);
-  vec4 across = cubic_shares(image.x - 0.5 - first.x);
-  vec4 down = cubic_shares(image.y - 0.5 - first.y);
-  ivec2 last = ivec2(views[view].size.xy) - 1;
-  ivec2 texel_from_pixel = ivec2(round(texel.xy - image));
+// Of one level; held at the image's border.
+vec3 cubic_color(uint view, vec2 image, vec3 texel, int level, float footprint) {
+  float width = footprint * exp2(-float(level));
+  vec2 at = image * exp2(-float(level)) - 0.5;
+  vec2 first = floor(at);
+  vec4 across = cubic_shares(at.x - first.x, width);
+  vec4 down = cubic_shares(at.y - first.y, width);
+  int unit = 1 << (textureQueryLevels(photographs) - 1);  // a level is of a photograph rounded up to that
+  ivec2 last = (((ivec2(views[view].size.xy) + unit - 1) & -unit) >> level) - 1;
+  ivec2 texel_from_pixel = ivec2(round(texel.xy - image)) / (1 << level);
   vec3 sum = vec3(0.0);
   for (int y = 0; y < 4; ++y) {
     for (int x = 0; x < 4; ++x) {
       ivec2 pixel = clamp(ivec2(first) + ivec2(x - 1, y - 1), ivec2(0), last);
-      sum += down[y] * across[x] * texelFetch(photographs, ivec3(pixel + texel_from_pixel, int(texel.z)), 0).rgb;
+      sum += down[y] * across[x] * texelFetch(photographs, ivec3(pixel + texel_from_pixel, int(texel.z)), level).rgb;
     }
   }
   return max(sum, vec3(0.0));  // beside bright detail it may fall below
+}
+
+vec3 color_of_level(uint view, vec2 image, vec3 texel, int level, float footprint) {
+  if (level < cubic_levels) return cubic_color(view, image, texel, level, footprint);
+  return linear_sample(texel, float(level)).rgb;
 }
 
 // Of a view that is valid here.
@@ -152,10 +162,10 @@ vec3 sharp_color(uint view, vec3 world, float z) {
   float depth;
   image_in(view, world, image, depth);
   locate(view, image, texel);
-  float level = level_of(footprint_in(view, z, depth));
-  vec3 color = vec3(0.0);
-  if (level < 1.0) color = cubic_color(view, image, texel);
-  if (level > 0.0) color = mix(color, linear_sample(texel, max(level, 1.0)).rgb, min(level, 1.0));
+  float footprint = prefilter ? footprint_in(view, z, depth) : 1.0;
+  float level = min(level_of(footprint), float(textureQueryLevels(photographs) - 1));
+  vec3 color = color_of_level(view, image, texel, int(level), footprint);
+  if (fract(level) > 0.0) color = mix(color, color_of_level(view, image, texel, int(level) + 1, footprint), fract(level));
   return color * views[view].gain.rgb;
 }
 
@@ -193,7 +203,7 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   vec3 sum = vec3(0.0);
   for (uint rank = 0u; rank < blended_views; ++rank) {
     if (!(best[rank].w > 0.0)) break;
-    if (cubic) best[rank].rgb = sharp_color(views_of[rank], world, z);
+    if (cubic_levels > 0) best[rank].rgb = sharp_color(views_of[rank], world, z);
     float weight = best[rank].w - threshold;
     total += weight;
     sum += weight * best[rank].rgb;
