@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Benchmark of rendering: milliseconds a picture for so many references per cell, with and without each step that is
-// there for speed alone, beside the straightforward loops. Needs saved models only, no photographs. A table in Markdown
-// goes to stdout; exit status as of lumatlas itself.
+// Benchmark of rendering: milliseconds a picture for so many references per cell, and what each step that is there for
+// speed, and each that costs some, changes of that, beside the straightforward loops over a cell's references and over
+// every stored view. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
+// lumatlas itself.
 #include <epoxy/gl.h>
 
 #include <CLI/App.hpp>
@@ -37,7 +38,9 @@ struct Flags {
   std::uint32_t width = 1920;
   std::uint32_t height = 1080;
   std::uint32_t pictures = 9;
+  std::uint32_t repeats = 3;
   double border_width = BlendOptions{}.border_width;
+  std::string compare = "processor";
 };
 
 // Half way between consecutive stored views in the direction of the first, evenly spaced over the store.
@@ -102,54 +105,102 @@ ReferenceTable every_view(const Snapshot& model) {
   return at_most(std::vector<std::vector<std::uint32_t>>(model.surface->cells.cells.size(), all), all.size());
 }
 
-// Of one picture, medians. A software driver's threads are this process's: with other work on the machine, the
-// processor's time is the figure to compare.
+// Of one picture. A software driver's threads are this process's: with other work on the machine, the processor's time
+// is the figure to compare; on a GPU it says nothing.
 struct Milliseconds {
   double wall, processor;
 };
 
-Milliseconds milliseconds(Renderer& renderer, const std::vector<Camera>& cameras, const BlendOptions& blend) {
-  renderer.draw(cameras.front(), blend);  // the first picture of a size sets up
+Milliseconds time_picture(Renderer& renderer, const Camera& camera, const BlendOptions& blend) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t processor_start = std::clock();
+  renderer.draw(camera, blend);
   glFinish();
-  std::vector<double> wall, processor;
-  for (const Camera& camera : cameras) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::clock_t processor_start = std::clock();
-    renderer.draw(camera, blend);
-    glFinish();
-    wall.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-    processor.push_back(1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC);
-  }
-  return {percentile(wall, 0.5), percentile(processor, 0.5)};
+  return {std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(),
+          1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
 }
 
+// The last one has all steps: the renderer's defaults.
 struct Way {
   const char* name;
   RendererOptions steps;
+  BlendOptions::Sampling sampling;
   bool fading;  // cells into each other
 };
 
 constexpr std::array kWays{
-    Way{"straightforward loop", {.skip_losers = false, .order_references = false}, false},
-    Way{"skipping", {.skip_losers = true, .order_references = false}, false},
-    Way{"ordered, skipping", {.skip_losers = true, .order_references = true}, false},
-    Way{"and cells fading", {.skip_losers = true, .order_references = true}, true},
+    Way{"straightforward loop", {false, false}, BlendOptions::Sampling::linear, false},
+    Way{"skipping", {.skip_losers = true, .order_references = false}, BlendOptions::Sampling::linear, false},
+    Way{"ordered, skipping", {}, BlendOptions::Sampling::linear, false},
+    Way{"and cubic sampling", {}, BlendOptions::Sampling::cubic, false},
+    Way{"and cells fading", {}, BlendOptions::Sampling::cubic, true},
 };
 
-void measure(const std::string& name, Snapshot model, const std::string& references, ReferenceTable table,
-             const std::vector<Camera>& cameras, const EglContext& context, const Flags& flags) {
+// By way, what each picture took, each as often as it was repeated. One way after another for the same picture, so that
+// what else the machine does falls on all of them.
+using Times = std::array<std::vector<Milliseconds>, kWays.size()>;
+
+Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Flags& flags) {
+  Times times;
+  // What a picture is drawn for first sets up; the mesh is copied for a width, so widths are not alternated.
+  for (const bool fading : {false, true}) {
+    BlendOptions blend;
+    blend.border_width = fading ? flags.border_width : 0;
+    renderer.draw(cameras.front(), blend);
+    glFinish();
+    for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
+      for (const Camera& camera : cameras) {
+        for (std::size_t way = 0; way < kWays.size(); ++way) {
+          if (kWays[way].fading != fading) continue;
+          renderer.take_steps(kWays[way].steps);
+          blend.sampling = kWays[way].sampling;
+          times[way].push_back(time_picture(renderer, camera, blend));
+        }
+      }
+    }
+  }
+  return times;
+}
+
+double median(const std::vector<Milliseconds>& times, double Milliseconds::*clock) {
+  std::vector<double> values;
+  for (const Milliseconds& time : times) values.push_back(time.*clock);
+  return percentile(values, 0.5);
+}
+
+// The median over pictures of what one takes of another's time.
+double ratio(const std::vector<Milliseconds>& times, const std::vector<Milliseconds>& others,
+             double Milliseconds::*clock) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < times.size(); ++i) values.push_back(times[i].*clock / (others[i].*clock));
+  return percentile(values, 0.5);
+}
+
+struct Row {
+  std::string references;
+  double mean;  // of a cell
+  Times times;
+};
+
+Row measure(Snapshot model, const std::string& references, ReferenceTable table, const std::vector<Camera>& cameras,
+            const EglContext& context, const Flags& flags) {
   const double mean = static_cast<double>(table.views.size()) / static_cast<double>(table.offsets.size() - 1);
   model.references = std::move(table);
-  std::cout << "| " << name << " | " << references << " | " << std::fixed << std::setprecision(1) << mean;
-  for (const Way& way : kWays) {
-    Renderer renderer(context, way.steps);
-    renderer.load(model);
-    BlendOptions blend;
-    blend.border_width = way.fading ? flags.border_width : 0;
-    const Milliseconds time = milliseconds(renderer, cameras, blend);
-    std::cout << " | " << time.wall << " / " << time.processor << std::flush;
-  }
-  std::cout << " |" << std::endl;
+  Renderer renderer(context);
+  renderer.load(model);
+  return {references, mean, time_ways(renderer, cameras, flags)};
+}
+
+void print(const std::string& name, const Row& row, const Row& every_view, double Milliseconds::*clock) {
+  const std::vector<Milliseconds>& loop = row.times.front();
+  const std::vector<Milliseconds>& longest = every_view.times.front();
+  std::cout << "| " << name << " | " << row.references << std::fixed << std::setprecision(1) << " | " << row.mean
+            << " | " << median(loop, &Milliseconds::wall) << " / " << median(loop, &Milliseconds::processor) << " | "
+            << median(row.times.back(), &Milliseconds::wall) << " / "
+            << median(row.times.back(), &Milliseconds::processor) << std::setprecision(2);
+  for (std::size_t way = 1; way < kWays.size(); ++way) std::cout << " | " << ratio(row.times[way], loop, clock);
+  std::cout << " | " << ratio(loop, longest, clock) << " | " << ratio(row.times.back(), longest, clock) << " |"
+            << std::endl;
 }
 
 void measure_model(const std::filesystem::path& path, const EglContext& context, const Flags& flags) {
@@ -157,20 +208,28 @@ void measure_model(const std::filesystem::path& path, const EglContext& context,
   const std::vector<Camera> cameras = novel_cameras(model, flags);
   if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  const auto clock = flags.compare == "wall" ? &Milliseconds::wall : &Milliseconds::processor;
   const auto views = views_of_cells(model);
+  const Row every = measure(model, "every view", every_view(model), cameras, context, flags);
   for (const std::uint32_t references : flags.references) {
-    measure(name, model, std::to_string(references), at_most(views, references), cameras, context, flags);
+    print(name, measure(model, std::to_string(references), at_most(views, references), cameras, context, flags), every,
+          clock);
   }
-  measure(name, model, "every view", every_view(model), cameras, context, flags);
+  print(name, every, every, clock);
 }
 
 void run(const Flags& flags) {
   const EglContext context;
   std::cerr << context.description() << '\n';
-  std::cout << "Milliseconds a picture, wall / processor, of " << flags.width << "x" << flags.height << ", median of "
-            << flags.pictures << ", on " << context.description() << ".\n\n| model | references at most | mean a cell";
-  for (const Way& way : kWays) std::cout << " | " << way.name;
-  std::cout << " |\n|---|---|---|---|---|---|---|\n";
+  std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
+            << " of them, " << flags.repeats << " times each, on " << context.description()
+            << ". Milliseconds: wall / processor. Shares of " << flags.compare
+            << " time: each way's of the straightforward loop's over the same references, and of that over every "
+               "stored view.\n\n| model | references at most | mean a cell | "
+            << kWays.front().name << ", ms | all steps, ms";
+  for (std::size_t way = 1; way < kWays.size(); ++way) std::cout << " | " << kWays[way].name;
+  std::cout
+      << " | loop, of every view's | all steps, of every view's |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::filesystem::path& model : flags.models) measure_model(model, context, flags);
 }
 
@@ -189,6 +248,10 @@ int main(int argc, char** argv) {
   program.add_option("--width", flags.width, "Pixels")->check(CLI::Range(1u, 65536u));
   program.add_option("--height", flags.height, "Pixels")->check(CLI::Range(1u, 65536u));
   program.add_option("--pictures", flags.pictures, "How many are timed")->check(CLI::Range(1u, 100000u));
+  program.add_option("--repeats", flags.repeats, "Of each picture, the ways one after another")
+      ->check(CLI::Range(1u, 100000u));
+  program.add_option("--compare", flags.compare, "Which time the shares are of: processor, or wall, for a GPU")
+      ->check(CLI::IsMember({"processor", "wall"}));
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });
