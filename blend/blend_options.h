@@ -43,7 +43,7 @@ struct BlendOptions {
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0
-  double border_width = 0.25;
+  double border_width = 0.1;
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();

@@ -110,17 +110,16 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
   return targets;
 }
 
-std::string with_definitions(std::string_view source, const RendererOptions& options) {
+std::string with_definitions(std::string_view source) {
   std::string text(source);
   text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) +
-                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) +
-                                       "\n#define SKIP_LOSERS " + (options.skip_losers ? "1" : "0") + "\n");
+                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) + "\n");
   return text;
 }
 
 // The blend pass with another output, for those who ask for it: the usual picture pays nothing.
-GlProgram make_blend_variant(const std::string& name, const RendererOptions& options) {
-  std::string text = with_definitions(k_blend_frag, options);
+GlProgram make_blend_variant(const std::string& name) {
+  std::string text = with_definitions(k_blend_frag);
   text.insert(text.find('\n') + 1, "#define " + name + "\n");
   return make_program("blend, " + name, k_screen_vert, text);
 }
@@ -208,13 +207,9 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
 }
 
 struct Renderer::State {
-  explicit State(const RendererOptions& renderer_options)
-      : steps(renderer_options),
-        blend_program(make_program("blend", k_screen_vert, with_definitions(k_blend_frag, renderer_options))) {}
-
   RendererOptions steps;
   GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
-  GlProgram blend_program;
+  GlProgram blend_program = make_program("blend", k_screen_vert, with_definitions(k_blend_frag));
   GlProgram linear_program, diagnosis_program;  // made when they are first asked for
   GlVertexArray no_vertices;
   GlVertexArray mesh;
@@ -293,7 +288,7 @@ void Renderer::State::load_tables(const Snapshot& snapshot) {
 
 // By their weights at the middle of each cell.
 void Renderer::State::order_references(const glm::dvec3& center, const BlendOptions& blend) {
-  std::vector<std::uint32_t>& views_of_cells = references.views;
+  std::vector<std::uint32_t> views_of_cells(references.views.size());
   tbb::parallel_for(std::size_t{0}, surface->cells.cells.size(), [&](std::size_t cell) {
     const std::size_t begin = references.offsets[cell];
     const std::size_t count = references.offsets[cell + 1] - begin;
@@ -355,6 +350,7 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glProgramUniform1f(name, location(program, "occlusion_tolerance"), static_cast<float>(options.occlusion_tolerance));
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
+  glProgramUniform1i(name, location(program, "skip_losers"), steps.skip_losers);
   glProgramUniform1i(name, location(program, "prefilter"), options.prefilter);
   glProgramUniform1i(name, location(program, "cubic_levels"),
                      options.sampling == BlendOptions::Sampling::cubic ? static_cast<GLint>(cubic_levels) : 0);
@@ -394,8 +390,8 @@ Rendering Renderer::State::read_back() const {
   return rendering;
 }
 
-Renderer::Renderer(const EglContext& /*current*/, const RendererOptions& options)
-    : state_(std::make_unique<State>(options)) {
+Renderer::Renderer(const EglContext& /*current*/, const RendererOptions& steps) : state_(std::make_unique<State>()) {
+  state_->steps = steps;
   GLuint name = 0;
   glCreateVertexArrays(1, &name);
   state_->no_vertices = GlVertexArray(name);
@@ -404,6 +400,12 @@ Renderer::Renderer(const EglContext& /*current*/, const RendererOptions& options
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+void Renderer::take_steps(const RendererOptions& steps) {
+  // The model's own order, once another one has taken its place.
+  if (state_->steps.order_references && !steps.order_references) state_->slots = make_buffer(state_->references.views);
+  state_->steps = steps;
+}
 
 void Renderer::load(const Snapshot& snapshot) {
   state_->loaded = false;
@@ -450,7 +452,7 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
 
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  if (state_->linear_program.get() == 0) state_->linear_program = make_blend_variant("LINEAR", state_->steps);
+  if (state_->linear_program.get() == 0) state_->linear_program = make_blend_variant("LINEAR");
   const Targets& targets = state_->targets;
   const GlTexture linear =
       make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
@@ -468,7 +470,7 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  if (state_->diagnosis_program.get() == 0) state_->diagnosis_program = make_blend_variant("DIAGNOSE", state_->steps);
+  if (state_->diagnosis_program.get() == 0) state_->diagnosis_program = make_blend_variant("DIAGNOSE");
   const Targets& targets = state_->targets;
   const GlTexture packed =
       make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));

@@ -28,7 +28,7 @@ struct RendererOptions {
 class Renderer {
  public:
   // `context` must be current on the calling thread, for every call, and outlive the renderer.
-  explicit Renderer(const EglContext& context, const RendererOptions& options = {});
+  explicit Renderer(const EglContext& context, const RendererOptions& steps = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
@@ -37,6 +37,9 @@ class Renderer {
   // not copied again. Throws GlError if the driver's limits (layers, texture size, buffer size) or its free memory,
   // where it tells that, are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
+
+  // From the next picture on.
+  void take_steps(const RendererOptions& steps);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument for bad options
   // or without load().

@@ -450,14 +450,16 @@ TEST_CASE("the steps for speed change no picture") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const Snapshot snapshot = room_snapshot(14, {});
+  Renderer renderer(*context);
+  renderer.load(snapshot);
   const auto picture = [&](const RendererOptions& steps) {
-    Renderer renderer(*context, steps);
-    renderer.load(snapshot);
+    renderer.take_steps(steps);
     return renderer.render(novel_camera(4), {}).picture.rgb;
   };
   const std::vector<std::uint8_t> plain = picture({.skip_losers = false, .order_references = false});
   CHECK(picture({.skip_losers = true, .order_references = false}) == plain);
   CHECK(picture({.skip_losers = true, .order_references = true}) == plain);
+  CHECK(picture({.skip_losers = false, .order_references = false}) == plain);  // and back again
 }
 
 TEST_CASE("more photographs than the driver has layers are refused with what to do") {

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Benchmark of rendering: milliseconds a picture for so many references per cell, with and without each step that is
-// there for speed alone, beside the straightforward loops. Needs saved models only, no photographs. A table in Markdown
-// goes to stdout; exit status as of lumatlas itself.
+// Benchmark of rendering: milliseconds a picture for so many references per cell, and what each step that is there for
+// speed, and each that costs some, changes of that, beside the straightforward loops over a cell's references and over
+// every stored view. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
+// lumatlas itself.
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Error.hpp>
@@ -32,7 +33,9 @@ struct Flags {
   std::uint32_t width = 1920;
   std::uint32_t height = 1080;
   std::uint32_t pictures = 9;
+  std::uint32_t repeats = 3;
   double border_width = BlendOptions{}.border_width;
+  std::string compare = "processor";
 };
 
 // By cell, the stored views that see it, those with the most pixels on it first.
@@ -73,33 +76,86 @@ ReferenceTable every_view(const Snapshot& model) {
   return at_most(std::vector<std::vector<std::uint32_t>>(model.surface->cells.cells.size(), all), all.size());
 }
 
+// The last one has all steps: the renderer's defaults.
 struct Way {
   const char* name;
   RendererOptions steps;
+  BlendOptions::Sampling sampling;
   bool fading;  // cells into each other
 };
 
 constexpr std::array kWays{
-    Way{"straightforward loop", {.skip_losers = false, .order_references = false}, false},
-    Way{"skipping", {.skip_losers = true, .order_references = false}, false},
-    Way{"ordered, skipping", {.skip_losers = true, .order_references = true}, false},
-    Way{"and cells fading", {.skip_losers = true, .order_references = true}, true},
+    Way{"straightforward loop", {false, false}, BlendOptions::Sampling::linear, false},
+    Way{"skipping", {.skip_losers = true, .order_references = false}, BlendOptions::Sampling::linear, false},
+    Way{"ordered, skipping", {}, BlendOptions::Sampling::linear, false},
+    Way{"and cubic sampling", {}, BlendOptions::Sampling::cubic, false},
+    Way{"and cells fading", {}, BlendOptions::Sampling::cubic, true},
 };
 
-void measure(const std::string& name, Snapshot model, const std::string& references, ReferenceTable table,
-             const std::vector<Camera>& cameras, const EglContext& context, const Flags& flags) {
+// By way, what each picture took, each as often as it was repeated. One way after another for the same picture, so that
+// what else the machine does falls on all of them.
+using Times = std::array<std::vector<PictureTime>, kWays.size()>;
+
+Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Flags& flags) {
+  Times times;
+  // What a picture is drawn for first sets up; the mesh is copied for a width, so widths are not alternated.
+  for (const bool fading : {false, true}) {
+    BlendOptions blend;
+    blend.border_width = fading ? flags.border_width : 0;
+    (void)time_picture(renderer, cameras.front(), blend);
+    for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
+      for (const Camera& camera : cameras) {
+        for (std::size_t way = 0; way < kWays.size(); ++way) {
+          if (kWays[way].fading != fading) continue;
+          renderer.take_steps(kWays[way].steps);
+          blend.sampling = kWays[way].sampling;
+          times[way].push_back(time_picture(renderer, camera, blend));
+        }
+      }
+    }
+  }
+  return times;
+}
+
+double median(const std::vector<PictureTime>& times, double PictureTime::*clock) {
+  std::vector<double> values;
+  for (const PictureTime& time : times) values.push_back(time.*clock);
+  return percentile(values, 0.5);
+}
+
+// The median over pictures of what one takes of another's time.
+double ratio(const std::vector<PictureTime>& times, const std::vector<PictureTime>& others,
+             double PictureTime::*clock) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < times.size(); ++i) values.push_back(times[i].*clock / (others[i].*clock));
+  return percentile(values, 0.5);
+}
+
+struct Row {
+  std::string references;
+  double mean;  // of a cell
+  Times times;
+};
+
+Row measure(Snapshot model, const std::string& references, ReferenceTable table, const std::vector<Camera>& cameras,
+            const EglContext& context, const Flags& flags) {
   const double mean = static_cast<double>(table.views.size()) / static_cast<double>(table.offsets.size() - 1);
   model.references = std::move(table);
-  std::cout << "| " << name << " | " << references << " | " << std::fixed << std::setprecision(1) << mean;
-  for (const Way& way : kWays) {
-    Renderer renderer(context, way.steps);
-    renderer.load(model);
-    BlendOptions blend;
-    blend.border_width = way.fading ? flags.border_width : 0;
-    const FrameTime time = frame_time(renderer, cameras, blend);
-    std::cout << " | " << time.wall << " / " << time.processor << std::flush;
-  }
-  std::cout << " |" << std::endl;
+  Renderer renderer(context);
+  renderer.load(model);
+  return {references, mean, time_ways(renderer, cameras, flags)};
+}
+
+void print(const std::string& name, const Row& row, const Row& every_view, double PictureTime::*clock) {
+  const std::vector<PictureTime>& loop = row.times.front();
+  const std::vector<PictureTime>& longest = every_view.times.front();
+  std::cout << "| " << name << " | " << row.references << std::fixed << std::setprecision(1) << " | " << row.mean
+            << " | " << median(loop, &PictureTime::wall) << " / " << median(loop, &PictureTime::processor) << " | "
+            << median(row.times.back(), &PictureTime::wall) << " / "
+            << median(row.times.back(), &PictureTime::processor) << std::setprecision(2);
+  for (std::size_t way = 1; way < kWays.size(); ++way) std::cout << " | " << ratio(row.times[way], loop, clock);
+  std::cout << " | " << ratio(loop, longest, clock) << " | " << ratio(row.times.back(), longest, clock) << " |"
+            << std::endl;
 }
 
 void measure_model(const std::filesystem::path& path, const EglContext& context, const Flags& flags) {
@@ -107,20 +163,28 @@ void measure_model(const std::filesystem::path& path, const EglContext& context,
   const std::vector<Camera> cameras = cameras_between_views(model, flags.pictures, {flags.width, flags.height});
   if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  const auto clock = flags.compare == "wall" ? &PictureTime::wall : &PictureTime::processor;
   const auto views = views_of_cells(model);
+  const Row every = measure(model, "every view", every_view(model), cameras, context, flags);
   for (const std::uint32_t references : flags.references) {
-    measure(name, model, std::to_string(references), at_most(views, references), cameras, context, flags);
+    print(name, measure(model, std::to_string(references), at_most(views, references), cameras, context, flags), every,
+          clock);
   }
-  measure(name, model, "every view", every_view(model), cameras, context, flags);
+  print(name, every, every, clock);
 }
 
 void run(const Flags& flags) {
   const EglContext context;
   std::cerr << context.description() << '\n';
-  std::cout << "Milliseconds a picture, wall / processor, of " << flags.width << "x" << flags.height << ", median of "
-            << flags.pictures << ", on " << context.description() << ".\n\n| model | references at most | mean a cell";
-  for (const Way& way : kWays) std::cout << " | " << way.name;
-  std::cout << " |\n|---|---|---|---|---|---|---|\n";
+  std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
+            << " of them, " << flags.repeats << " times each, on " << context.description()
+            << ". PictureTime: wall / processor. Shares of " << flags.compare
+            << " time: each way's of the straightforward loop's over the same references, and of that over every "
+               "stored view.\n\n| model | references at most | mean a cell | "
+            << kWays.front().name << ", ms | all steps, ms";
+  for (std::size_t way = 1; way < kWays.size(); ++way) std::cout << " | " << kWays[way].name;
+  std::cout
+      << " | loop, of every view's | all steps, of every view's |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const std::filesystem::path& model : flags.models) measure_model(model, context, flags);
 }
 
@@ -139,6 +203,10 @@ int main(int argc, char** argv) {
   program.add_option("--width", flags.width, "Pixels")->check(CLI::Range(1u, 65536u));
   program.add_option("--height", flags.height, "Pixels")->check(CLI::Range(1u, 65536u));
   program.add_option("--pictures", flags.pictures, "How many are timed")->check(CLI::Range(1u, 100000u));
+  program.add_option("--repeats", flags.repeats, "Of each picture, the ways one after another")
+      ->check(CLI::Range(1u, 100000u));
+  program.add_option("--compare", flags.compare, "Which time the shares are of: processor, or wall, for a GPU")
+      ->check(CLI::IsMember({"processor", "wall"}));
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });

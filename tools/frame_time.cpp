@@ -35,18 +35,23 @@ std::vector<Camera> cameras_between_views(const Snapshot& model, std::size_t cou
   return cameras;
 }
 
+PictureTime time_picture(Renderer& renderer, const Camera& camera, const BlendOptions& blend) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t processor_start = std::clock();
+  renderer.draw(camera, blend);
+  glFinish();
+  return {std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(),
+          1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
+}
+
 FrameTime frame_time(Renderer& renderer, const std::vector<Camera>& cameras, const BlendOptions& blend) {
   if (cameras.empty()) throw std::invalid_argument("frame time: there are no cameras, must be at least 1");
-  renderer.draw(cameras.front(), blend);
-  glFinish();
+  (void)time_picture(renderer, cameras.front(), blend);
   std::vector<double> wall, processor;
   for (const Camera& camera : cameras) {
-    const auto start = std::chrono::steady_clock::now();
-    const std::clock_t processor_start = std::clock();
-    renderer.draw(camera, blend);
-    glFinish();
-    wall.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-    processor.push_back(1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC);
+    const PictureTime time = time_picture(renderer, camera, blend);
+    wall.push_back(time.wall);
+    processor.push_back(time.processor);
   }
   return {percentile(wall, 0.5), percentile(processor, 0.5), percentile(wall, 0.95), percentile(processor, 0.95)};
 }

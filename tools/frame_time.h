@@ -22,7 +22,15 @@ struct FrameSize {
                                                         const FrameSize& size);
 
 // Of one picture, milliseconds. A software driver's threads are this process's: with other work on the machine, the
-// processor's time is the figure to compare.
+// processor's time is the figure to compare; on a GPU it says nothing.
+struct PictureTime {
+  double wall = 0, processor = 0;
+};
+
+// From the call until the driver has finished.
+[[nodiscard]] PictureTime time_picture(Renderer& renderer, const Camera& camera, const BlendOptions& blend);
+
+// Of several pictures, milliseconds.
 struct FrameTime {
   double wall = 0, processor = 0;          // medians
   double wall_p95 = 0, processor_p95 = 0;  // 95th percentiles

@@ -37,6 +37,7 @@ uniform float lambda;
 uniform float occlusion_tolerance;
 uniform bool printed_position;
 uniform bool fade_last;
+uniform bool skip_losers;
 uniform bool prefilter;
 uniform int cubic_levels;  // of photographs, that are sampled by catmull_rom.h; 0: linear sampling
 uniform uvec2 tile_size;   // pixels, without the gutter
@@ -178,9 +179,7 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   for (uint reference = offsets[cell]; reference < offsets[cell + 1u]; ++reference) {
     uint slot = slots[reference];
     float weight = geometric_weight(to_novel, o, views[slot].center.xyz - world);
-#if SKIP_LOSERS
-    if (weight <= best[blended_views].w) continue;  // validity can only lower it
-#endif
+    if (skip_losers && weight <= best[blended_views].w) continue;  // validity can only lower it
     vec3 texel;
     float footprint;
     if (!project(slot, world, z, texel, footprint)) continue;
