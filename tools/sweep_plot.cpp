@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 // Pixels of the drawing.
 constexpr int kPanelWidth = 440, kPanelHeight = 300, kMostColumns = 3;
-constexpr int kLeft = 74, kRight = 18, kTop = 32, kBottom = 56;  // around the axes of a panel
+constexpr int kLeft = 88, kRight = 18, kTop = 32, kBottom = 56;  // around the axes of a panel
 constexpr int kKeyRow = 20;
 
 // A quote ends a text of gnuplot, two are one within it.
@@ -270,7 +270,7 @@ std::string Drawing::script(const fs::path& svg) const {
   std::string script =
       "set encoding utf8\nset terminal svg size " + std::to_string(width) + "," + std::to_string(height) +
       " dynamic noenhanced font 'DejaVu Sans,12' background rgb 'white'\nset output " + quoted(svg.string()) +
-      "\nset border 3 lc rgb '#555555'\nset tics nomirror out scale 0.5 textcolor rgb '#333333'\n"
+      "\nset autoscale xfix\nset border 3 lc rgb '#555555'\nset tics nomirror out scale 0.5 textcolor rgb '#333333'\n"
       "set grid lc rgb '#e4e6e8' lw 1 dt 1\nset offsets graph 0.04, graph 0.04, graph 0.06, graph "
       "0.06\nset key Left reverse samplen 3 spacing 1.1 width 1\n";
   if (plot_.log_x) script += "set logscale x\n";
