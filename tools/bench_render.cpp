@@ -22,6 +22,7 @@
 #include "tools/bench_program.h"
 #include "tools/frame_time.h"
 #include "tools/number_flags.h"
+#include "tools/percentile.h"
 
 namespace lumatlas {
 
@@ -178,7 +179,7 @@ void run(const Flags& flags) {
   std::cerr << context.description() << '\n';
   std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
             << " of them, " << flags.repeats << " times each, on " << context.description()
-            << ". PictureTime: wall / processor. Shares of " << flags.compare
+            << ". Milliseconds: wall / processor. Shares of " << flags.compare
             << " time: each way's of the straightforward loop's over the same references, and of that over every "
                "stored view.\n\n| model | references at most | mean a cell | "
             << kWays.front().name << ", ms | all steps, ms";

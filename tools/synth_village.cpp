@@ -65,7 +65,6 @@ class Village : private SceneBuilder {
     return id;
   }
 
-  Colors earthy() { return {tone(196, 170, 140), tone(150, 122, 98), tone(96, 84, 76)}; }
   Colors leafy() { return {tone(96, 140, 52), tone(140, 166, 72), tone(70, 106, 46)}; }
 
   void make_ground() {
@@ -91,7 +90,7 @@ class Village : private SceneBuilder {
   }
 
   void make_light() {
-    sun(glm::normalize(dvec3(-0.5, -0.72, 0.85)), 0.06, vec3(0.74F, 0.7F, 0.62F));
+    sun(glm::normalize(dvec3(-0.5, -0.72, 0.85)), 0.025, vec3(0.74F, 0.7F, 0.62F));
     scene_.ambient_above = {0.32F, 0.36F, 0.42F};
     scene_.ambient_below = {0.19F, 0.18F, 0.14F};
     scene_.occlusion_reach = 3;
@@ -130,7 +129,9 @@ class Village : private SceneBuilder {
     }
   }
 
-  std::int32_t stone_wall() { return add_soft(Pattern::cobbles, earthy(), 0.9F, 0.2F); }
+  std::int32_t stone_wall() {  // overgrown
+    return add_soft(Pattern::cobbles, {tone(128, 132, 92), tone(108, 118, 78), tone(90, 104, 64)}, 1.2F, 0.25F);
+  }
 
   // ---- Houses.
 
@@ -204,8 +205,8 @@ class Village : private SceneBuilder {
   // Glass in lead.
   std::int32_t pane() {
     const vec3 shade = 0.06F + 0.3F * dye();
-    const std::int32_t id = add_glossy(Pattern::cobbles, {shade, 0.6F * shade, 0.4F * shade}, 0.6F, 0.08F);
-    scene_.materials.back().softness = 0.15F;
+    const std::int32_t id = add_glossy(Pattern::cobbles, {shade, 0.7F * shade, 0.6F * shade}, 0.9F, 0.08F);
+    scene_.materials.back().softness = 0.25F;
     return id;
   }
 
