@@ -22,7 +22,7 @@ struct ReferenceTable;
 
 struct TileOptions {
   std::uint32_t tile_px = 64;   // side of a tile without its gutter; a multiple of 8 in [8, 1024]; 0: whole views
-  std::uint32_t gutter_px = 4;  // 2 to the number of coarser levels in the array: 1, 2, 4 or 8
+  std::uint32_t gutter_px = 2;  // 2 to the number of coarser levels in the array: 1, 2, 4 or 8
   std::uint32_t max_tiles = 0;  // slots of the texture array; 0: as many as are needed
 
   [[nodiscard]] bool whole_views() const { return tile_px == 0; }

@@ -131,8 +131,8 @@ TEST_CASE("a scene is made and built, quietly, and the summary is JSON and nothi
   CHECK(made().build.err.empty());
   const nlohmann::json summary = nlohmann::json::parse(made().build.out);
   CHECK(summary["views"]["offered"] == 9);  // 12 less every fourth
-  // One tile holds a picture of 64x48 pixels, with a gutter of 4 around it.
-  CHECK(summary["texels"]["resident"].get<std::size_t>() == summary["views"]["kept"].get<std::size_t>() * 72 * 72);
+  // One tile holds a picture of 64x48 pixels, with a gutter of 2 around it.
+  CHECK(summary["texels"]["resident"].get<std::size_t>() == summary["views"]["kept"].get<std::size_t>() * 68 * 68);
 }
 
 // Of a folder of pictures, by name.
