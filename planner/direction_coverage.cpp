@@ -205,6 +205,7 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
 }
 
 void DirectionCoverage::losses_of(std::span<const Served> best, double factor, std::span<double> losses) const {
+  if (losses.empty()) return;  // nobody asks
   for (std::size_t first = 0; first < best.size(); first += kept_) {
     double loss = 0;  // if the j-th leaves, those behind it move up
     for (std::size_t j = rank_value_.size(); j-- > 0;) {
@@ -288,6 +289,15 @@ void DirectionCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
   serve_without(cell, slot);
   state.value = value_of(state.best);
   if (was_referenced) refill(cell);
+}
+
+void DirectionCoverage::forget_idle(std::uint32_t cell) {
+  State& state = cells_[cell];
+  std::vector<std::uint32_t> serving;
+  for (const Served& served : state.best) serving.push_back(served.slot);
+  std::sort(serving.begin(), serving.end());
+  std::erase_if(state.members,
+                [&](const Member& member) { return !std::binary_search(serving.begin(), serving.end(), member.slot); });
 }
 
 // Finds the best views again of the directions that a member which has left was among the best of.

@@ -61,6 +61,11 @@ class DirectionCoverage final : public CellCoverage {
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const override;
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
 
+  // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
+  // (K + 1) * CoverageOptions::directions are left. What they would be worth at another ideal distance is lost.
+  void forget_idle(std::uint32_t cell);
+  [[nodiscard]] std::size_t member_count(std::uint32_t cell) const { return cells_[cell].members.size(); }
+
  private:
   struct Member {
     std::uint32_t slot;

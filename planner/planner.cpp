@@ -36,9 +36,15 @@ class Stopwatch {
 // outlier stood elsewhere, and one whose photograph cannot be had is to leave no trace.
 class Asking {
  public:
-  Asking(CoverageLedger& ledger, std::span<const CellPart> seen) : ledger_(ledger), seen_(seen) { ledger.ask(seen); }
+  Asking(CoverageLedger& ledger, std::optional<OfferedCoverage>& offered, std::span<const CellPart> seen)
+      : ledger_(ledger), offered_(offered), seen_(seen) {
+    ledger.ask(seen);
+    if (offered) offered->ask(seen);
+  }
   ~Asking() {
-    if (!stands_) ledger_.unask(seen_);
+    if (stands_) return;
+    ledger_.unask(seen_);
+    if (offered_) offered_->unask(seen_);
   }
   Asking(const Asking&) = delete;
   Asking& operator=(const Asking&) = delete;
@@ -46,6 +52,7 @@ class Asking {
 
  private:
   CoverageLedger& ledger_;
+  std::optional<OfferedCoverage>& offered_;
   std::span<const CellPart> seen_;
   bool stands_ = false;
 };
@@ -69,6 +76,12 @@ void check(const PlannerOptions& options) {
           options.min_reference_gain, "finite and not negative");
   require(std::isfinite(options.min_exchange_gain) && options.min_exchange_gain >= 0, "min_exchange_gain",
           options.min_exchange_gain, "finite and not negative");
+  if (options.max_loss_db) {
+    require(std::isfinite(*options.max_loss_db) && *options.max_loss_db >= 0, "max_loss_db", *options.max_loss_db,
+            "finite and not negative");
+    require(options.coverage.metric == CoverageOptions::Metric::directions, "max_loss_db", *options.max_loss_db,
+            "none with Metric::paper, for which there is no law");
+  }
   require(options.visibility_px >= 1, "visibility_px", options.visibility_px, "at least 1");
 }
 
@@ -104,6 +117,7 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
       refiner_(atlas, visibility, options.refinement),
       ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain) {
   if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
+  if (options.max_loss_db) offered_.emplace(atlas.surface(), options.coverage);
 }
 
 // The camera whose image cells are counted in.
@@ -237,12 +251,16 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, const Phot
   Exchange exchange;
   {
     const Stopwatch stopwatch(verdict.plan_ms);
-    asking.emplace(ledger_, seen);
+    asking.emplace(ledger_, offered_, seen);
     exchange = best_exchange(seen, lumatlas::stored_bytes(camera));
   }
   verdict.gain = exchange.gain;
-  if (is_worth_it(exchange, seen)) take(name, camera, seen, exchange, photograph(), verdict);
-  if (verdict.decision != Decision::outlier) asking->stand();
+  const bool needed = is_needed(seen);
+  short_of_room_ = short_of_room_ || (needed && !exchange.victims.empty());
+  if (needed && is_worth_it(exchange, seen)) take(name, camera, seen, exchange, photograph(), verdict);
+  if (verdict.decision == Decision::outlier) return verdict;
+  asking->stand();
+  count_offered(seen);
   return verdict;
 }
 
@@ -256,17 +274,21 @@ Verdict Planner::keep(const std::string& name, const Camera& camera, const Photo
   }
   Verdict verdict;
   std::vector<CellPart> seen = look(camera, verdict);
-  Asking asking(ledger_, seen);
+  Asking asking(ledger_, offered_, seen);
   const Exchange exchange{{}, ledger_.gain(seen)};
   verdict.gain = exchange.gain;
   take(name, camera, seen, exchange, photograph(), verdict);
-  if (verdict.decision != Decision::outlier) asking.stand();
+  if (verdict.decision == Decision::outlier) return verdict;
+  asking.stand();
+  count_offered(seen);
   return verdict;
 }
 
 void Planner::pass_by(const Camera& camera) {
   Verdict unused;
-  ledger_.ask(look(camera, unused));
+  const std::vector<CellPart> seen = look(camera, unused);
+  Asking(ledger_, offered_, seen).stand();
+  count_offered(seen);
 }
 
 // Stores the view unless it is an outlier. `seen` was counted at the given pose, and stays.

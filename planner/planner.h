@@ -15,6 +15,7 @@
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
 #include "planner/coverage_ledger.h"
+#include "planner/offered_coverage.h"
 #include "planner/refiner.h"
 
 namespace lumatlas {
@@ -39,6 +40,10 @@ struct PlannerOptions {
   // What the stored views may take together, bytes as stored_bytes() counts them; 0: as many as the atlas has slots
   // for.
   std::uint64_t max_bytes = 0;
+  // The store grows only while it is predicted to look worse by more than half of this than one of all offered views,
+  // and thin() takes views away again until it would be more than this: see predicted_loss.h. dB, finite, >= 0; needs
+  // Metric::directions. None: bounded by room alone.
+  std::optional<double> max_loss_db;
   // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
   std::uint32_t visibility_px = 160;
 };
@@ -81,6 +86,13 @@ struct SurfaceUpdate {
   std::uint32_t depths_made_again = 0;  // of those, how many show something else than before
 };
 
+// By how much a store is expected to look worse than one of all offered views: see predicted_loss.h.
+struct PredictedLoss {
+  double gap = 0;  // of coverage, a share
+  double loss_db = 0;
+  bool short_of_room = false;  // a view was needed for max_loss_db, but the store was full
+};
+
 // Gives the photograph of the view that is offered, when it is asked for: at most once, before offer() returns.
 using PhotographSource = std::function<Photograph()>;
 
@@ -101,6 +113,13 @@ class Planner {
 
   // Looks at a view that was not chosen elsewhere: it is not stored, but counts for what the stream asks for.
   void pass_by(const Camera& camera);
+
+  // With max_loss_db: takes stored views away, each time the one that is missed least, as long as the predicted loss
+  // stays within the bound. Returns their names in that order. To be called when the stream has ended, or rests: what
+  // is taken away does not come back.
+  std::vector<std::string> thin();
+  // As the store is now. Needs max_loss_db (std::logic_error).
+  [[nodiscard]] PredictedLoss predicted_loss() const;
 
   // What the camera sees of each cell: what it would add to an empty store.
   [[nodiscard]] std::vector<CellPart> parts_of(const Camera& camera) const;
@@ -148,6 +167,8 @@ class Planner {
   [[nodiscard]] Exchange best_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
   [[nodiscard]] Exchange joint_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
   [[nodiscard]] bool is_worth_it(const Exchange& exchange, std::span<const CellPart> seen) const;
+  [[nodiscard]] bool is_needed(std::span<const CellPart> seen) const;
+  void count_offered(std::span<const CellPart> seen);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
   void evict(std::uint32_t slot);
@@ -162,6 +183,8 @@ class Planner {
   PlannerOptions options_;
   Refiner refiner_;
   CoverageLedger ledger_;
+  std::optional<OfferedCoverage> offered_;  // of max_loss_db
+  bool short_of_room_ = false;
   VisibilityBuffer buffer_;
   std::uint64_t stored_bytes_ = 0;
 };

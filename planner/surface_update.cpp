@@ -125,6 +125,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     ledger_.erase(slot);
   }
   ledger_.follow(*surface, unchanged);
+  if (offered_) offered_->follow(*surface, unchanged);
   visibility_ = &visibility;
   refiner_.see_with(visibility);
   SurfaceUpdate update;

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "mesh/errors.h"
+#include "planner/predicted_loss.h"
 #include "tests/temporary_folder.h"
 #include "tools/build_summary.h"
 #include "tools/synth.h"
@@ -375,6 +376,44 @@ TEST_CASE("what the photographs say about intrinsics is one sentence, and none i
         says +
             "focal length and principal point were applied, the radial coefficient was not, because the photographs "
             "would have to be undistorted again.");
+}
+
+TEST_CASE("a bound on the loss takes views away, tells which, and keeps the number of views if one is given") {
+  BuildOptions options = options_for(1000);
+  options.max_views.reset();
+  options.planner.coverage = parsimony_coverage(options.planner.coverage);
+  options.planner.coverage.max_references = 64;
+  options.planner.max_loss_db = 0;
+  const BuildResult all = build_model(small_scene(), options);
+  REQUIRE(all.parsimony);
+  CHECK(stored(all).size() == kViews);
+  CHECK(all.parsimony->predicted.loss_db == 0);
+  CHECK(all.parsimony->views == kViews);
+  CHECK(all.parsimony->texels == std::uint64_t{kViews} * 64 * 48);
+
+  options.planner.max_loss_db = 1;
+  const BuildResult thinned = build_model(small_scene(), options);
+  Names kept;
+  for (const PlannedView& view : thinned.planned) {
+    if (view.verdict.decision == Decision::kept) kept.push_back(view.name);
+  }
+  for (const std::string& gone : thinned.parsimony->taken_away) std::erase(kept, gone);
+  CHECK(stored(thinned) == kept);
+  CHECK(kept.size() < kViews);
+  CHECK_FALSE(thinned.parsimony->taken_away.empty());
+  CHECK(thinned.parsimony->predicted.loss_db <= 1);
+  CHECK(thinned.snapshot.references.views.size() < all.snapshot.references.views.size());
+
+  options.max_views = 3;
+  const BuildResult few = build_model(small_scene(), options);
+  CHECK(stored(few).size() <= 3);
+  CHECK(few.parsimony->predicted.short_of_room);
+  CHECK(summary(few, options)["parsimony"]["short_of_room"] == true);
+  CHECK_THAT(parsimony_text(summary(few, options)["parsimony"]), Catch::Contains("more views were needed than"));
+
+  CHECK_FALSE(build_model(small_scene(), options_for(6)).parsimony);
+  options.choice = ViewChoice::uniform;
+  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("choice must be ViewChoice::online"));
 }
 
 }  // namespace

@@ -184,6 +184,26 @@ TEST_CASE("inspect tells a model from a scene") {
   CHECK_THAT(lumatlas({"inspect", file}).out, Catch::Contains("of 0.3 MB"));
 }
 
+TEST_CASE("a model that is as small as a bound on the loss allows says what it gave up, and how much that may cost") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const Outcome built = lumatlas({"build", made().scene, "-o", model, "--budget", "auto", "--loss", "1.5", "--refine",
+                                  "none", "--json", "--quiet"});
+  REQUIRE(built.status == 0);
+  const nlohmann::json parsimony = nlohmann::json::parse(built.out)["parsimony"];
+  CHECK(parsimony["bound_db"] == 1.5);
+  CHECK(parsimony["predicted_loss_db"] > 0);
+  CHECK(parsimony["predicted_loss_db"] <= 1.5);
+  CHECK(parsimony["views"]["unbounded"] == 12);
+  CHECK(parsimony["views"]["stored"] < 12);
+  for (const char* what : {"references", "texels"}) {
+    CHECK(parsimony[what]["stored"].get<std::size_t>() < parsimony[what]["unbounded"].get<std::size_t>());
+  }
+  CHECK(nlohmann::json::parse(lumatlas({"inspect", model, "--json"}).out)["parsimony"] == parsimony);
+  CHECK_THAT(lumatlas({"inspect", model}).out, Catch::Contains("dB of at most 1.5 against all views"));
+  CHECK(nlohmann::json::parse(lumatlas({"inspect", made().model, "--json"}).out)["parsimony"].is_null());
+}
+
 TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") {
   const Outcome outcome = lumatlas({"inspect", made().scene, "--json", "--quiet"});
   REQUIRE(outcome.status == 0);
@@ -240,6 +260,14 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--budget", "99999999999TiB"},
       {"build", made().scene, "-o", out, "--budget", "0texels"},
       {"build", made().scene, "-o", out, "--budget", "3texts"},
+      {"build", made().scene, "-o", out, "--budget", "automatic"},
+      {"build", made().scene, "-o", out, "--loss", "0.1"},
+      {"build", made().scene, "-o", out, "--budget", "1MiB", "--loss", "0.1"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "-0.1"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "nan"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "inf"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--choice", "offline"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--metric", "printed"},
       {"build", made().scene, "-o", out, "--tile", "12"},
       {"build", made().scene, "-o", out, "--gutter", "3"},
       {"build", made().scene, "-o", out, "--layout", "quilt"},

@@ -171,6 +171,27 @@ void run_stream(Planner& planner, const Stream& stream, const std::optional<std:
   }
 }
 
+// What a view would take with all of its tiles resident.
+std::uint64_t texels_of(const Camera& camera, const TileOptions& layout) {
+  if (layout.whole_views()) return std::uint64_t{camera.width} * camera.height;
+  const std::uint64_t tiles = TileGrid(camera.width, camera.height, layout.tile_px).tiles();
+  return tiles * layout.slot_px() * layout.slot_px();
+}
+
+Parsimony thin(Planner& planner, const Stream& stream, const TileOptions& layout,
+               const std::vector<PlannedView>& planned) {
+  Parsimony parsimony;
+  parsimony.taken_away = planner.thin();
+  parsimony.predicted = planner.predicted_loss();
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    if (planned[place].verdict.decision == Decision::outlier) continue;
+    ++parsimony.views;
+    parsimony.references += planned[place].verdict.cells_seen;
+    parsimony.texels += texels_of(stream[place]->camera, layout);
+  }
+  return parsimony;
+}
+
 // A step that lowers the mean residual by less than this share is the last.
 constexpr double kRestingShare = 0.002;
 
@@ -217,6 +238,9 @@ void check(const BuildOptions& options) {
   PlannerOptions planner = options.planner;
   if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
   check(planner);
+  if (planner.max_loss_db && options.choice != ViewChoice::online) {
+    throw std::invalid_argument("build: planner.max_loss_db is given, choice must be ViewChoice::online");
+  }
   if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
   if (options.max_views == 0u) throw std::invalid_argument("build: max_views is 0, must be at least 1");
   if (options.hold_out) check(*options.hold_out);
@@ -253,6 +277,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   Planner planner(atlas, *visibility, result.effective);
   const auto chosen = chosen_places(planner, atlas, stream, options, random, result);
   run_stream(planner, stream, chosen, options.quiet, result);
+  if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   finish(planner, options, result);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();

@@ -51,7 +51,8 @@ struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   CellOptions cells;
   VisibilityBy visibility_by = VisibilityBy::rays;
-  PlannerOptions planner;                 // coverage.ideal_distance 0: the median camera-surface distance of the scene
+  // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
+  PlannerOptions planner;
   RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
   IntrinsicsUse intrinsics = IntrinsicsUse::ignore;
@@ -81,12 +82,22 @@ struct OfflinePlan {
   double choose_ms = 0;
 };
 
+// Of PlannerOptions::max_loss_db: what was given up, and what all offered views but outliers would have been.
+struct Parsimony {
+  PredictedLoss predicted;
+  std::vector<std::string> taken_away;  // once the stream had ended, in that order
+  std::size_t views = 0;
+  std::uint64_t references = 0;  // of each cell to each view that sees it
+  std::uint64_t texels = 0;      // of whole photographs; of tiles, all of them, gutters included
+};
+
 struct BuildResult {
   Snapshot snapshot;
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   PlannerOptions effective;                      // with every automatic value filled in
   std::optional<OfflinePlan> offline;            // of ViewChoice::offline
+  std::optional<Parsimony> parsimony;            // of planner.max_loss_db
   std::optional<IntrinsicsEstimate> intrinsics;  // none: ignored
   bool intrinsics_applied = false;
   double summed_coverage = 0;

@@ -162,6 +162,22 @@ json offline_json(const BuildResult& result) {
           {"look_ms", result.offline->look_ms},        {"choose_ms", result.offline->choose_ms}};
 }
 
+json parsimony_json(const BuildResult& result, const Holding& holding) {
+  if (!result.parsimony) return nullptr;
+  const Parsimony& p = *result.parsimony;
+  const auto against = [](std::uint64_t stored, std::uint64_t unbounded) -> json {
+    return {{"stored", stored}, {"unbounded", unbounded}};
+  };
+  return {{"bound_db", *result.effective.max_loss_db},
+          {"predicted_loss_db", p.predicted.loss_db},
+          {"gap", p.predicted.gap},
+          {"short_of_room", p.predicted.short_of_room},
+          {"taken_away", p.taken_away},
+          {"views", against(holding.views, p.views)},
+          {"references", against(result.snapshot.references.views.size(), p.references)},
+          {"texels", against(holding.texels, p.texels)}};
+}
+
 json intrinsics_json(const BuildResult& result) {
   if (!result.intrinsics) return nullptr;
   const IntrinsicsEstimate& e = *result.intrinsics;
@@ -280,6 +296,18 @@ std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) 
                   : "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
 }
 
+std::string parsimony_text(const json& p) {
+  const auto against = [&](const char* what) {
+    return p[what]["stored"].dump() + " of " + p[what]["unbounded"].dump() + " " + what;
+  };
+  std::string text = "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB of at most " +
+                     printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
+                     against("references") + ", " + against("texels");
+  if (p["predicted_loss_db"] <= p["bound_db"]) return text;
+  return text + (p["short_of_room"].get<bool>() ? "; more views were needed than --views or --photographs allow"
+                                                : "; what the stream asks for changed after views were rejected");
+}
+
 json summary(const BuildResult& result, const BuildOptions& options) {
   const Holding holding = holding_of(result, options);
   const std::size_t cells = result.snapshot.surface->cells.cells.size();
@@ -306,6 +334,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"references_per_cell", by_references},
           {"summed_coverage", result.summed_coverage},
           {"offline", offline_json(result)},
+          {"parsimony", parsimony_json(result, holding)},
           {"intrinsics", intrinsics_json(result)},
           {"texels", {{"resident", holding.texels}, {"budget", or_null(holding.texels_budget)}}},
           {"bytes", bytes_json(result, holding)},
@@ -313,7 +342,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
 }
 
 std::string summary_text(const json& s, const std::string& name) {
-  return name + ": " + views_line(s) + "\n  " + cells_line(s) + "\n  " + times_line(s) + "\n";
+  const std::string parsimony = s["parsimony"].is_null() ? "" : parsimony_text(s["parsimony"]) + "\n  ";
+  return name + ": " + views_line(s) + "\n  " + parsimony + cells_line(s) + "\n  " + times_line(s) + "\n";
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {
@@ -331,6 +361,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
               {"gutter", options.tiles.gutter_px},
               {"budget", budget_of(options)},
+              {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
               {"photographs", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},

@@ -15,11 +15,17 @@ namespace lumatlas {
 //   cells_full           cells with as many references as they may have
 //   bytes                what the stored views take, as planner/planner.h counts it, and what they may take; the budget
 //                        is null if nothing bounds it
+//   parsimony            of --budget auto, else null: the bound and the predicted loss, dB; the gap of coverage that it
+//                        follows from; the views taken away once the stream had ended; views, references and
+//                        texels, stored and of all offered views
 //   time_ms.per_view     of each stage, over the views that it was done for, and how many they are
 [[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
 
 // The same in a few lines; `name` is what was built.
 [[nodiscard]] std::string summary_text(const nlohmann::json& summary, const std::string& name);
+
+// One line of the "parsimony" above, which must not be null.
+[[nodiscard]] std::string parsimony_text(const nlohmann::json& parsimony);
 
 // How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
 [[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);

@@ -31,6 +31,8 @@ struct BuildFlags {
   CoverageFlags coverage;
   CLI::Option* views = nullptr;
   CLI::Option* budget = nullptr;
+  CLI::Option* loss = nullptr;
+  double loss_db = 0.1;
   CLI::Option* tile = nullptr;
   CLI::Option* photographs = nullptr;
   std::string layout = "tiles";
@@ -49,6 +51,9 @@ struct BuildFlags {
     return photograph_coding;
   }
 };
+
+// Of --budget: as little as a bound on the loss allows.
+constexpr const char* kAuto = "auto";
 
 // Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
 std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
@@ -70,6 +75,14 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     if (flags.photographs->count() > 0) throw CLI::ValidationError("--photographs", "needs --layout tiles");
     options.tiles.tile_px = 0;
   }
+  if (flags.budget_size == kAuto) {
+    options.planner.max_bytes = flags.photograph_bytes;
+    options.planner.max_loss_db = flags.loss_db;
+    flags.coverage.apply_parsimony(options.planner);
+    if (flags.views->count() == 0) options.max_views.reset();
+    return;
+  }
+  if (flags.loss->count() > 0) throw CLI::ValidationError("--loss", "needs --budget auto");
   const std::uint64_t budget = flags.budget->count() > 0 ? bytes_of(size_bound(flags.budget_size), options.tiles) : 0;
   if (tiles && flags.budget->count() > 0 && budget < slot_bytes(options.tiles)) {
     throw CLI::ValidationError("--budget", "is " + std::to_string(budget) + " bytes, less than the " +
@@ -94,6 +107,9 @@ BuildOptions options_of(const BuildFlags& flags) {
   set_budget(flags, options);
   if (flags.seed->count() > 0 && options.order != StreamOrder::shuffled && options.choice != ViewChoice::random) {
     throw CLI::ValidationError("--seed", "needs --order shuffled or --choice random");
+  }
+  if (options.planner.max_loss_db && options.choice != ViewChoice::online) {
+    throw CLI::ValidationError("--budget auto", "needs --choice online");
   }
   if (options.refine == RefineMode::joint) {
     options.intrinsics = flags.refine_intrinsics ? IntrinsicsUse::apply : IntrinsicsUse::report;
@@ -159,8 +175,14 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
   flags.views->check(CLI::Range(1u, 1u << 20))->default_str(std::to_string(*flags.options.max_views));
   flags.budget =
       command.add_option("--budget", flags.budget_size,
-                         "What the model may take on the GPU, with depth and masks: 512MiB, 300MB, 2GiB, 40Mtexels");
-  flags.budget->check(byte_or_texel_size())->default_str("");
+                         "What the model may take on the GPU, with depth and masks: 512MiB, 300MB, 2GiB, 40Mtexels; or "
+                         "auto: as few views as --loss allows, and --views only if it is given");
+  flags.budget->check(CLI::IsMember({kAuto}) | byte_or_texel_size())->default_str("");
+  flags.loss =
+      command.add_option("--loss", flags.loss_db,
+                         "With --budget auto: by how many dB of fitted PSNR the model may be worse than one of "
+                         "all photographs, as predicted from coverage");
+  flags.loss->check(finite_not_negative());
   command.add_option("--layout", flags.layout, "Parts of photographs that cells refer to, or whole photographs")
       ->check(CLI::IsMember({"tiles", "layers"}));
   flags.tile = command.add_option("--tile", flags.options.tiles.tile_px, "Side of a tile, pixels: 8, 16, ... 1024");

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "planner/planner.h"
+#include "planner/predicted_loss.h"
 #include "tools/coverage_names.h"
 #include "tools/number_flags.h"
 
@@ -29,6 +30,9 @@ struct CoverageFlags {
   bool no_demand = false;
   CLI::Option* depart_option = nullptr;
   CLI::Option* ideal_distance_option = nullptr;
+  CLI::Option* references_option = nullptr;
+  CLI::Option* lambda_option = nullptr;
+  CLI::Option* width_option = nullptr;
 
   void add_to(CLI::App& command) {
     command
@@ -46,11 +50,11 @@ struct CoverageFlags {
             ->delimiter(',')
             ->check(CLI::IsMember(departure_names()))
             ->default_str("");
-    command.add_option("--references", values.max_references, "Views that a cell may refer to")
-        ->check(CLI::Range(1u, 1u << 16));
-    command
-        .add_option("--coverage-lambda", values.lambda, "Weight of direction against position when views are chosen")
-        ->check(number_between(0, 1));
+    references_option = command.add_option("--references", values.max_references, "Views that a cell may refer to");
+    references_option->check(CLI::Range(1u, 1u << 16));
+    lambda_option = command.add_option("--coverage-lambda", values.lambda,
+                                       "Weight of direction against position when views are chosen");
+    lambda_option->check(number_between(0, 1));
     ideal_distance_option =
         command
             .add_option("--ideal-distance", values.ideal_distance,
@@ -69,6 +73,18 @@ struct CoverageFlags {
             "With --metric departures or printed: coverage above which a cell counts no further views; 0: half of "
             "--references")
         ->check(finite_not_negative());
+  }
+
+  // What a bound on the predicted loss needs where nothing else was asked for: the measure that the law is for, and
+  // that nothing is turned away which adds something.
+  void apply_parsimony(PlannerOptions& options) const {
+    constexpr std::uint32_t kReferences = 64;
+    if (metric != "directions") throw CLI::ValidationError("--budget auto", "needs --metric directions");
+    const CoverageOptions wanted = parsimony_coverage(options.coverage);
+    if (lambda_option->count() == 0) options.coverage.lambda = wanted.lambda;
+    if (width_option->count() == 0) options.coverage.direction_width = wanted.direction_width;
+    if (references_option->count() == 0) options.coverage.max_references = kReferences;
+    options.min_view_gain = min_view_gain.value_or(0);
   }
 
   void apply(PlannerOptions& options) const {
@@ -113,10 +129,11 @@ struct CoverageFlags {
         .add_option("--directions", values.directions,
                     "With --metric directions: novel directions in which a cell is to be shown")
         ->check(CLI::Range(1u, 4096u));
-    command
-        .add_option("--direction-width", values.direction_width,
-                    "With --metric directions: degrees from a novel direction beyond which a view does not serve it")
-        ->check(number_between(1e-3, 180));
+    width_option =
+        command.add_option("--direction-width", values.direction_width,
+                           "With --metric directions: degrees from a novel direction beyond which a view does not "
+                           "serve it");
+    width_option->check(number_between(1e-3, 180));
     command
         .add_option("--reference-width", values.reference_width,
                     "With --metric directions: the same where a cell's references are chosen")

@@ -48,6 +48,11 @@ json budget_in(const json& options) {
   return options.is_object() && options.contains("budget") ? options["budget"] : json();
 }
 
+json parsimony_in(const json& plan) {
+  if (!plan.is_object() || !plan.contains("summary")) return nullptr;
+  return plan["summary"].value("parsimony", json());
+}
+
 json file_json(const ModelFacts& facts) {
   return {{"path", facts.file.string()},
           {"json", facts.json_bytes},
@@ -82,6 +87,7 @@ bool is_model(const fs::path& path) {
 
 json inspect_model(const fs::path& model) {
   const ModelFacts facts = read_model_facts(model);
+  const ModelNotes notes = read_model_notes(model);
   return {
       {"mesh", {{"vertices", facts.vertices}, {"faces", facts.faces}}},
       {"cells", {{"count", facts.cells}, {"seen", facts.cells_seen}}},
@@ -89,7 +95,8 @@ json inspect_model(const fs::path& model) {
       {"views", {{"count", facts.views.size()}, {"pixels", pixels_of(facts.views)}}},
       {"tiles", tiles_json(facts.tiles)},
       {"texels", {{"resident", texels_of(facts)}}},
-      {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(read_model_notes(model).options)}}},
+      {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(notes.options)}}},
+      {"parsimony", parsimony_in(notes.plan)},
       {"file", file_json(facts)}};
 }
 
@@ -109,6 +116,7 @@ std::string inspection_text(const json& model) {
        << "references " << model["references"]["count"] << "; cells by how many they have, from 0:";
   for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
   text << '\n';
+  if (!model["parsimony"].is_null()) text << "parsimony  " << parsimony_text(model["parsimony"]) << '\n';
   return text.str();
 }
 

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/offered_coverage.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace lumatlas {
+
+namespace {
+
+// Nobody draws from these views, so that none has to make room for another.
+CoverageOptions without_reference_limit(CoverageOptions options) {
+  options.max_references = std::numeric_limits<std::uint32_t>::max();
+  return options;
+}
+
+// Each cell is changed by itself, in any order.
+template <typename Change>
+void for_each_part(std::span<const CellPart> parts, const Change& change) {
+  tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) { change(parts[i]); });
+}
+
+}  // namespace
+
+OfferedCoverage::OfferedCoverage(const Surface& surface, const CoverageOptions& options)
+    : all_(surface, without_reference_limit(options), 0),
+      has_demand_(has_demand(options)),
+      cells_(surface.cells.cells.size()) {}
+
+void OfferedCoverage::ask(std::span<const CellPart> parts, bool take_back) {
+  if (!has_demand_) return;
+  for_each_part(parts, [&](const CellPart& entry) { all_.ask(entry.cell, entry.part, take_back, {}); });
+}
+
+void OfferedCoverage::add(std::span<const CellPart> parts) {
+  for_each_part(parts, [&](const CellPart& entry) {
+    all_.insert(entry.cell, views_, entry.part);
+    all_.forget_idle(entry.cell);
+  });
+  ++views_;
+}
+
+// What all views are worth to the cell is not below what the store is: this may have forgotten what the store still
+// has.
+void OfferedCoverage::count(const CoverageLedger& store, std::uint32_t cell, double rise, double sign, Sum& sum) const {
+  const double kept = store.coverage(cell);
+  const double all = std::max(kept, all_.value(cell) + rise);
+  sum.all += sign * all;
+  sum.missing += sign * (all - kept);
+}
+
+double OfferedCoverage::Sum::share() const {
+  return all > 0 ? std::clamp(missing / all, 0.0, 1.0) : 0;
+}
+
+OfferedCoverage::Sum OfferedCoverage::sum_over_cells(const CoverageLedger& store) const {
+  Sum sum;
+  for (std::uint32_t cell = 0; cell < cells_; ++cell) count(store, cell, 0, 1, sum);
+  return sum;
+}
+
+double OfferedCoverage::gap(const CoverageLedger& store, std::span<const CellPart> newcomer) const {
+  Sum sum = sum_over_cells(store);
+  for (const CellPart& entry : newcomer) {
+    count(store, entry.cell, 0, -1, sum);
+    count(store, entry.cell, all_.gain(entry.cell, entry.part, {}, {}), 1, sum);
+  }
+  return sum.share();
+}
+
+double OfferedCoverage::gap_without(const CoverageLedger& store, std::uint32_t slot) const {
+  Sum sum = sum_over_cells(store);
+  sum.missing += store.loss(slot);
+  return sum.share();
+}
+
+void OfferedCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+  all_.follow(surface, previous_cell);
+  cells_ = previous_cell.size();
+}
+
+}  // namespace lumatlas

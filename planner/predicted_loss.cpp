@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/predicted_loss.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lumatlas {
+
+namespace {
+
+constexpr double kSlope = 4.4;   // dB where the service falls to a share of 1 / e
+constexpr double kMargin = 1.5;  // single stores are off by so much
+// A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
+constexpr double kRounding = 1e-7;
+constexpr double kMostGap = 1 - 1e-9;
+
+}  // namespace
+
+CoverageOptions parsimony_coverage(CoverageOptions options) {
+  options.lambda = 0.97;  // not 1: a cell that is seen from the side alone is worth something
+  options.direction_width = 30;
+  return options;
+}
+
+double predicted_loss_db(double gap) {
+  return -kMargin * kSlope * std::log1p(-std::clamp(gap - kRounding, 0.0, kMostGap));
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From coverage to decibels: how much worse than a store of all offered views one is expected to look that serves the
+// novel directions worse.
+//
+//   loss = margin * slope * ln(1 / (1 - gap))
+//
+// with the gap of offered_coverage.h: what is lost of what is left costs the same, and no bound allows an empty store.
+// The slope is the one constant, the same for all scenes; how it was found, and how far off the law is, is in
+// docs/parsimony.md. It is for the coverage of parsimony_coverage().
+#pragma once
+
+#include "planner/coverage.h"
+
+namespace lumatlas {
+
+// The measure that the law is for: directions count by how near a view is to them, within 30 degrees.
+[[nodiscard]] CoverageOptions parsimony_coverage(CoverageOptions options);
+
+// Of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is.
+[[nodiscard]] double predicted_loss_db(double gap);
+
+}  // namespace lumatlas
