@@ -66,7 +66,7 @@ TEST_CASE("every kind has the same bytes for any number of threads, and others f
   options.trajectory = SynthTrajectory::hilbert;
   options.path_frames = 1;
   options.test_views = 2;
-  if (options.kind == SynthKind::lab) options.triangles = 5000;  // its scan is the longest work of all
+  if (options.kind == SynthKind::lab) options.triangles = 5000;              // its scan is the longest work of all
   const std::size_t truth = options.kind == SynthKind::lab ? 3 + 1 + 1 : 0;  // sparse model, mesh, list
   const auto one = written(options, 1);
   CHECK(one.size() == 3 + 3 + 1 + (1 + 3) + (2 + 3) + truth);  // pictures, sparse model, mesh
