@@ -33,6 +33,8 @@ void check(const BlendOptions& options) {
   require(options.views >= 1 && options.views <= kMaxBlendedViews, "views", options.views, "in [1, 8]");
   require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
   require(options.border_width >= 0 && options.border_width <= 1, "border_width", options.border_width, "in [0, 1]");
+  require(options.supersample >= 1 && options.supersample <= kMostSupersampling, "supersample", options.supersample,
+          "in [1, 4]");
   require(std::isfinite(options.occlusion_tolerance) && options.occlusion_tolerance >= 0, "occlusion_tolerance",
           options.occlusion_tolerance, "finite and not negative");
 }

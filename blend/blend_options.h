@@ -21,6 +21,8 @@ inline constexpr std::uint32_t kMaxBlendedViews = 8;
 // shader. Above 1, so that a picture from about where a photograph was taken is as sharp as that.
 inline constexpr double kSharpFootprint = 1.4;
 
+inline constexpr std::uint32_t kMostSupersampling = 4;
+
 struct BlendOptions {
   enum class Position {
     ratio,    // min / max of the two distances
@@ -44,6 +46,9 @@ struct BlendOptions {
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0
   double border_width = 0.1;
+  // N: colours are means over N x N samples a pixel, see supersampling.h, [1, 4]; takes N * N + 1 times as long but
+  // for 1.
+  std::uint32_t supersample = 1;
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();

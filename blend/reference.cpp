@@ -18,6 +18,7 @@
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
+#include "blend/supersampling.h"
 
 namespace lumatlas {
 
@@ -130,7 +131,7 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   if (!snapshot.tiles.whole_views() && !snapshot.tiles.resident(slot, view.camera, image.x, image.y)) return {};
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
-  const double footprint = options.prefilter ? z * view.camera.fx / (novel.fx * cam.z) : 1;
+  const double footprint = options.prefilter ? z * view.camera.fx / (options.supersample * novel.fx * cam.z) : 1;
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
   const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
@@ -194,7 +195,7 @@ struct Picture {
   const VisibilityBuffer& visible;
   const BlendOptions& options;
   glm::dvec3 exposure;
-  CellShares shares;
+  const CellShares& shares;
 };
 
 glm::dvec4 shares_at(const CellShares& shares, std::uint32_t face, const glm::dvec3& weights) {
@@ -224,9 +225,14 @@ bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& s
   return total > 0;
 }
 
-void shade(const Picture& picture, std::size_t pixel, Rendering& rendering) {
+struct Shaded {
+  PixelState state = PixelState::empty;
+  glm::dvec3 color{0.0};  // in the picture's exposure
+};
+
+Shaded shade(const Picture& picture, std::size_t pixel) {
   const std::uint32_t face = picture.visible.face[pixel];
-  if (face == kNoFace) return;
+  if (face == kNoFace) return {};
   const Camera& camera = picture.camera;
   const Snapshot& snapshot = picture.source.snapshot;
   const std::size_t x = pixel % camera.width;
@@ -235,18 +241,42 @@ void shade(const Picture& picture, std::size_t pixel, Rendering& rendering) {
   const auto z = static_cast<double>(picture.visible.depth[pixel]);
   const glm::dvec3 world = camera.center() + z * camera.ray(image);
   const glm::dvec3 weights = corner_weights(snapshot.surface->mesh, face, world);
-  glm::dvec3 color;
-  if (blend_cells(picture, face, shares_at(picture.shares, face, weights), world, z, color)) {
-    rendering.state[pixel] = PixelState::textured;
+  Shaded shaded;
+  if (blend_cells(picture, face, shares_at(picture.shares, face, weights), world, z, shaded.color)) {
+    shaded.state = PixelState::textured;
   } else {
-    color = vertex_color(snapshot, face, weights);
+    shaded.color = vertex_color(snapshot, face, weights);
     const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
-    rendering.state[pixel] = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
+    shaded.state = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
   }
-  for (int channel = 0; channel < 3; ++channel) {
-    rendering.picture.rgb[3 * pixel + static_cast<std::size_t>(channel)] =
-        srgb8_from_linear(picture.exposure[channel] * color[channel]);
+  shaded.color *= picture.exposure;
+  return shaded;
+}
+
+std::vector<Shaded> shade_all(const Picture& picture) {
+  std::vector<Shaded> pixels(picture.visible.face.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels.size(), 1024),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
+                        pixels[pixel] = shade(picture, pixel);
+                      }
+                    });
+  return pixels;
+}
+
+Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
+  Rendering rendering;
+  rendering.picture.width = camera.width;
+  rendering.picture.height = camera.height;
+  rendering.picture.rgb.reserve(3 * pixels.size());
+  rendering.state.reserve(pixels.size());
+  for (const Shaded& pixel : pixels) {
+    rendering.state.push_back(pixel.state);
+    for (int channel = 0; channel < 3; ++channel) {
+      rendering.picture.rgb.push_back(srgb8_from_linear(pixel.color[channel]));
+    }
   }
+  return rendering;
 }
 
 PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
@@ -303,26 +333,41 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   if (visible.width != camera.width || visible.height != camera.height) {
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
+  BlendOptions at_middle = options;
+  at_middle.supersample = 1;
   const Source source(snapshot, options);
-  const Picture picture{source,
-                        camera,
-                        visible,
-                        options,
-                        picture_exposure(NearbyExposure(snapshot), camera, options),
-                        share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size)};
-  const std::size_t pixels = std::size_t{camera.width} * camera.height;
-  Rendering rendering;
-  rendering.picture.width = camera.width;
-  rendering.picture.height = camera.height;
-  rendering.picture.rgb.assign(3 * pixels, 0);
-  rendering.state.assign(pixels, PixelState::empty);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels, 1024),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-                        shade(picture, pixel, rendering);
-                      }
-                    });
-  return rendering;
+  return rounded(
+      camera,
+      shade_all({source, camera, visible, at_middle, picture_exposure(NearbyExposure(snapshot), camera, options),
+                 share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size)}));
+}
+
+Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
+                           const BlendOptions& options) {
+  check(options);
+  check(camera);
+  const Source source(snapshot, options);
+  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
+  const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
+  const auto shaded = [&](const Camera& seen_from, const BlendOptions& how) {
+    return shade_all({source, seen_from, visibility.trace(seen_from), how, exposure, shares});
+  };
+  BlendOptions at_middle = options;
+  at_middle.supersample = 1;
+  std::vector<Shaded> pixels = shaded(camera, at_middle);
+  if (options.supersample == 1) return rounded(camera, pixels);
+  std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // of colour, and how many see the surface
+  for (const Camera& sample : sample_cameras(camera, options.supersample)) {
+    const std::vector<Shaded> samples = shaded(sample, options);
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      if (samples[i].state != PixelState::empty) sums[i] += glm::dvec4(samples[i].color, 1);
+    }
+  }
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const bool shown = pixels[i].state != PixelState::empty && sums[i].w > 0;
+    if (shown) pixels[i].color = glm::dvec3(sums[i]) / sums[i].w;
+  }
+  return rounded(camera, pixels);
 }
 
 }  // namespace lumatlas

@@ -12,12 +12,16 @@
 
 namespace lumatlas {
 
-// `visible` is what the camera sees at its own resolution. Throws std::invalid_argument for bad options or another
-// size.
+// One sample a pixel, at its middle, whatever options.supersample says. `visible` is what the camera sees at its own
+// resolution. Throws std::invalid_argument for bad options or another size.
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera,
                                          const VisibilityBuffer& visible, const BlendOptions& options);
 
-// What that picture is made of. Throws the same.
+// The same with options.supersample, by what each sample sees. Throws std::invalid_argument for bad options.
+[[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
+                                         const BlendOptions& options);
+
+// What the picture is made of at the middles of its pixels. Throws the same.
 [[nodiscard]] Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera,
                                            const VisibilityBuffer& visible, const BlendOptions& options);
 

@@ -23,6 +23,7 @@
 #include "blend/gl_objects.h"
 #include "blend/photograph_array.h"
 #include "blend/shaders.h"
+#include "blend/supersampling.h"
 
 namespace lumatlas {
 
@@ -88,7 +89,8 @@ struct Targets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   GlTexture face, depth, fallback, shares, z_buffer, picture;
-  GlFramebuffer surface_pass, blend_pass;
+  GlTexture samples;  // sums over a pixel; made when they are first asked for
+  GlFramebuffer surface_pass, blend_pass, sample_pass;
 };
 
 Targets make_targets(std::uint32_t width, std::uint32_t height) {
@@ -110,6 +112,12 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
   return targets;
 }
 
+void add_samples(Targets& targets) {
+  targets.samples =
+      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  targets.sample_pass = make_framebuffer({&targets.samples}, nullptr);
+}
+
 std::string with_definitions(std::string_view source) {
   std::string text(source);
   text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) +
@@ -118,10 +126,18 @@ std::string with_definitions(std::string_view source) {
 }
 
 // The blend pass with another output, for those who ask for it: the usual picture pays nothing.
-GlProgram make_blend_variant(const std::string& name) {
+GlProgram make_blend_variant(std::initializer_list<std::string> names) {
   std::string text = with_definitions(k_blend_frag);
-  text.insert(text.find('\n') + 1, "#define " + name + "\n");
-  return make_program("blend, " + name, k_screen_vert, text);
+  std::string title = "blend";
+  for (const std::string& name : names) {
+    text.insert(text.find('\n') + 1, "#define " + name + "\n");
+    title += ", " + name;
+  }
+  return make_program(title, k_screen_vert, text);
+}
+
+void make_once(GlProgram& program, std::initializer_list<std::string> names) {
+  if (program.get() == 0) program = make_blend_variant(names);
 }
 
 // All values of a texture, from the picture's first row, which is the framebuffer's last. In strips, for GL counts the
@@ -147,6 +163,11 @@ std::vector<T> values_of(const GlTexture& texture, GLenum format, GLenum type, c
   }
   check_gl("reading the picture");
   return values;
+}
+
+BlendOptions at_middle(BlendOptions options) {
+  options.supersample = 1;
+  return options;
 }
 
 PixelDiagnosis unpacked(const std::uint32_t* packed) {
@@ -210,7 +231,8 @@ struct Renderer::State {
   RendererOptions steps;
   GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
   GlProgram blend_program = make_program("blend", k_screen_vert, with_definitions(k_blend_frag));
-  GlProgram linear_program, diagnosis_program;  // made when they are first asked for
+  // Made when they are first asked for.
+  GlProgram linear_program, diagnosis_program, sample_program, mean_program, linear_mean_program;
   GlVertexArray no_vertices;
   GlVertexArray mesh;
   GlBuffer positions, colors, shares, faces, cell_of_face, zone_of_face, zones, offsets, slots, views, cell_seen;
@@ -235,6 +257,7 @@ struct Renderer::State {
   void draw_surface(const Camera& camera) const;
   void draw_blend(const GlProgram& program, const GlFramebuffer& target, const Camera& camera,
                   const BlendOptions& options) const;
+  void draw_samples(const Camera& camera, const BlendOptions& options);
   [[nodiscard]] Rendering read_back() const;
 };
 
@@ -344,6 +367,7 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glProgramUniform4fv(name, location(program, "intrinsics"), 1, &intrinsics.x);
   glProgramUniform3fv(name, location(program, "center"), 1, &center.x);
   glProgramUniform3fv(name, location(program, "exposure"), 1, &exposure.x);
+  glProgramUniform1f(name, location(program, "samples_across"), static_cast<float>(options.supersample));
   glProgramUniform1f(name, location(program, "height"), static_cast<float>(camera.height));
   glProgramUniform1ui(name, location(program, "blended_views"), options.views);
   glProgramUniform1f(name, location(program, "lambda"), static_cast<float>(options.lambda));
@@ -358,12 +382,28 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
                            cell_seen.get(),    zone_of_face.get(), zones.get()};
   glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
   photographs.bind(program);
-  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get(), targets.shares.get()};
+  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get(), targets.shares.get(),
+                            targets.samples.get()};
   glBindTextures(2, static_cast<GLsizei>(textures.size()), textures.data());
   glBindVertexArray(no_vertices.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
   glUseProgram(0);  // a program in use outlives its deletion, with its shaders
   check_gl("blending views");
+}
+
+// The sums over each pixel's samples, of colour and of how many see the surface.
+void Renderer::State::draw_samples(const Camera& camera, const BlendOptions& options) {
+  if (targets.samples.get() == 0) add_samples(targets);
+  make_once(sample_program, {"SAMPLE"});
+  const std::array<GLfloat, 4> zero{};
+  glClearNamedFramebufferfv(targets.sample_pass.get(), GL_COLOR, 0, zero.data());
+  for (const Camera& sample : sample_cameras(camera, options.supersample)) {
+    draw_surface(sample);
+    glEnable(GL_BLEND);
+    glBlendFunc(GL_ONE, GL_ONE);
+    draw_blend(sample_program, targets.sample_pass, sample, options);
+    glDisable(GL_BLEND);
+  }
 }
 
 Rendering Renderer::State::read_back() const {
@@ -437,12 +477,16 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
   }
   state_->load_shares(options.border_width);
   if (state_->steps.order_references) state_->order_references(camera.center(), options);
+  if (options.supersample > 1) state_->draw_samples(camera, options);
   state_->draw_surface(camera);
 }
 
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  state_->draw_blend(state_->blend_program, state_->targets.blend_pass, camera, options);
+  const bool mean = options.supersample > 1;
+  if (mean) make_once(state_->mean_program, {"MEAN"});
+  state_->draw_blend(mean ? state_->mean_program : state_->blend_program, state_->targets.blend_pass, camera,
+                     at_middle(options));
 }
 
 Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
@@ -452,11 +496,17 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
 
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  if (state_->linear_program.get() == 0) state_->linear_program = make_blend_variant("LINEAR");
+  const bool mean = options.supersample > 1;
+  GlProgram& program = mean ? state_->linear_mean_program : state_->linear_program;
+  if (mean) {
+    make_once(program, {"LINEAR", "MEAN"});
+  } else {
+    make_once(program, {"LINEAR"});
+  }
   const Targets& targets = state_->targets;
   const GlTexture linear =
       make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
-  state_->draw_blend(state_->linear_program, make_framebuffer({&linear}, nullptr), camera, options);
+  state_->draw_blend(program, make_framebuffer({&linear}, nullptr), camera, at_middle(options));
   const auto rgba = values_of<float>(linear, GL_RGBA, GL_FLOAT, targets, 4);
   LinearRendering rendering{camera.width, camera.height, {}, {}};
   rendering.rgb.reserve(rgba.size() / 4 * 3);
@@ -469,13 +519,13 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
 }
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
-  prepare(camera, options);
-  if (state_->diagnosis_program.get() == 0) state_->diagnosis_program = make_blend_variant("DIAGNOSE");
+  prepare(camera, at_middle(options));
+  make_once(state_->diagnosis_program, {"DIAGNOSE"});
   const Targets& targets = state_->targets;
   const GlTexture packed =
       make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
   state_->draw_blend(state_->diagnosis_program, make_framebuffer({&targets.picture, &packed}, nullptr), camera,
-                     options);
+                     at_middle(options));
   const auto values = values_of<std::uint32_t>(packed, GL_RGBA_INTEGER, GL_UNSIGNED_INT, targets, 4);
   Diagnosis diagnosis{camera.width, camera.height, state_->read_back().state, {}};
   diagnosis.pixels.reserve(values.size() / 4);

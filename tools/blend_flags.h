@@ -54,6 +54,12 @@ struct BlendFlags {
         ->check(number_between(0, 1));
     command
         .add_option(
+            "--supersample", values.supersample,
+            "N: a pixel's colour is the mean of N x N samples in linear light, which smooths silhouettes; takes "
+            "N * N + 1 times as long, but for 1")
+        ->check(CLI::Range(1u, kMostSupersampling));
+    command
+        .add_option(
             "--exposure", exposure,
             "Of the pictures: nearby (of the photographs taken nearby) or model (one for all); without it nearby, "
             "with --weights printed model")
@@ -64,6 +70,7 @@ struct BlendFlags {
     BlendOptions options = weights == "printed" ? BlendOptions::printed() : BlendOptions{};
     options.views = values.views;
     options.lambda = values.lambda;
+    options.supersample = values.supersample;
     if (!prefilter.empty()) options.prefilter = prefilter == "on";
     for (const std::string& departure : departures) depart(options, departure);
     if (border_width) options.border_width = *border_width;
@@ -84,6 +91,7 @@ struct BlendFlags {
             {"sampling", options().sampling == BlendOptions::Sampling::cubic ? "cubic" : "linear"},
             {"blend_depart", departures},
             {"border_width", options().border_width},
+            {"supersample", values.supersample},
             {"exposure", nearby ? "nearby" : "model"}};
   }
 

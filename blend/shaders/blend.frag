@@ -27,10 +27,14 @@ layout(binding = 2) uniform usampler2D faces;
 layout(binding = 3) uniform sampler2D surface_depth;
 layout(binding = 4) uniform sampler2D fallback_color;
 layout(binding = 5) uniform sampler2D cell_shares;  // of the zone's cells
+#ifdef MEAN
+layout(binding = 6) uniform sampler2D samples;  // sums of what the variant SAMPLE leaves
+#endif
 
 uniform vec4 cam_from_world[3];
 uniform vec4 intrinsics;
 uniform vec3 center;
+uniform float samples_across;  // of a pixel: each covers its share of it
 uniform float height;  // of the picture; its first row is the framebuffer's last
 uniform uint blended_views;
 uniform float lambda;
@@ -49,7 +53,9 @@ const uint kNoFace = 0xFFFFFFFFu;
 const uint kNotResident = 0xFFFFFFFFu;
 const float kEmpty = 0.0, kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
 
-layout(location = 0) out vec4 picture;  // sRGB, in the variant LINEAR linear light; alpha: PixelState / 255
+// sRGB, in the variants LINEAR and SAMPLE linear light; alpha: PixelState / 255, in SAMPLE 1 where there is a surface.
+// With MEAN the colour is that of the samples, see supersampling.h.
+layout(location = 0) out vec4 picture;
 
 vec3 srgb_from_linear(vec3 c) {
   c = clamp(c, 0.0, 1.0);
@@ -92,9 +98,9 @@ bool image_in(uint view, vec3 world, out vec2 image, out float depth) {
   return all(greaterThanEqual(image, vec2(0.0))) && all(lessThan(image, views[view].size.xy));
 }
 
-// How many pixels of a stored view one of the picture's covers, of a point with these depths in the picture and there.
+// How many pixels of a stored view a sample of the picture covers, of a point with these depths in the picture and there.
 float footprint_in(uint view, float z, float depth) {
-  return z * views[view].intrinsics.x / (intrinsics.x * depth);
+  return z * views[view].intrinsics.x / (samples_across * intrinsics.x * depth);
 }
 
 // Place in the texture array of what a stored view shows of a point, and its footprint there; false where valid() is 0
@@ -253,9 +259,16 @@ void main() {
     color = texelFetch(fallback_color, pixel, 0).rgb;
     state = cell_seen[cell_of_face[face]] != 0u ? kUntextured : kUnseen;
   }
-#ifdef LINEAR
-  picture = vec4(exposure * color, state / 255.0);
+  vec3 shown = exposure * color;
+#ifdef MEAN
+  vec4 sum = texelFetch(samples, pixel, 0);
+  if (sum.a > 0.0) shown = sum.rgb / sum.a;
+#endif
+#if defined(SAMPLE)
+  picture = vec4(shown, 1.0);
+#elif defined(LINEAR)
+  picture = vec4(shown, state / 255.0);
 #else
-  picture = vec4(srgb_from_linear(exposure * color), state / 255.0);
+  picture = vec4(srgb_from_linear(shown), state / 255.0);
 #endif
 }
