@@ -8,8 +8,11 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kSlope = 4.4;   // dB where the service falls to a share of 1 / e
-constexpr double kMargin = 1.5;  // single stores are off by so much
+constexpr double kSlope = 4.4;  // dB where the service falls to a share of 1 / e
+// Single stores are off by more than a share of a small loss: it takes few views away, and which ones matters more than
+// how many. Such errors grow with the root of their number. dB, the least that covers every store in the tables of
+// docs/parsimony.md.
+constexpr double kScatter = 0.9;
 // A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
 constexpr double kRounding = 1e-7;
 constexpr double kMostGap = 1 - 1e-9;
@@ -23,7 +26,8 @@ CoverageOptions parsimony_coverage(CoverageOptions options) {
 }
 
 double predicted_loss_db(double gap) {
-  return -kMargin * kSlope * std::log1p(-std::clamp(gap - kRounding, 0.0, kMostGap));
+  const double service_lost = -std::log1p(-std::clamp(gap - kRounding, 0.0, kMostGap));
+  return kSlope * service_lost + kScatter * std::sqrt(service_lost);
 }
 
 }  // namespace lumatlas

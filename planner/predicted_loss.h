@@ -2,11 +2,12 @@
 // From coverage to decibels: how much worse than a store of all offered views one is expected to look that serves the
 // novel directions worse.
 //
-//   loss = margin * slope * ln(1 / (1 - gap))
+//   loss = slope * x + scatter * sqrt(x),   x = ln(1 / (1 - gap))
 //
 // with the gap of offered_coverage.h: what is lost of what is left costs the same, and no bound allows an empty store.
-// The slope is the one constant, the same for all scenes; how it was found, and how far off the law is, is in
-// docs/parsimony.md. It is for the coverage of parsimony_coverage().
+// The second term is a margin, by how much more a store may lose than the mean of its kind. Both constants are the same
+// for all scenes; how they were found, and how far off the law is, is in docs/parsimony.md. It is for the coverage of
+// parsimony_coverage().
 #pragma once
 
 #include "planner/coverage.h"

@@ -153,6 +153,28 @@ TEST_CASE("figures are those that were measured, planning the sum of its stages"
   CHECK(figures_of(json(), json()).empty());
 }
 
+TEST_CASE("a loss is measured against the first value of the same series and seed, where one was predicted") {
+  // Seeds 1 and 2 of two values of series 0; series 1 predicts nothing.
+  std::vector<PointResult> results{result_of(0, 0, 1, 30, 1),    result_of(0, 0, 2, 31, 1),
+                                   result_of(1, 0, 1, 28, 1),    result_of(0, 1, 1, 29.5, 1),
+                                   result_of(0, 1, 2, 31.25, 1), result_of(1, 1, 1, 20, 1)};
+  for (PointResult& result : results) {
+    if (result.point.series == 0) result.build["parsimony"]["predicted_loss_db"] = 0.25 * double(result.point.value);
+  }
+  const json points = results_json(sample_sweep(), results)["points"];
+  CHECK(points[0]["figures"]["loss.predicted"] == 0);
+  CHECK(points[0]["figures"]["loss.measured"] == 0);
+  CHECK(points[3]["figures"]["loss.predicted"] == 0.25);
+  CHECK(points[3]["figures"]["loss.measured"] == 0.5);
+  CHECK(points[4]["figures"]["loss.measured"] == -0.25);
+  CHECK_FALSE(points[5]["figures"].contains("loss.measured"));
+  CHECK(curves_of(sample_sweep(), results)[0].values[1].at("loss.measured").mean == 0.125);
+  CHECK_THAT(results_csv(sample_sweep(), results), Catch::Contains("loss.predicted,loss.measured"));
+
+  results[0].status = PointResult::Status::failed;
+  CHECK_FALSE(results_json(sample_sweep(), results)["points"][3]["figures"].contains("loss.measured"));
+}
+
 TEST_CASE("every metric's name is its own, and only once") {
   std::vector<std::string> names;
   for (const Metric& metric : all_metrics()) {

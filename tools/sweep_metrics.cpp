@@ -70,10 +70,12 @@ std::vector<Source> all_sources() {
   built("cells", "cells", Better::less, 0, "/cells");
   built("references", "references", Better::less, 0, "/references");
   built("coverage", "coverage", Better::more, 1, "/summed_coverage");
+  built("loss.predicted", "predicted loss, dB", Better::less, 3, "/parsimony/predicted_loss_db");
   return sources;
 }
 
 constexpr const char* kPlanning = "time.planning";  // before a view's photograph is looked at: the paper's Table 2
+constexpr const char* kMeasuredLoss = "loss.measured";
 
 const std::vector<Source>& sources() {
   static const std::vector<Source> all = all_sources();
@@ -104,6 +106,7 @@ std::span<const Metric> all_metrics() {
       all.push_back(source.metric);
       if (source.metric.name == "time.plan") all.push_back({kPlanning, "planning, ms a view", Better::less, 2});
     }
+    all.push_back({kMeasuredLoss, "measured loss, dB", Better::less, 3});
     return all;
   }();
   return metrics;
@@ -125,6 +128,12 @@ Figures figures_of(const json& build, const json& scores) {
     figures[kPlanning] = figures["time.visibility"] + figures["time.plan"];
   }
   return figures;
+}
+
+void add_measured_loss(Figures& figures, const Figures& of_whole) {
+  constexpr const char* kScore = "psnr.fitted";
+  if (!figures.contains("loss.predicted") || !figures.contains(kScore) || !of_whole.contains(kScore)) return;
+  figures[kMeasuredLoss] = of_whole.at(kScore) - figures.at(kScore);
 }
 
 }  // namespace lumatlas

@@ -30,4 +30,8 @@ using Figures = std::map<std::string, double>;  // by the metric's name, finite
 // Those that these results hold; a figure that was not measured is absent.
 [[nodiscard]] Figures figures_of(const nlohmann::json& build, const nlohmann::json& scores);
 
+// Adds "loss.measured", by how much the model looks worse than one that gave nothing up, to the figures of a model
+// whose loss was predicted; nothing if it was not, or if one of both was not scored.
+void add_measured_loss(Figures& figures, const Figures& of_whole);
+
 }  // namespace lumatlas

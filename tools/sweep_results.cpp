@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <set>
+#include <tuple>
 
 #include "tools/pareto_front.h"
 
@@ -49,6 +50,22 @@ Figures figures_of_point(const PointResult& result) {
   return result.status == PointResult::Status::done ? figures_of(result.build, result.scores) : Figures();
 }
 
+// Of each result. A loss is measured against the first value of the same scene, series and seed.
+std::vector<Figures> figures_of_points(const std::vector<PointResult>& results) {
+  const auto run_of = [](const SweepPoint& point) { return std::tuple(point.scene, point.series, point.seed); };
+  std::vector<Figures> all;
+  std::map<decltype(run_of(SweepPoint())), std::size_t> first;
+  for (const PointResult& result : results) {
+    if (result.point.value == 0) first[run_of(result.point)] = all.size();
+    all.push_back(figures_of_point(result));
+  }
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const auto found = first.find(run_of(results[i].point));
+    if (found != first.end()) add_measured_loss(all[i], all[found->second]);
+  }
+  return all;
+}
+
 json json_of(const Repeated& figure) {
   return {{"mean", figure.mean},
           {"least", figure.least},
@@ -87,7 +104,7 @@ json sweep_json(const Sweep& sweep) {
           {"series", series}};
 }
 
-json point_json(const Sweep& sweep, const PointResult& result) {
+json point_json(const Sweep& sweep, const PointResult& result, const Figures& figures) {
   const SweepPoint& point = result.point;
   const SweepSeries& series = sweep.series[point.series];
   const SweepValue& value = series.values[point.value];
@@ -100,7 +117,7 @@ json point_json(const Sweep& sweep, const PointResult& result) {
           {"reason", result.reason},
           {"made_by", result.made_by},
           {"commands", result.commands},
-          {"figures", figures_of_point(result)}};
+          {"figures", figures}};
 }
 
 json curve_json(const Sweep& sweep, const Curve& curve) {
@@ -138,9 +155,11 @@ std::vector<Curve> curves_of(const Sweep& sweep, const std::vector<PointResult>&
       runs.emplace_back(values);
     }
   }
-  for (const PointResult& result : results) {
-    auto& of_curve = runs[result.point.scene * sweep.series.size() + result.point.series];
-    for (const auto& [name, figure] : figures_of_point(result)) of_curve[result.point.value][name].push_back(figure);
+  const std::vector<Figures> figures_of_each = figures_of_points(results);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const SweepPoint& point = results[i].point;
+    auto& of_curve = runs[point.scene * sweep.series.size() + point.series];
+    for (const auto& [name, figure] : figures_of_each[i]) of_curve[point.value][name].push_back(figure);
   }
   for (std::size_t curve = 0; curve < curves.size(); ++curve) {
     for (std::size_t value = 0; value < runs[curve].size(); ++value) {
@@ -193,11 +212,10 @@ std::vector<OnFront> front_of(const std::vector<Curve>& curves, std::size_t scen
 }
 
 std::string results_csv(const Sweep& sweep, const std::vector<PointResult>& results) {
-  std::vector<Figures> figures;
+  const std::vector<Figures> figures = figures_of_points(results);
   std::set<std::string> measured;
-  for (const PointResult& result : results) {
-    figures.push_back(figures_of_point(result));
-    for (const auto& [name, figure] : figures.back()) measured.insert(name);
+  for (const Figures& of_one : figures) {
+    for (const auto& [name, figure] : of_one) measured.insert(name);
   }
   std::vector<std::string> head{"scene", "series", "mark", "value", "x", "seed", "status", "reason", "program"};
   const std::size_t described = head.size();
@@ -229,7 +247,8 @@ std::string results_csv(const Sweep& sweep, const std::vector<PointResult>& resu
 
 json results_json(const Sweep& sweep, const std::vector<PointResult>& results) {
   json points = json::array(), curves = json::array(), breaking = json::array();
-  for (const PointResult& result : results) points.push_back(point_json(sweep, result));
+  const std::vector<Figures> figures = figures_of_points(results);
+  for (std::size_t i = 0; i < results.size(); ++i) points.push_back(point_json(sweep, results[i], figures[i]));
   for (const Curve& curve : curves_of(sweep, results)) {
     curves.push_back(curve_json(sweep, curve));
     if (!sweep.breaking) continue;

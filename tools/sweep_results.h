@@ -48,7 +48,8 @@ struct OnFront {
                                             const std::string& y);
 
 // One row a point: scene, series, mark, value, x, seed, status, reason, program, and every metric that any point has,
-// in the order of all_metrics(). RFC 4180: comma, quotes where they are needed, lines end in CR LF.
+// in the order of all_metrics(); a loss is measured against the series' first value. RFC 4180: comma, quotes where they
+// are needed, lines end in CR LF.
 [[nodiscard]] std::string results_csv(const Sweep& sweep, const std::vector<PointResult>& results);
 
 // {"sweep": {...}, "points": [{"scene", "series", "value", "x", "seed", "status", "reason", "made_by", "commands",
