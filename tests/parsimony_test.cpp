@@ -255,7 +255,7 @@ TEST_CASE("the predicted loss is 0 without a gap, rises with it, and allows no e
   CHECK(last > 50);
 }
 
-TEST_CASE("no store that was measured lost more than is predicted of its gap") {
+TEST_CASE("no store that the law was found on lost more than is predicted of its gap") {
   struct Measured {
     double gap, loss_db;
   };
