@@ -11,10 +11,19 @@
 // with r the pixels per length with which a view sees the cell, the angle between the two views as the cell sees them,
 // and `share` the part of the cell's pixels in v that the resident tiles of v hold. Of each (u, b) the three best
 // count, each half as much as the one before, as the renderer blends them. lambda = 0.8 and width = 30 degrees; 0.5 to
-// 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. Tiles are taken greedily
-// by what they add to the sum, which never falls. (Of whole cells it would be submodular; that the parts of one cell in
-// one view add up makes it not quite so.) So a tile comes for all cells in it at once: were each cell to choose by
-// itself, neighbours would choose different views, every tile be needed for some cell, and the picture a patchwork.
+// 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. What is sought is the most of the
+// sum, in four steps:
+//
+//   1. Whole views, by what each adds to the sum per tile, until one does not fit.
+//   2. More whole views, until the tiles are 1.2 times as many as there may be: what gutters take and more.
+//   3. Of these, tiles are given up by what the sum loses, the least first, until there are as many as there may be.
+//   4. What room is left goes to single tiles, by what they add.
+//
+// If steps 2 and 3 made the sum less, they are left out, so that it is never less than that of whole views alone. Views
+// come before tiles because what agrees from place to place looks better than what is nearest at each, and because the
+// parts of one cell in one view add up: single tiles chosen one by one often sum up to less than whole views (tested).
+// A tile comes and goes for all cells in it at once: were each cell to choose by itself, neighbours would choose
+// different views, every tile be needed for some cell, and the picture a patchwork.
 //
 // In place of "least coverage per texel" for whole views (Erat et al. 2019, section 3.2): all tiles have the same
 // texels.
@@ -30,8 +39,8 @@
 namespace lumatlas {
 
 // At most `count` tiles, by ascending view, then tile, the same for the same input. `views` and `shown` by slot of the
-// store. `references` says how many each cell may have, and becomes the views whose resident tiles show it: where they
-// would be more, those that show most of it.
+// store. `references` says how many each cell may have, and becomes the views whose resident tiles show it, as many of
+// them as it may have.
 [[nodiscard]] std::vector<ViewTile> choose_tiles(std::span<const std::shared_ptr<const StoredView>> views,
                                                  const Cells& cells, std::span<const std::vector<ShownCell>> shown,
                                                  std::size_t count, ReferenceTable& references);

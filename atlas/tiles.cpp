@@ -76,7 +76,8 @@ std::uint64_t slot_bytes(const TileOptions& options) {
 
 PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns) {
   slots = std::max(slots, 1u);
-  std::uint32_t side = 8;
+  std::uint32_t side = 4;
+  if (slots < side * side && slots <= most_columns) return {slots, 1, 1};
   while (std::uint64_t{side} * side * most_pages < slots && 2 * side <= most_columns) side *= 2;
   PageLayout layout{std::min(side, slots), 1, 1};
   layout.rows = std::min(side, (slots + layout.columns - 1) / layout.columns);

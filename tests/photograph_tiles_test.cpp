@@ -66,11 +66,11 @@ TEST_CASE("the array of a budget takes all of it but less than a page, and never
 }
 
 TEST_CASE("pages grow only when there would be too many") {
-  CHECK(allocated(5) == 5);
-  CHECK(allocated(9) == 16);
-  CHECK(allocated(65) == 128);
-  const PageLayout many = pages_for(64 * 2048 + 1, 2048, 256);
-  CHECK(many.columns == 16);
+  for (std::uint32_t few = 1; few <= 16; ++few) CHECK(allocated(few) == few);
+  CHECK(allocated(17) == 32);
+  CHECK(pages_for(5, 2048, 4).columns == 4);
+  const PageLayout many = pages_for(16 * 2048 + 1, 2048, 256);
+  CHECK(many.columns == 8);
   CHECK(many.pages == 513);
   CHECK(pages_for(1u << 30, 2048, 20).columns == 16);  // 32 would be beyond the texture's side
 }

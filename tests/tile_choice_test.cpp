@@ -16,13 +16,13 @@ namespace {
 using Tile = std::pair<std::uint32_t, std::uint32_t>;  // view, tile
 
 struct Store {
-  explicit Store(std::size_t count, std::uint32_t references_per_cell) : surface(wall_and_panel(kCells)) {
+  Store(std::size_t count, std::uint32_t references_per_cell) : Store(row_of_cameras(count), references_per_cell) {}
+
+  Store(const std::vector<Camera>& cameras, std::uint32_t references_per_cell) : surface(wall_and_panel(kCells)) {
     const auto visibility = make_ray_visibility(surface->mesh);
-    for (std::size_t i = 0; i < count; ++i) {
-      const double x = 0.3 * static_cast<double>(i) - 0.15 * static_cast<double>(count);
-      const Camera camera = forward_camera(40, 40, {x, 0.1 * x, -0.2 * static_cast<double>(i % 3)});
-      TiledView tiled = make_tiled_view("v", camera, position_photograph(40, 40), visibility->trace(camera),
-                                        surface->cells, {8, 1, 0}, {});
+    for (const Camera& camera : cameras) {
+      TiledView tiled = make_tiled_view("v", camera, position_photograph(camera.width, camera.height),
+                                        visibility->trace(camera), surface->cells, {8, 1, 0}, {});
       views.push_back(std::make_shared<const StoredView>(std::move(tiled.view)));
       shown.push_back(std::move(tiled.shown));
     }
@@ -32,11 +32,27 @@ struct Store {
     }
   }
 
+  [[nodiscard]] static std::vector<Camera> row_of_cameras(std::size_t count) {
+    std::vector<Camera> cameras;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double x = 0.3 * static_cast<double>(i) - 0.15 * static_cast<double>(count);
+      cameras.push_back(forward_camera(40, 40, {x, 0.1 * x, -0.2 * static_cast<double>(i % 3)}));
+    }
+    return cameras;
+  }
+
+  // With a cell in the tile itself: what is in a gutter alone, a neighbour holds.
+  [[nodiscard]] std::set<Tile> tiles_of(std::uint32_t view) const {
+    std::set<Tile> tiles;
+    for (const ShownCell& part : shown[view]) {
+      if (part.pixels > 0) tiles.insert({view, part.tile});
+    }
+    return tiles;
+  }
+
   [[nodiscard]] std::set<Tile> all_tiles() const {
     std::set<Tile> tiles;
-    for (std::uint32_t view = 0; view < shown.size(); ++view) {
-      for (const ShownCell& part : shown[view]) tiles.insert({view, part.tile});
-    }
+    for (std::uint32_t view = 0; view < shown.size(); ++view) tiles.merge(tiles_of(view));
     return tiles;
   }
 
@@ -64,7 +80,8 @@ struct Store {
           const glm::dvec3 to_by = views[by]->camera.center() - place;
           const double cosine = glm::dot(to_by, to_asked) / (glm::length(to_by) * glm::length(to_asked));
           const double k = std::clamp(1 - (1 - cosine) / (1 - std::cos(glm::radians(30.0))), 0.0, 1.0);
-          const double resolution = std::min(1.0, glm::length(to_asked) / glm::length(to_by));
+          const double resolution = std::min(
+              1.0, views[by]->camera.fx / glm::length(to_by) / (views[asked]->camera.fx / glm::length(to_asked)));
           qualities.push_back(pixels(by, cell, &tiles) / all * resolution * (0.8 * k + 0.2));
         }
         std::sort(qualities.begin(), qualities.end(), std::greater<>());
@@ -111,6 +128,78 @@ std::set<Tile> plain_greedy(const Store& store, std::size_t count) {
   return chosen;
 }
 
+std::set<Tile> united(std::set<Tile> a, const std::set<Tile>& b) {
+  a.insert(b.begin(), b.end());
+  return a;
+}
+
+// Whole views one after the other, each time the one that is worth most per tile, until it does not fit.
+std::set<Tile> whole_views(const Store& store, std::size_t count) {
+  std::set<Tile> chosen;
+  std::set<std::uint32_t> left;
+  for (std::uint32_t view = 0; view < store.views.size(); ++view) left.insert(view);
+  double worth = 0;
+  while (!left.empty()) {
+    double best = -1;
+    std::uint32_t choice = 0;
+    for (const std::uint32_t view : left) {
+      const std::set<Tile> tiles = store.tiles_of(view);
+      if (tiles.empty()) continue;
+      const double gain = (store.worth(united(chosen, tiles)) - worth) / static_cast<double>(tiles.size());
+      if (gain > best) {
+        best = gain;
+        choice = view;
+      }
+    }
+    if (best < 0 || chosen.size() + store.tiles_of(choice).size() > count) break;
+    chosen = united(chosen, store.tiles_of(choice));
+    worth = store.worth(chosen);
+    left.erase(choice);
+  }
+  return chosen;
+}
+
+// Of different sizes, from different distances.
+std::vector<Camera> random_cameras(std::size_t count, std::mt19937& random) {
+  std::uniform_real_distribution<double> aside(-1, 1), back(-1.5, 0);
+  std::uniform_int_distribution<std::uint32_t> size(12, 40);
+  std::vector<Camera> cameras;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double x = aside(random), y = aside(random), z = back(random);
+    const std::uint32_t width = size(random), height = size(random);
+    cameras.push_back(forward_camera(width, height, {x, y, z}));
+  }
+  return cameras;
+}
+
+TEST_CASE("the tiles chosen are worth no less than whole views chosen as greedily, whatever the budget") {
+  std::mt19937 random(5);
+  for (int scene = 0; scene < 25; ++scene) {
+    Store store(random_cameras(6, random), 6);
+    const std::size_t all = store.all_tiles().size();
+    const std::size_t count = std::uniform_int_distribution<std::size_t>(1, all)(random);
+    CAPTURE(scene, count, all);
+    const std::set<Tile> whole = whole_views(store, count);
+    const std::set<Tile> chosen = store.chosen(count);
+    CHECK(chosen.size() <= count);
+    CHECK(store.worth(chosen) >= store.worth(whole) * (1 - 1e-5));
+    if (!whole.empty()) {  // with room for just these
+      CHECK(store.chosen(whole.size()).size() <= whole.size());
+      CHECK(store.worth(store.chosen(whole.size())) >= store.worth(whole) * (1 - 1e-5));
+    }
+  }
+}
+
+TEST_CASE("where there is room for all tiles that show something, all are chosen") {
+  std::mt19937 random(6);
+  for (int scene = 0; scene < 5; ++scene) {
+    Store store(random_cameras(5, random), 5);
+    const std::set<Tile> all = store.all_tiles();
+    CHECK(store.chosen(all.size()) == all);
+    CHECK(store.chosen(all.size() + 100) == all);
+  }
+}
+
 TEST_CASE("the first tile chosen is worth more than any other alone, and the next ones are chosen as greedily") {
   Store store(5, 5);
   const std::set<Tile> first = store.chosen(1);
@@ -136,7 +225,7 @@ TEST_CASE("the tiles chosen are worth more than tiles by chance, and than whole 
   CHECK(worth > store.worth({all.begin(), std::next(all.begin(), kCount)}));
 }
 
-TEST_CASE("cells refer to views whose resident tiles show them, and to no more than before") {
+TEST_CASE("cells refer to the views whose resident tiles show them, and to no more than before") {
   for (const std::uint32_t most : {1u, 2u, 8u}) {
     Store store(8, most);
     const std::set<Tile> tiles = store.chosen(40);
@@ -147,6 +236,11 @@ TEST_CASE("cells refer to views whose resident tiles show them, and to no more t
       CHECK(views.size() <= most);
       CHECK(std::is_sorted(views.begin(), views.end()));
       for (const std::uint32_t view : views) CHECK(store.pixels(view, cell, &tiles) > 0);
+      std::size_t resident = 0;
+      for (std::uint32_t view = 0; view < store.views.size(); ++view) {
+        if (store.pixels(view, cell, &tiles) > 0) ++resident;
+      }
+      CHECK(views.size() == std::min<std::size_t>(most, resident));
     }
     CHECK(!store.resulting.views.empty());
   }
