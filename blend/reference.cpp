@@ -264,6 +264,19 @@ std::vector<Shaded> shade_all(const Picture& picture) {
   return pixels;
 }
 
+void add_seen(const std::vector<Shaded>& samples, std::vector<glm::dvec4>& sums) {
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    if (samples[i].state != PixelState::empty) sums[i] += glm::dvec4(samples[i].color, 1);
+  }
+}
+
+void take_means(const std::vector<glm::dvec4>& sums, std::vector<Shaded>& pixels) {
+  for (std::size_t i = 0; i < sums.size(); ++i) {
+    const bool shown = pixels[i].state != PixelState::empty && sums[i].w > 0;
+    if (shown) pixels[i].color = glm::dvec3(sums[i]) / sums[i].w;
+  }
+}
+
 Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
   Rendering rendering;
   rendering.picture.width = camera.width;
@@ -307,7 +320,7 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
 
 Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
                              const BlendOptions& options) {
-  BlendOptions of_own_cell = options;
+  BlendOptions of_own_cell = at_middle(options);
   of_own_cell.border_width = 0;
   Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, of_own_cell).state, {}};
   diagnosis.pixels.resize(diagnosis.state.size());
@@ -321,7 +334,7 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
     const auto z = static_cast<double>(visible.depth[pixel]);
     const glm::dvec3 world = camera.center() + z * camera.ray(image);
     const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
-    diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), world, z, camera, options);
+    diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), world, z, camera, of_own_cell);
   });
   return diagnosis;
 }
@@ -333,13 +346,10 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   if (visible.width != camera.width || visible.height != camera.height) {
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
-  BlendOptions at_middle = options;
-  at_middle.supersample = 1;
   const Source source(snapshot, options);
-  return rounded(
-      camera,
-      shade_all({source, camera, visible, at_middle, picture_exposure(NearbyExposure(snapshot), camera, options),
-                 share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size)}));
+  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
+  const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
+  return rounded(camera, shade_all({source, camera, visible, at_middle(options), exposure, shares}));
 }
 
 Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
@@ -352,21 +362,13 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   const auto shaded = [&](const Camera& seen_from, const BlendOptions& how) {
     return shade_all({source, seen_from, visibility.trace(seen_from), how, exposure, shares});
   };
-  BlendOptions at_middle = options;
-  at_middle.supersample = 1;
-  std::vector<Shaded> pixels = shaded(camera, at_middle);
+  std::vector<Shaded> pixels = shaded(camera, at_middle(options));
   if (options.supersample == 1) return rounded(camera, pixels);
-  std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // of colour, and how many see the surface
+  std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // of colour, and of how many see the surface
   for (const Camera& sample : sample_cameras(camera, options.supersample)) {
-    const std::vector<Shaded> samples = shaded(sample, options);
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      if (samples[i].state != PixelState::empty) sums[i] += glm::dvec4(samples[i].color, 1);
-    }
+    add_seen(shaded(sample, options), sums);
   }
-  for (std::size_t i = 0; i < sums.size(); ++i) {
-    const bool shown = pixels[i].state != PixelState::empty && sums[i].w > 0;
-    if (shown) pixels[i].color = glm::dvec3(sums[i]) / sums[i].w;
-  }
+  take_means(sums, pixels);
   return rounded(camera, pixels);
 }
 

@@ -165,11 +165,6 @@ std::vector<T> values_of(const GlTexture& texture, GLenum format, GLenum type, c
   return values;
 }
 
-BlendOptions at_middle(BlendOptions options) {
-  options.supersample = 1;
-  return options;
-}
-
 PixelDiagnosis unpacked(const std::uint32_t* packed) {
   const auto share = [](std::uint32_t bits) { return static_cast<float>(bits & 0xFFFFu) / 65535.0f; };
   return {packed[0], packed[1], {share(packed[2]), share(packed[2] >> 16), share(packed[3])}};
@@ -341,6 +336,7 @@ void Renderer::State::draw_surface(const Camera& camera) const {
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_GREATER);
   glDisable(GL_CULL_FACE);
+  glDisable(GL_BLEND);
   const GlProgram& program = surface_program;
   glUseProgram(program.get());
   set_pose(program, camera);
@@ -402,7 +398,6 @@ void Renderer::State::draw_samples(const Camera& camera, const BlendOptions& opt
     glEnable(GL_BLEND);
     glBlendFunc(GL_ONE, GL_ONE);
     draw_blend(sample_program, targets.sample_pass, sample, options);
-    glDisable(GL_BLEND);
   }
 }
 

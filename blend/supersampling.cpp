@@ -15,4 +15,10 @@ std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across) {
   return cameras;
 }
 
+BlendOptions at_middle(const BlendOptions& options) {
+  BlendOptions middle = options;
+  middle.supersample = 1;
+  return middle;
+}
+
 }  // namespace lumatlas

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "blend/blend_options.h"
 #include "mesh/camera.h"
 
 namespace lumatlas {
@@ -18,5 +19,8 @@ namespace lumatlas {
 // One for each of the `across` x `across` samples: the same size and pose, but the middles of its pixels see what those
 // samples of `camera` see. For 1, the camera itself.
 [[nodiscard]] std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across);
+
+// Of the one sample at the middle of a pixel.
+[[nodiscard]] BlendOptions at_middle(const BlendOptions& options);
 
 }  // namespace lumatlas

@@ -10,7 +10,8 @@
 
 namespace lumatlas {
 
-// 24 bytes of GL memory per pixel, 40 for a diagnosis or a linear picture: 670 MB at most.
+// 24 bytes of GL memory per pixel, 16 more for a diagnosis or a linear picture, 16 more where it is supersampled: 940
+// MB at most.
 inline constexpr std::uint32_t kTileSide = 4096;  // pixels
 
 struct Tile {

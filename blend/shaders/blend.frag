@@ -98,7 +98,7 @@ bool image_in(uint view, vec3 world, out vec2 image, out float depth) {
   return all(greaterThanEqual(image, vec2(0.0))) && all(lessThan(image, views[view].size.xy));
 }
 
-// How many pixels of a stored view a sample of the picture covers, of a point with these depths in the picture and there.
+// How many pixels of a stored view a sample of the picture covers, of a point with these depths here and there.
 float footprint_in(uint view, float z, float depth) {
   return z * views[view].intrinsics.x / (samples_across * intrinsics.x * depth);
 }
