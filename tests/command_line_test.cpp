@@ -165,7 +165,7 @@ TEST_CASE("a model may be one file: it renders the same pictures as the folder, 
 TEST_CASE("inspect tells a model from a scene") {
   const TemporaryFolder folder;
   const std::string file = (folder / "model.glb").string();
-  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--budget", "300kB", "--image", "jpeg",
+  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--budget", "200kB", "--image", "jpeg",
                     "--quality", "80", "--quiet"})
               .status == 0);
   const nlohmann::json summary = nlohmann::json::parse(made().build.out);
@@ -176,12 +176,12 @@ TEST_CASE("inspect tells a model from a scene") {
   CHECK(whole["bytes"]["resident"] == summary["bytes"]["resident"]);
   CHECK(whole["bytes"]["budget"].is_null());
   const nlohmann::json model = nlohmann::json::parse(lumatlas({"inspect", file, "--json"}).out);
-  CHECK(model["bytes"]["budget"] == 300000);
-  CHECK(model["bytes"]["resident"].get<std::size_t>() <= 300000);
+  CHECK(model["bytes"]["budget"] == 200000);
+  CHECK(model["bytes"]["resident"].get<std::size_t>() <= 200000);
   CHECK(model["tiles"]["resident"].get<std::size_t>() < model["tiles"]["of"].get<std::size_t>());
   CHECK(model["file"]["sum"].get<std::size_t>() <= fs::file_size(file));
   CHECK(model["file"]["sum"].get<std::size_t>() > fs::file_size(file) * 99 / 100);
-  CHECK_THAT(lumatlas({"inspect", file}).out, Catch::Contains("of 0.3 MB"));
+  CHECK_THAT(lumatlas({"inspect", file}).out, Catch::Contains("of 0.2 MB"));
 }
 
 TEST_CASE("a model that is as small as a bound on the loss allows says what it gave up, and how much that may cost") {
