@@ -2,8 +2,6 @@
 // What holds for every kind of synthetic scene and every trajectory, and what each one promises.
 #include "tools/synth_kinds.h"
 
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -16,6 +14,7 @@
 
 #include "mesh/mesh_file.h"
 #include "mesh/visibility.h"
+#include "tests/synth_files.h"
 #include "tests/temporary_folder.h"
 #include "tools/scene.h"
 #include "tools/synth.h"
@@ -47,18 +46,6 @@ std::vector<SynthTrajectory> all_trajectories() {
   std::vector<SynthTrajectory> trajectories;
   for (const SynthTrajectoryRow& row : synth_trajectories()) trajectories.push_back(row.trajectory);
   return trajectories;
-}
-
-std::map<std::string, std::string> written(const SynthOptions& options, std::size_t threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const TemporaryFolder folder;
-  write_synthetic_scene(options, folder.path());
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
-    if (entry.is_regular_file())
-      files[entry.path().lexically_relative(folder.path()).generic_string()] = bytes_of(entry.path());
-  }
-  return files;
 }
 
 TEST_CASE("every kind has the same bytes for any number of threads, and others for another seed") {

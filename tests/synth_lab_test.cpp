@@ -1,19 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The laboratory, and how a depth sensor scans it.
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
 #include <glm/glm.hpp>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "mesh/mesh_file.h"
 #include "tests/surfaces.h"
+#include "tests/synth_files.h"
 #include "tests/temporary_folder.h"
 #include "tools/synth.h"
 #include "tools/synth_scan.h"
@@ -248,18 +246,6 @@ TEST_CASE("some of what the cameras see was not scanned") {
   }
   CHECK(missing / seen > 0.02);
   CHECK(missing / seen < 0.3);
-}
-
-std::map<std::string, std::string> written(const SynthOptions& options, std::size_t threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const TemporaryFolder folder;
-  write_synthetic_scene(options, folder.path());
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder.path())) {
-    if (entry.is_regular_file())
-      files[entry.path().lexically_relative(folder.path()).generic_string()] = bytes_of(entry.path());
-  }
-  return files;
 }
 
 TEST_CASE("a laboratory has the same bytes for any number of threads, its scan as mesh and the true one beside") {
