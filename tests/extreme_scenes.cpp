@@ -185,6 +185,15 @@ EdgeScene court_scene(std::size_t views) {
   return scene;
 }
 
+const EdgeScene& six_views() {
+  static const EdgeScene scene = court_scene(6);
+  return scene;
+}
+
+Camera novel_camera() {
+  return camera_towards({2.6, 3.1, 2.2}, {0.6, 0.8, 0.9}, 80, 60, 60);
+}
+
 void write_scene(const EdgeScene& scene, const std::filesystem::path& folder) {
   write_soup(scene.soup, folder / "mesh.ply");
   std::filesystem::create_directory(folder / "sparse");

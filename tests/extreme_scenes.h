@@ -56,6 +56,9 @@ using EdgeShading = std::function<glm::dvec3(const glm::dvec3& point, const glm:
 void add_view(EdgeScene& scene, const Camera& camera);
 // The court from `views` places, from wall to wall.
 [[nodiscard]] EdgeScene court_scene(std::size_t views);
+[[nodiscard]] const EdgeScene& six_views();  // made once
+// Sees the court from where no view of it was taken.
+[[nodiscard]] Camera novel_camera();
 
 // Writes mesh.ply (in double precision, text), sparse/ and images/ into `folder`, which must exist.
 void write_scene(const EdgeScene& scene, const std::filesystem::path& folder);

@@ -19,15 +19,6 @@ namespace {
 
 using Catch::Contains;
 
-const EdgeScene& six_views() {
-  static const EdgeScene scene = court_scene(6);
-  return scene;
-}
-
-Camera novel_camera() {
-  return camera_towards({2.6, 3.1, 2.2}, {0.6, 0.8, 0.9}, 80, 60, 60);
-}
-
 Camera looking_away(double place) {
   const Camera camera = court_camera(place);
   return camera_towards(camera.center(), camera.center() - camera.viewing_direction(), 96, 72, 80);

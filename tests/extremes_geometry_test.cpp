@@ -20,15 +20,6 @@ namespace {
 
 using Catch::Contains;
 
-const EdgeScene& six_views() {
-  static const EdgeScene scene = court_scene(6);
-  return scene;
-}
-
-Camera novel_camera() {
-  return camera_towards({2.6, 3.1, 2.2}, {0.6, 0.8, 0.9}, 80, 60, 60);
-}
-
 std::vector<Decision> decisions(const BuildResult& result) {
   std::vector<Decision> all;
   for (const PlannedView& view : result.planned) all.push_back(view.verdict.decision);

@@ -12,10 +12,6 @@
 namespace lumatlas {
 namespace {
 
-Camera novel_camera() {
-  return camera_towards({2.6, 3.1, 2.2}, {0.6, 0.8, 0.9}, 80, 60, 60);
-}
-
 EdgeScene plain_scene(int level) {
   EdgeScene scene = court_scene(6);
   for (EdgeView& view : scene.views) view.photograph = plain_photograph(view.camera, level);

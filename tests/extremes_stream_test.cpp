@@ -21,10 +21,6 @@ const EdgeScene& ten_views() {
   return scene;
 }
 
-Camera novel_camera() {
-  return camera_towards({2.6, 3.1, 2.2}, {0.6, 0.8, 0.9}, 80, 60, 60);
-}
-
 // A frame from nearly the same place as the court camera, as a tripod gives it.
 Camera shaken(std::mt19937& random, double size) {
   std::normal_distribution<double> normal(0, size);
