@@ -624,14 +624,16 @@ TEST_CASE("charts: options that the program refuses are refused before anything 
   check_failure(chart("=diameter/20", "=diameter/0"), "room/ours/16: --cell-size is \"=diameter/0\", must be");
   check_failure(chart("\"baselines\": \"none\"", "\"baselines\": \"nothing\""), "validate: --baselines");
   check_failure(chart("{\"kind\": \"apartment\"}", "{\"kind\": \"castle\"}"), "room/ours/16: synth: ");
+  check_failure(lumatlas({"chart", folder.with_file("tiny.json", kTinySweep).string(), "-o", folder.path().string()}),
+                "tiny.json: would be replaced, with the input");
   CHECK(names_in(folder.path()) == std::vector<std::string>{"tiny.json"});
 }
 
-TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, at both scales") {
+TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, at every scale") {
   Arguments chart{"chart", "--list"};
   for (const auto& entry : fs::directory_iterator(fs::path(LUMATLAS_DATA) / "sweeps")) chart.push_back(entry.path());
   CHECK(chart.size() > 12);
-  for (const char* const scale : {"small", "full"}) {
+  for (const char* const scale : {"small", "medium", "full"}) {
     Arguments at_scale = chart;
     at_scale.push_back(std::string("--scale=") + scale);
     const Outcome outcome = lumatlas(at_scale);

@@ -69,6 +69,16 @@ std::string refusal_of(const std::function<void(json&)>& change) {
   return refusal_of_text(description.dump());
 }
 
+TEST_CASE("a sweep takes from full what it has no medium of") {
+  json description = valid_sweep();
+  description["values"]["medium"] = {1, 7};
+  const Sweep medium = read(description, SweepScale::medium);
+  CHECK(medium.scenes.size() == 2);
+  CHECK(medium.repeats == 2);
+  REQUIRE(medium.series[0].values.size() == 2);
+  CHECK(medium.series[0].values[1].label == "7");
+}
+
 TEST_CASE("a sweep has the values of its scale, and options as the program takes them") {
   const Sweep small = read(valid_sweep()), full = read(valid_sweep(), SweepScale::full);
   CHECK(small.scenes.size() == 1);

@@ -35,7 +35,7 @@ struct ChartFlags {
   fs::path output, scenes, markdown;
   std::size_t jobs = 1;
   std::vector<std::string> only;
-  std::string scale = "full";
+  SweepScale scale = SweepScale::full;
   bool keep_points = false;
   bool list = false;
   bool quiet = false;
@@ -111,7 +111,7 @@ std::vector<Sweep> read_sweeps(const ChartFlags& flags) {
   std::vector<Sweep> sweeps;
   std::set<std::string> names;
   for (const fs::path& file : flags.sweeps) {
-    sweeps.push_back(read_sweep(file, flags.scale == "small" ? SweepScale::small : SweepScale::full, knows));
+    sweeps.push_back(read_sweep(file, flags.scale, knows));
     check_points(sweeps.back(), file, commands);
     if (!names.insert(sweeps.back().name).second) {
       throw InputError(file.string() + ": its name, \"" + sweeps.back().name +
@@ -156,7 +156,7 @@ std::string renderer() {
 std::vector<std::pair<std::string, std::string>> facts_of(const ChartFlags& flags, const std::string& identity) {
   std::vector<std::string> arguments{"chart"};
   for (const fs::path& sweep : flags.sweeps) arguments.push_back(sweep.string());
-  arguments.push_back("--scale=" + flags.scale);
+  arguments.push_back(std::string("--scale=") + name_of(flags.scale));
   if (flags.jobs > 1) arguments.push_back("--jobs=" + std::to_string(flags.jobs));
   return {{"program", "lumatlas " + identity},
           {"machine", machine_description()},
@@ -243,6 +243,7 @@ void run(const ChartFlags& flags) {
     list_points(sweeps);
     return;
   }
+  for (const Sweep& sweep : sweeps) check_apart(flags.output / (sweep.name + ".json"), flags.sweeps);
   Counts counts;
   const ChartPage page = made_page(flags, sweeps, counts);
   for (const std::string& note : page.notes) std::cerr << note << '\n';
@@ -267,8 +268,13 @@ void add_chart_command(CLI::App& program) {
   command->add_option("--scenes", flags->scenes,
                       "Folder of real scenes, each a COLMAP workspace with a mesh; points whose scene is not there are "
                       "skipped");
-  command->add_option("--scale", flags->scale, "Which values of the sweeps: small (for a look) or full")
-      ->check(CLI::IsMember({"small", "full"}));
+  const std::map<std::string, SweepScale> scales{
+      {"small", SweepScale::small}, {"medium", SweepScale::medium}, {"full", SweepScale::full}};
+  command
+      ->add_option("--scale", flags->scale,
+                   "Which scenes and values of the sweeps: small (to see that it works), medium (what a sweep has no "
+                   "medium of is as in full) or full")
+      ->transform(CLI::CheckedTransformer(scales).description("{small,medium,full}"));
   command->add_option("--jobs", flags->jobs, "Points made side by side; times that are measured so are not worth much")
       ->check(CLI::Range(std::size_t{1}, std::size_t{256}));
   command

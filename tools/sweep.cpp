@@ -38,7 +38,7 @@ std::string name_of_file(const JsonPlace& place) {
 // Reads one file; the members are the steps, from the inside of the description to its outside.
 class SweepReader {
  public:
-  SweepReader(const char* scale, const KnowsOption& knows_option) : scale_(scale), knows_option_(knows_option) {}
+  SweepReader(SweepScale scale, const KnowsOption& knows_option) : scale_(scale), knows_option_(knows_option) {}
 
   [[nodiscard]] Sweep sweep(const JsonPlace& file) const;
 
@@ -60,13 +60,14 @@ class SweepReader {
   [[nodiscard]] SweepScene scene(const JsonPlace& place) const;
   [[nodiscard]] std::vector<SweepScene> scenes(const JsonPlace& place) const;
 
-  const char* scale_;
+  SweepScale scale_;
   const KnowsOption& knows_option_;
 };
 
 JsonPlace SweepReader::at_scale(const JsonPlace& place) const {
-  place.expect_keys({"small", "full"}, {});
-  return place.at(scale_);
+  place.expect_keys({"small", "full"}, {"medium"});
+  const bool falls_back = scale_ == SweepScale::medium && !place.has("medium");
+  return place.at(name_of(falls_back ? SweepScale::full : scale_));
 }
 
 void SweepReader::check_option(const std::string& command, const std::string& name, const JsonPlace& place) const {
@@ -150,7 +151,7 @@ std::vector<SweepValue> SweepReader::values(const JsonPlace& place, const SweptO
     values.push_back(value(element, option));
     if (!labels.insert(values.back().label).second) element.refuse("\"" + values.back().label + "\" is there twice");
   }
-  if (values.empty()) place.refuse("has no value at scale " + std::string(scale_));
+  if (values.empty()) place.refuse("has no value at scale " + std::string(name_of(scale_)));
   return values;
 }
 
@@ -203,7 +204,7 @@ std::vector<SweepScene> SweepReader::scenes(const JsonPlace& place) const {
     all.push_back(scene(element));
     if (!names.insert(all.back().name).second) element.refuse("\"" + all.back().name + "\" is there twice");
   }
-  if (all.empty()) place.refuse("has none at scale " + std::string(scale_));
+  if (all.empty()) place.refuse("has none at scale " + std::string(name_of(scale_)));
   return all;
 }
 
@@ -328,6 +329,10 @@ void overlay(CommandOptions& options, const CommandOptions& over) {
   overlay(options.validate, over.validate);
 }
 
+const char* name_of(SweepScale scale) {
+  return scale == SweepScale::small ? "small" : scale == SweepScale::medium ? "medium" : "full";
+}
+
 std::vector<std::string> arguments_of(const OptionValues& options) {
   std::vector<std::string> arguments;
   for (const auto& [name, value] : options) {
@@ -338,7 +343,7 @@ std::vector<std::string> arguments_of(const OptionValues& options) {
 
 Sweep read_sweep(const std::filesystem::path& path, SweepScale scale, const KnowsOption& knows_option) {
   const json file = read_json_with_comments(path);
-  return SweepReader(scale == SweepScale::small ? "small" : "full", knows_option).sweep({path.string(), "", file});
+  return SweepReader(scale, knows_option).sweep({path.string(), "", file});
 }
 
 }  // namespace lumatlas

@@ -94,7 +94,11 @@ struct Sweep {
   std::optional<SweepBreaking> breaking;
 };
 
-enum class SweepScale { small, full };
+// small: tiny scenes, to see that it works; medium: hours for all of data/sweeps; full: most of a day. What a
+// file has no medium of, it takes from full.
+enum class SweepScale { small, medium, full };
+
+[[nodiscard]] const char* name_of(SweepScale scale);
 
 // Whether a command ("synth", "build" or "validate") has an option of this name (without dashes).
 using KnowsOption = std::function<bool(const std::string& command, const std::string& option)>;
