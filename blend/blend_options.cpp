@@ -25,6 +25,7 @@ BlendOptions BlendOptions::printed() {
   options.prefilter = false;
   options.border_width = 0;
   options.exposure = Exposure::model;
+  options.supersample = 1;
   options.occlusion_tolerance = 0;
   return options;
 }

@@ -23,6 +23,9 @@ inline constexpr double kSharpFootprint = 1.4;
 
 inline constexpr std::uint32_t kMostSupersampling = 4;
 
+// By how many pixels' widths the surface bends at a silhouette, see supersampling.h; shared with the shader.
+inline constexpr double kSilhouetteBend = 4;
+
 struct BlendOptions {
   enum class Position {
     ratio,    // min / max of the two distances
@@ -36,6 +39,10 @@ struct BlendOptions {
     linear,  // between the 2 x 2 pixels of a photograph next to a point
     cubic,   // of all but their coarsest level, between 4 x 4: see cubic_kernel.h
   };
+  enum class Antialias {
+    silhouettes,  // pixels at the rims of surfaces, see supersampling.h
+    all,          // every pixel
+  };
   std::uint32_t views = 3;  // K, [1, 8]
   double lambda = 0.8;      // weight of direction against position, [0, 1]
   Position position = Position::ratio;
@@ -46,9 +53,10 @@ struct BlendOptions {
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0
   double border_width = 0.1;
-  // N: colours are means over N x N samples a pixel, see supersampling.h, [1, 4]; takes N * N + 1 times as long but
-  // for 1.
-  std::uint32_t supersample = 1;
+  // N: colours are means over N x N samples a pixel, see supersampling.h, [1, 4]; of all pixels that takes N * N + 1
+  // times as long but for 1.
+  std::uint32_t supersample = 2;                 // printed, which names no samples: 1
+  Antialias antialias = Antialias::silhouettes;  // which pixels; with N = 1 there is no difference
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();

@@ -67,7 +67,8 @@ GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsiz
   return texture;
 }
 
-GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer) {
+GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer,
+                               const GlTexture* stencil) {
   GLuint name = 0;
   glCreateFramebuffers(1, &name);
   GlFramebuffer framebuffer(name);
@@ -77,6 +78,7 @@ GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, c
     glNamedFramebufferTexture(name, attachments.back(), color->get(), 0);
   }
   if (z_buffer) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, z_buffer->get(), 0);
+  if (stencil) glNamedFramebufferTexture(name, GL_STENCIL_ATTACHMENT, stencil->get(), 0);
   glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(attachments.size()), attachments.data());
   const GLenum status = glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE) {

@@ -81,8 +81,9 @@ template <typename T>
 [[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                                            GLsizei levels = 1);
 
-// Color attachments in this order; `z_buffer` may be null. Throws GlError if the driver refuses it.
-[[nodiscard]] GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer);
+// Color attachments in this order; `z_buffer` and `stencil` may be null. Throws GlError if the driver refuses it.
+[[nodiscard]] GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer,
+                                             const GlTexture* stencil = nullptr);
 
 // What the driver says for, say, GL_MAX_TEXTURE_SIZE.
 [[nodiscard]] GLint gl_limit(GLenum name);

@@ -253,15 +253,20 @@ Shaded shade(const Picture& picture, std::size_t pixel) {
   return shaded;
 }
 
-std::vector<Shaded> shade_all(const Picture& picture) {
+// Those that are not `asked` for stay empty.
+std::vector<Shaded> shade(const Picture& picture, const std::vector<std::uint8_t>& asked) {
   std::vector<Shaded> pixels(picture.visible.face.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pixels.size(), 1024),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t pixel = range.begin(); pixel != range.end(); ++pixel) {
-                        pixels[pixel] = shade(picture, pixel);
+                        if (asked[pixel]) pixels[pixel] = shade(picture, pixel);
                       }
                     });
   return pixels;
+}
+
+std::vector<Shaded> shade_all(const Picture& picture) {
+  return shade(picture, std::vector<std::uint8_t>(picture.visible.face.size(), 1));
 }
 
 void add_seen(const std::vector<Shaded>& samples, std::vector<glm::dvec4>& sums) {
@@ -359,14 +364,15 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   const Source source(snapshot, options);
   const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
-  const auto shaded = [&](const Camera& seen_from, const BlendOptions& how) {
-    return shade_all({source, seen_from, visibility.trace(seen_from), how, exposure, shares});
-  };
-  std::vector<Shaded> pixels = shaded(camera, at_middle(options));
+  const VisibilityBuffer visible = visibility.trace(camera);
+  std::vector<Shaded> pixels = shade_all({source, camera, visible, at_middle(options), exposure, shares});
   if (options.supersample == 1) return rounded(camera, pixels);
+  const std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
+                                                ? std::vector<std::uint8_t>(pixels.size(), 1)
+                                                : silhouettes(camera, visible);
   std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // of colour, and of how many see the surface
   for (const Camera& sample : sample_cameras(camera, options.supersample)) {
-    add_seen(shaded(sample, options), sums);
+    add_seen(shade({source, sample, visibility.trace(sample), options, exposure, shares}, sampled), sums);
   }
   take_means(sums, pixels);
   return rounded(camera, pixels);

@@ -89,7 +89,7 @@ struct Targets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   GlTexture face, depth, fallback, shares, z_buffer, picture;
-  GlTexture samples;  // sums over a pixel; made when they are first asked for
+  GlTexture samples, sampled;  // sums over a pixel; stencil, 1 where samples are taken; made when first asked for
   GlFramebuffer surface_pass, blend_pass, sample_pass;
 };
 
@@ -113,31 +113,32 @@ Targets make_targets(std::uint32_t width, std::uint32_t height) {
 }
 
 void add_samples(Targets& targets) {
-  targets.samples =
-      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
-  targets.sample_pass = make_framebuffer({&targets.samples}, nullptr);
+  const auto w = static_cast<GLsizei>(targets.width);
+  const auto h = static_cast<GLsizei>(targets.height);
+  targets.samples = make_texture_2d(GL_RGBA32F, w, h);
+  targets.sampled = make_texture_2d(GL_STENCIL_INDEX8, w, h);
+  targets.sample_pass = make_framebuffer({&targets.samples}, nullptr, &targets.sampled);
 }
 
 std::string with_definitions(std::string_view source) {
   std::string text(source);
   text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) +
-                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) + "\n");
+                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) +
+                                       "\n#define SILHOUETTE_BEND " + std::to_string(kSilhouetteBend) + "\n");
   return text;
 }
 
-// The blend pass with another output, for those who ask for it: the usual picture pays nothing.
-GlProgram make_blend_variant(std::initializer_list<std::string> names) {
-  std::string text = with_definitions(k_blend_frag);
-  std::string title = "blend";
+// Programs that only some pictures need: the usual one pays nothing. `names` are defined: variants of a pass.
+void make_once(GlProgram& program, const std::string& pass, std::string_view fragment_source,
+               std::initializer_list<std::string> names = {}) {
+  if (program.get() != 0) return;
+  std::string text = with_definitions(fragment_source);
+  std::string title = pass;
   for (const std::string& name : names) {
     text.insert(text.find('\n') + 1, "#define " + name + "\n");
     title += ", " + name;
   }
-  return make_program(title, k_screen_vert, text);
-}
-
-void make_once(GlProgram& program, std::initializer_list<std::string> names) {
-  if (program.get() == 0) program = make_blend_variant(names);
+  program = make_program(title, k_screen_vert, text);
 }
 
 // All values of a texture, from the picture's first row, which is the framebuffer's last. In strips, for GL counts the
@@ -227,7 +228,7 @@ struct Renderer::State {
   GlProgram surface_program = make_program("surface", k_surface_vert, k_surface_frag);
   GlProgram blend_program = make_program("blend", k_screen_vert, with_definitions(k_blend_frag));
   // Made when they are first asked for.
-  GlProgram linear_program, diagnosis_program, sample_program, mean_program, linear_mean_program;
+  GlProgram linear_program, diagnosis_program, sampled_program, sample_program, mean_program, linear_mean_program;
   GlVertexArray no_vertices;
   GlVertexArray mesh;
   GlBuffer positions, colors, shares, faces, cell_of_face, zone_of_face, zones, offsets, slots, views, cell_seen;
@@ -252,7 +253,10 @@ struct Renderer::State {
   void draw_surface(const Camera& camera) const;
   void draw_blend(const GlProgram& program, const GlFramebuffer& target, const Camera& camera,
                   const BlendOptions& options) const;
+  void draw_screen(const GlProgram& program) const;
+  void mark_sampled(const Camera& camera, const BlendOptions& options);
   void draw_samples(const Camera& camera, const BlendOptions& options);
+  void draw_means(const GlProgram& program, const GlFramebuffer& target) const;
   [[nodiscard]] Rendering read_back() const;
 };
 
@@ -355,7 +359,6 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   const GLuint name = program.get();
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glDisable(GL_DEPTH_TEST);
-  glUseProgram(name);
   set_pose(program, camera);
   const glm::vec4 intrinsics = intrinsics_of(camera);
   const glm::vec3 center(camera.center());
@@ -378,27 +381,69 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
                            cell_seen.get(),    zone_of_face.get(), zones.get()};
   glBindBuffersBase(GL_SHADER_STORAGE_BUFFER, 0, static_cast<GLsizei>(buffers.size()), buffers.data());
   photographs.bind(program);
-  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get(), targets.shares.get(),
-                            targets.samples.get()};
-  glBindTextures(2, static_cast<GLsizei>(textures.size()), textures.data());
-  glBindVertexArray(no_vertices.get());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  glUseProgram(0);  // a program in use outlives its deletion, with its shaders
+  draw_screen(program);
   check_gl("blending views");
 }
 
-// The sums over each pixel's samples, of colour and of how many see the surface.
+// One fragment a pixel, with what earlier passes left.
+void Renderer::State::draw_screen(const GlProgram& program) const {
+  const std::array textures{targets.face.get(), targets.depth.get(), targets.fallback.get(), targets.shares.get(),
+                            targets.samples.get()};
+  glBindTextures(2, static_cast<GLsizei>(textures.size()), textures.data());
+  glUseProgram(program.get());
+  glBindVertexArray(no_vertices.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glUseProgram(0);  // a program in use outlives its deletion, with its shaders
+}
+
+// In the stencil of what samples are added up in, the pixels that are to have some, by the surface that `camera` sees.
+void Renderer::State::mark_sampled(const Camera& camera, const BlendOptions& options) {
+  make_once(sampled_program, "sampled", k_sampled_frag);
+  const GLint unmarked = 0;
+  glClearNamedFramebufferiv(targets.sample_pass.get(), GL_STENCIL, 0, &unmarked);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.sample_pass.get());
+  glProgramUniform1i(sampled_program.get(), location(sampled_program, "everywhere"),
+                     options.antialias == BlendOptions::Antialias::all);
+  glProgramUniform1f(sampled_program.get(), location(sampled_program, "focal_length"), static_cast<float>(camera.fx));
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_ALWAYS, 1, 0xFF);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  draw_screen(sampled_program);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDisable(GL_STENCIL_TEST);
+  check_gl("marking sampled pixels");
+}
+
+// The sums over the samples of each pixel that has any, of colour and of how many see the surface. The surface of the
+// pixels' middles must be drawn; afterwards another one is.
 void Renderer::State::draw_samples(const Camera& camera, const BlendOptions& options) {
   if (targets.samples.get() == 0) add_samples(targets);
-  make_once(sample_program, {"SAMPLE"});
+  make_once(sample_program, "blend", k_blend_frag, {"SAMPLE"});
   const std::array<GLfloat, 4> zero{};
   glClearNamedFramebufferfv(targets.sample_pass.get(), GL_COLOR, 0, zero.data());
+  mark_sampled(camera, options);
+  glStencilFunc(GL_EQUAL, 1, 0xFF);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glBlendFunc(GL_ONE, GL_ONE);
   for (const Camera& sample : sample_cameras(camera, options.supersample)) {
     draw_surface(sample);
     glEnable(GL_BLEND);
-    glBlendFunc(GL_ONE, GL_ONE);
+    glEnable(GL_STENCIL_TEST);
     draw_blend(sample_program, targets.sample_pass, sample, options);
+    glDisable(GL_STENCIL_TEST);
+    glDisable(GL_BLEND);
   }
+}
+
+// In place of the middles' colours, whose states stay.
+void Renderer::State::draw_means(const GlProgram& program, const GlFramebuffer& target) const {
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+  draw_screen(program);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  check_gl("drawing means");
 }
 
 Rendering Renderer::State::read_back() const {
@@ -472,16 +517,17 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
   }
   state_->load_shares(options.border_width);
   if (state_->steps.order_references) state_->order_references(camera.center(), options);
-  if (options.supersample > 1) state_->draw_samples(camera, options);
   state_->draw_surface(camera);
 }
 
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  const bool mean = options.supersample > 1;
-  if (mean) make_once(state_->mean_program, {"MEAN"});
-  state_->draw_blend(mean ? state_->mean_program : state_->blend_program, state_->targets.blend_pass, camera,
-                     at_middle(options));
+  State& state = *state_;
+  state.draw_blend(state.blend_program, state.targets.blend_pass, camera, at_middle(options));
+  if (options.supersample == 1) return;
+  make_once(state.mean_program, "mean", k_mean_frag);
+  state.draw_samples(camera, options);
+  state.draw_means(state.mean_program, state.targets.blend_pass);
 }
 
 Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
@@ -491,17 +537,18 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
 
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   prepare(camera, options);
-  const bool mean = options.supersample > 1;
-  GlProgram& program = mean ? state_->linear_mean_program : state_->linear_program;
-  if (mean) {
-    make_once(program, {"LINEAR", "MEAN"});
-  } else {
-    make_once(program, {"LINEAR"});
-  }
-  const Targets& targets = state_->targets;
+  State& state = *state_;
+  make_once(state.linear_program, "blend", k_blend_frag, {"LINEAR"});
+  const Targets& targets = state.targets;
   const GlTexture linear =
       make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
-  state_->draw_blend(program, make_framebuffer({&linear}, nullptr), camera, at_middle(options));
+  const GlFramebuffer linear_pass = make_framebuffer({&linear}, nullptr);
+  state.draw_blend(state.linear_program, linear_pass, camera, at_middle(options));
+  if (options.supersample > 1) {
+    make_once(state.linear_mean_program, "mean", k_mean_frag, {"LINEAR"});
+    state.draw_samples(camera, options);
+    state.draw_means(state.linear_mean_program, linear_pass);
+  }
   const auto rgba = values_of<float>(linear, GL_RGBA, GL_FLOAT, targets, 4);
   LinearRendering rendering{camera.width, camera.height, {}, {}};
   rendering.rgb.reserve(rgba.size() / 4 * 3);
@@ -515,7 +562,7 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
   prepare(camera, at_middle(options));
-  make_once(state_->diagnosis_program, {"DIAGNOSE"});
+  make_once(state_->diagnosis_program, "blend", k_blend_frag, {"DIAGNOSE"});
   const Targets& targets = state_->targets;
   const GlTexture packed =
       make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));

@@ -1,7 +1,43 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/supersampling.h"
 
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
 namespace lumatlas {
+
+namespace {
+
+// From a pixel to one of two opposite neighbours.
+struct Step {
+  int x, y;
+};
+constexpr std::array kSteps{Step{1, 0}, Step{0, 1}, Step{1, 1}, Step{1, -1}};
+
+bool at_silhouette(const Camera& camera, const VisibilityBuffer& visible, int x, int y) {
+  const auto width = static_cast<int>(visible.width);
+  const auto height = static_cast<int>(visible.height);
+  const auto pixel = [&](int column, int row) { return static_cast<std::size_t>(row) * visible.width + column; };
+  if (visible.face[pixel(x, y)] == kNoFace) return false;
+  const double z = visible.depth[pixel(x, y)];
+  for (const Step& step : kSteps) {
+    double bend = -2;
+    int inside = 0;
+    for (const int side : {-1, 1}) {
+      const int column = x + side * step.x;
+      const int row = y + side * step.y;
+      if (column < 0 || row < 0 || column >= width || row >= height) continue;
+      if (visible.face[pixel(column, row)] == kNoFace) return true;
+      bend += z / visible.depth[pixel(column, row)];
+      ++inside;
+    }
+    if (inside == 2 && camera.fx * std::abs(bend) > kSilhouetteBend) return true;
+  }
+  return false;
+}
+
+}  // namespace
 
 std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across) {
   std::vector<Camera> cameras;
@@ -13,6 +49,20 @@ std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across) {
     }
   }
   return cameras;
+}
+
+std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible) {
+  if (visible.width != camera.width || visible.height != camera.height) {
+    throw std::invalid_argument("silhouettes: the visibility buffer must be as large as the camera's image");
+  }
+  std::vector<std::uint8_t> flags;
+  flags.reserve(visible.face.size());
+  for (int y = 0; y < static_cast<int>(visible.height); ++y) {
+    for (int x = 0; x < static_cast<int>(visible.width); ++x) {
+      flags.push_back(at_silhouette(camera, visible, x, y) ? 1 : 0);
+    }
+  }
+  return flags;
 }
 
 BlendOptions at_middle(const BlendOptions& options) {

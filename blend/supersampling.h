@@ -6,6 +6,19 @@
 //   Whether a pixel shows the surface, and its PixelState, are those of its middle, whatever N is.
 //   Its colour is the mean over the samples that see the surface, so that black from beside the mesh never comes into
 //   it; where none does, the colour of the middle.
+//
+// With Antialias::silhouettes that is so where one sample is likely wrong; other pixels keep the colour of their
+// middle, which covers all of their width. With z and z' the depths at the middles of a pixel and of one of its eight
+// neighbours in the picture, and f the focal length fx in pixels, a pixel is at a silhouette if its middle sees the
+// surface and
+//
+//   the middle of a neighbour sees none, or
+//   f |z / z' + z / z'' - 2| > kSilhouetteBend for two neighbours opposite each other.
+//
+// On a plane 1 / z is linear in the image, so that the left side is 0 there from all directions. Elsewhere it is how
+// far the surface bends away from the plane of the neighbours, in widths of a pixel at its depth: steps in depth do
+// that, creases only with one side all but edge-on (a right angle seen from its middle gives 2). A surface narrower
+// than a pixel that no middle sees goes unnoticed.
 #pragma once
 
 #include <cstdint>
@@ -13,12 +26,16 @@
 
 #include "blend/blend_options.h"
 #include "mesh/camera.h"
+#include "mesh/visibility.h"
 
 namespace lumatlas {
 
 // One for each of the `across` x `across` samples: the same size and pose, but the middles of its pixels see what those
 // samples of `camera` see. For 1, the camera itself.
 [[nodiscard]] std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across);
+
+// By pixel, 1 at a silhouette, else 0. Throws std::invalid_argument if `visible` is not as large as the camera's image.
+[[nodiscard]] std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible);
 
 // Of the one sample at the middle of a pixel.
 [[nodiscard]] BlendOptions at_middle(const BlendOptions& options);

@@ -12,19 +12,31 @@ namespace lumatlas {
 
 namespace {
 
-// Copies a tile's values to their places in the whole image.
+// Copies a tile's values to their places in the whole image, from what was drawn of a larger tile that holds it.
 template <typename T>
-void paste(const std::vector<T>& part, const Tile& tile, std::size_t values_per_pixel, std::uint32_t whole_width,
-           std::vector<T>& whole) {
+void paste(const std::vector<T>& part, const Tile& drawn, const Tile& tile, std::size_t values_per_pixel,
+           std::uint32_t whole_width, std::vector<T>& whole) {
   const std::size_t row = values_per_pixel * tile.camera.width;
-  for (std::size_t y = 0; y < tile.camera.height; ++y) {
-    const std::size_t to = values_per_pixel * ((tile.top + y) * whole_width + tile.left);
-    std::copy_n(&part[row * y], row, &whole[to]);
+  for (std::size_t y = tile.top; y < std::size_t{tile.top} + tile.camera.height; ++y) {
+    const std::size_t from = (y - drawn.top) * drawn.camera.width + (tile.left - drawn.left);
+    const std::size_t to = y * whole_width + tile.left;
+    std::copy_n(&part[values_per_pixel * from], row, &whole[values_per_pixel * to]);
   }
 }
 
+// With the neighbours of its pixels in the image, by which silhouettes are found.
+Tile with_neighbours(const Tile& tile, const Camera& whole) {
+  Tile larger{tile.left - std::min(tile.left, 1u), tile.top - std::min(tile.top, 1u), whole};
+  larger.camera.width = std::min(tile.left + tile.camera.width + 1, whole.width) - larger.left;
+  larger.camera.height = std::min(tile.top + tile.camera.height + 1, whole.height) - larger.top;
+  larger.camera.cx -= larger.left;
+  larger.camera.cy -= larger.top;
+  return larger;
+}
+
+// That the driver takes, with their neighbours.
 std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side) {
-  return tiles_of(camera, std::min(side, static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE))));
+  return tiles_of(camera, std::min(side, static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE)) - 2));
 }
 
 }  // namespace
@@ -56,9 +68,10 @@ Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOpti
   whole.picture.rgb.resize(3 * pixels);
   whole.state.resize(pixels);
   for (const Tile& tile : tiles) {
-    const Rendering part = renderer.render(tile.camera, options);
-    paste(part.picture.rgb, tile, 3, camera.width, whole.picture.rgb);
-    paste(part.state, tile, 1, camera.width, whole.state);
+    const Tile drawn = with_neighbours(tile, camera);
+    const Rendering part = renderer.render(drawn.camera, options);
+    paste(part.picture.rgb, drawn, tile, 3, camera.width, whole.picture.rgb);
+    paste(part.state, drawn, tile, 1, camera.width, whole.state);
   }
   return whole;
 }
@@ -70,9 +83,10 @@ LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, co
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   LinearRendering whole{camera.width, camera.height, std::vector<float>(3 * pixels), std::vector<PixelState>(pixels)};
   for (const Tile& tile : tiles) {
-    const LinearRendering part = renderer.render_linear(tile.camera, options);
-    paste(part.rgb, tile, 3, camera.width, whole.rgb);
-    paste(part.state, tile, 1, camera.width, whole.state);
+    const Tile drawn = with_neighbours(tile, camera);
+    const LinearRendering part = renderer.render_linear(drawn.camera, options);
+    paste(part.rgb, drawn, tile, 3, camera.width, whole.rgb);
+    paste(part.state, drawn, tile, 1, camera.width, whole.state);
   }
   return whole;
 }
@@ -84,8 +98,8 @@ Diagnosis diagnose_tiled(Renderer& renderer, const Camera& camera, const BlendOp
   Diagnosis whole{camera.width, camera.height, std::vector<PixelState>(pixels), std::vector<PixelDiagnosis>(pixels)};
   for (const Tile& tile : tiles) {
     const Diagnosis part = renderer.diagnose(tile.camera, options);
-    paste(part.state, tile, 1, camera.width, whole.state);
-    paste(part.pixels, tile, 1, camera.width, whole.pixels);
+    paste(part.state, tile, tile, 1, camera.width, whole.state);
+    paste(part.pixels, tile, tile, 1, camera.width, whole.pixels);
   }
   return whole;
 }

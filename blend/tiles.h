@@ -10,8 +10,8 @@
 
 namespace lumatlas {
 
-// 24 bytes of GL memory per pixel, 16 more for a diagnosis or a linear picture, 16 more where it is supersampled: 940
-// MB at most.
+// 32 bytes of GL memory per pixel, 16 more for a diagnosis or a linear picture, 17 more where it is supersampled: 1.1
+// GB at most.
 inline constexpr std::uint32_t kTileSide = 4096;  // pixels
 
 struct Tile {

@@ -278,6 +278,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "0"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "5"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--antialias", "edges"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
       {"render", made().model, "-o", out},
       {"render", made().model, "-o", out, "--orbit", "--walk"},

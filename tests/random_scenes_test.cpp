@@ -92,6 +92,8 @@ BlendOptions random_options(Chance& chance) {
   options.occlusion_tolerance = chance.uniform(0.005, 0.1);  // with none, rounding decides at every pixel
   options.sampling = chance.below(3) == 0 ? BlendOptions::Sampling::linear : BlendOptions::Sampling::cubic;
   options.exposure = chance.below(2) == 0 ? BlendOptions::Exposure::nearby : BlendOptions::Exposure::model;
+  options.supersample = 1 + chance.below(2);
+  options.antialias = chance.below(2) == 0 ? BlendOptions::Antialias::all : BlendOptions::Antialias::silhouettes;
   return options;
 }
 
@@ -113,8 +115,9 @@ bool on_one_face(const VisibilityBuffer& visible, std::size_t x, std::size_t y) 
 }
 
 Comparison compare(Renderer& renderer, const Snapshot& snapshot, const Camera& camera, const BlendOptions& options) {
-  const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(camera);
-  const Rendering cpu = render_reference(snapshot, camera, visible, options);
+  const auto visibility = make_ray_visibility(snapshot.surface->mesh);
+  const VisibilityBuffer visible = visibility->trace(camera);
+  const Rendering cpu = render_reference(snapshot, camera, *visibility, options);
   const Rendering gpu = renderer.render(camera, options);
   Comparison result;
   for (std::size_t pixel = 0; pixel < cpu.state.size(); ++pixel) {

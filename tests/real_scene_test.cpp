@@ -44,7 +44,7 @@ struct Agreement {
   std::size_t different = 0;
 };
 Agreement compare(const Snapshot& snapshot, const Camera& camera, Renderer& renderer, const Visibility& visibility) {
-  const Photograph cpu = render_reference(snapshot, camera, visibility.trace(camera), {}).picture;
+  const Photograph cpu = render_reference(snapshot, camera, visibility, {}).picture;
   const Photograph gpu = renderer.render(camera, {}).picture;
   return {cpu.rgb.size() / 3, count_different(cpu, gpu)};
 }

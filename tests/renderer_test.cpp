@@ -21,8 +21,7 @@ namespace lumatlas {
 namespace {
 
 Rendering reference(const Snapshot& snapshot, const Camera& camera, const BlendOptions& options) {
-  const auto visibility = make_ray_visibility(snapshot.surface->mesh);
-  return render_reference(snapshot, camera, visibility->trace(camera), options);
+  return render_reference(snapshot, camera, *make_ray_visibility(snapshot.surface->mesh), options);
 }
 
 constexpr int kLevels = 2;  // of 255, that shader and reference may differ by

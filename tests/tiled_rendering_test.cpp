@@ -64,10 +64,9 @@ TEST_CASE("the shader agrees with the CPU reference where only some tiles are re
   double different = 0, changed = 0;
   for (std::size_t number = 0; number < 4; ++number) {
     const Camera camera = between_views(2 * number);
-    const VisibilityBuffer visible = visibility->trace(camera);
-    const Rendering cpu = render_reference(some, camera, visible, {});
+    const Rendering cpu = render_reference(some, camera, *visibility, {});
     different += share_different(renderer.render(camera, {}), cpu, 2) / 4;
-    changed += share_different(render_reference(all, camera, visible, {}), cpu, 2) / 4;
+    changed += share_different(render_reference(all, camera, *visibility, {}), cpu, 2) / 4;
   }
   CHECK(different <= 0.001);
   CHECK(changed > 0.01);  // it is not the same picture
@@ -215,8 +214,7 @@ std::pair<float, float> between_stripes(const EglContext& context, std::uint32_t
   BlendOptions options;
   options.sampling = sampling;
   const Rendering picture = renderer.render(camera, options);
-  const Rendering cpu =
-      render_reference(snapshot, camera, make_ray_visibility(snapshot.surface->mesh)->trace(camera), options);
+  const Rendering cpu = render_reference(snapshot, camera, *make_ray_visibility(snapshot.surface->mesh), options);
   CHECK(share_different(picture, cpu, 1) == 0);
   const auto at = [&](std::size_t x) { return linear_from_srgb8()[picture.picture.rgb[3 * (128 * 64 + x)]]; };
   for (const std::size_t first : {60u, 64u}) {  // on either side of a border of tiles

@@ -20,8 +20,10 @@ struct BlendFlags {
   std::string prefilter;  // empty: as the weights have it
   std::string sampling;   // empty: as the weights have it
   std::string exposure;   // empty: as the weights have it
+  std::string antialias = "silhouettes";
   std::vector<std::string> departures;
   std::optional<double> border_width;
+  std::optional<std::uint32_t> supersample;
 
   void add_to(CLI::App& command) {
     command.add_option("--blend-views", values.views, "K: how many views are blended at a pixel")
@@ -54,10 +56,16 @@ struct BlendFlags {
         ->check(number_between(0, 1));
     command
         .add_option(
-            "--supersample", values.supersample,
-            "N: a pixel's colour is the mean of N x N samples in linear light, which smooths silhouettes; takes "
-            "N * N + 1 times as long, but for 1")
+            "--supersample", supersample,
+            "N: where --antialias says, a pixel's colour is the mean of N x N samples in linear light; 1: nowhere; "
+            "without it " +
+                CLI::detail::to_string(BlendOptions{}.supersample) + ", with --weights printed 1")
         ->check(CLI::Range(1u, kMostSupersampling));
+    command
+        .add_option("--antialias", antialias,
+                    "Which pixels are means of samples: silhouettes (those where one surface ends before another) or "
+                    "all, which takes N * N + 1 times as long")
+        ->check(CLI::IsMember({"silhouettes", "all"}));
     command
         .add_option(
             "--exposure", exposure,
@@ -70,7 +78,8 @@ struct BlendFlags {
     BlendOptions options = weights == "printed" ? BlendOptions::printed() : BlendOptions{};
     options.views = values.views;
     options.lambda = values.lambda;
-    options.supersample = values.supersample;
+    if (supersample) options.supersample = *supersample;
+    if (antialias == "all") options.antialias = BlendOptions::Antialias::all;
     if (!prefilter.empty()) options.prefilter = prefilter == "on";
     for (const std::string& departure : departures) depart(options, departure);
     if (border_width) options.border_width = *border_width;
@@ -91,7 +100,8 @@ struct BlendFlags {
             {"sampling", options().sampling == BlendOptions::Sampling::cubic ? "cubic" : "linear"},
             {"blend_depart", departures},
             {"border_width", options().border_width},
-            {"supersample", values.supersample},
+            {"supersample", options().supersample},
+            {"antialias", antialias},
             {"exposure", nearby ? "nearby" : "model"}};
   }
 

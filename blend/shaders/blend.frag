@@ -27,9 +27,6 @@ layout(binding = 2) uniform usampler2D faces;
 layout(binding = 3) uniform sampler2D surface_depth;
 layout(binding = 4) uniform sampler2D fallback_color;
 layout(binding = 5) uniform sampler2D cell_shares;  // of the zone's cells
-#ifdef MEAN
-layout(binding = 6) uniform sampler2D samples;  // sums of what the variant SAMPLE leaves
-#endif
 
 uniform vec4 cam_from_world[3];
 uniform vec4 intrinsics;
@@ -54,13 +51,9 @@ const uint kNotResident = 0xFFFFFFFFu;
 const float kEmpty = 0.0, kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
 
 // sRGB, in the variants LINEAR and SAMPLE linear light; alpha: PixelState / 255, in SAMPLE 1 where there is a surface.
-// With MEAN the colour is that of the samples, see supersampling.h.
 layout(location = 0) out vec4 picture;
 
-vec3 srgb_from_linear(vec3 c) {
-  c = clamp(c, 0.0, 1.0);
-  return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));
-}
+#include "srgb.glsl"
 
 vec3 world_from_pixel(vec2 image, float z) {
   vec3 cam = vec3((image - intrinsics.zw) / intrinsics.xy, 1.0) * z;
@@ -260,10 +253,6 @@ void main() {
     state = cell_seen[cell_of_face[face]] != 0u ? kUntextured : kUnseen;
   }
   vec3 shown = exposure * color;
-#ifdef MEAN
-  vec4 sum = texelFetch(samples, pixel, 0);
-  if (sum.a > 0.0) shown = sum.rgb / sum.a;
-#endif
 #if defined(SAMPLE)
   picture = vec4(shown, 1.0);
 #elif defined(LINEAR)
