@@ -77,7 +77,7 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   }
   const double share = static_cast<double>(total.different) / static_cast<double>(total.pixels);
   INFO("share of pixels that differ: " << share);
-  CHECK(share <= 0.001);  // DESIGN; measured: below 1e-4
+  CHECK(share <= 0.001);  // DESIGN; measured: up to 2e-4
 }
 
 TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tiles with the whole picture") {
