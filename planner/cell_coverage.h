@@ -13,6 +13,19 @@
 
 namespace lumatlas {
 
+// What a cell would lose with one of its references, after others that it gave up before: of ReferenceService::of_kept.
+struct ReferenceLoss {
+  std::uint32_t slot;
+  double loss;  // >= 0
+};
+
+// How well a cell's references serve the stored cameras that see it, for what the cell counts: those that it has, and
+// those with the ones that it gave up. Both >= 0.
+struct ReferenceService {
+  double of_kept = 0, of_all = 0;
+  std::uint32_t given_up = 0;  // how many
+};
+
 // Views are told apart by the slot that they are stored in; those that see a cell are its members, in order of arrival,
 // and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by different
 // threads at once.
@@ -49,6 +62,13 @@ class CellCoverage {
   // The slot must be a member. Another member may take the place of its reference.
   virtual void erase(std::uint32_t cell, std::uint32_t slot) = 0;
   [[nodiscard]] virtual std::vector<std::uint32_t> references(std::uint32_t cell) const = 0;
+
+  // In which order the cell would give up references, each time the one that is missed least, down to as many as are
+  // blended. Here and below: nothing, by a measure that cannot say.
+  [[nodiscard]] virtual std::vector<ReferenceLoss> reference_losses(std::uint32_t /*cell*/) const { return {}; }
+  // The views stay members, and one of them may be referenced again when another member leaves.
+  virtual void give_up(std::uint32_t /*cell*/, std::span<const std::uint32_t> /*slots*/) {}
+  [[nodiscard]] virtual ReferenceService reference_service(std::uint32_t /*cell*/) const { return {}; }
 
   // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (kNoCell:
   // empty).

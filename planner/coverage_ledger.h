@@ -51,6 +51,14 @@ class CoverageLedger {
   [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
   [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }  // its part in scov
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
+  // As CellCoverage says; different cells by different threads.
+  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const {
+    return coverage_->reference_losses(cell);
+  }
+  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) { coverage_->give_up(cell, slots); }
+  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const {
+    return coverage_->reference_service(cell);
+  }
   [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
   [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }
 

@@ -107,6 +107,7 @@ DirectionCoverage::Member DirectionCoverage::member(std::uint32_t cell, std::uin
                 static_cast<float>(part.distance),
                 static_cast<float>(part.cell_share),
                 static_cast<float>(part.positional),
+                false,
                 false};
   if (options_.demand) member.positional = positional(cell, member);
   return member;
@@ -342,6 +343,7 @@ void DirectionCoverage::reference_newest(std::uint32_t cell) {
   }
   if (!(gain + exchange[victim->slot] > min_reference_gain_)) return;
   victim->referenced = false;
+  victim->given_up = false;
   newest.referenced = true;
 }
 
@@ -363,7 +365,9 @@ void DirectionCoverage::refill(std::uint32_t cell) {
       choice = &member;
     }
   }
-  if (choice) choice->referenced = true;
+  if (!choice) return;
+  choice->referenced = true;
+  choice->given_up = false;
 }
 
 std::vector<std::uint32_t> DirectionCoverage::references(std::uint32_t cell) const {
@@ -372,6 +376,80 @@ std::vector<std::uint32_t> DirectionCoverage::references(std::uint32_t cell) con
     if (member.referenced) slots.push_back(member.slot);
   }
   return slots;
+}
+
+// p(f, c) of a member for the direction of each member.
+std::vector<float> DirectionCoverage::camera_qualities(std::uint32_t cell, const Member& member) const {
+  const float lambda = static_cast<float>(options_.lambda);
+  const float width = static_cast<float>(glm::radians(options_.direction_width));
+  std::vector<float> quality;
+  quality.reserve(cells_[cell].members.size());
+  for (const Member& camera : cells_[cell].members) {
+    const float angle = std::acos(std::clamp(glm::dot(member.direction, camera.direction), -1.0f, 1.0f));
+    quality.push_back(member.positional * (lambda * std::max(0.0f, 1 - angle / width) + 1 - lambda));
+  }
+  return quality;
+}
+
+// Of each direction the best K + 1, their slots being places in `qualities`, of which there is at least one.
+std::vector<DirectionCoverage::Served> DirectionCoverage::best_for_cameras(
+    std::span<const std::vector<float>> qualities) const {
+  std::vector<Served> best(qualities.front().size() * kept_);
+  for (std::uint32_t i = 0; i < qualities.size(); ++i) {
+    for (std::size_t c = 0; c < qualities[i].size(); ++c) {
+      admit(std::span(best).subspan(c * kept_, kept_), {qualities[i][c], i});
+    }
+  }
+  return best;
+}
+
+double DirectionCoverage::service(std::uint32_t cell, std::span<const Member* const> references) const {
+  if (references.empty()) return 0;
+  std::vector<std::vector<float>> qualities;
+  for (const Member* reference : references) qualities.push_back(camera_qualities(cell, *reference));
+  const double directions = options_.directions, cameras = static_cast<double>(cells_[cell].members.size());
+  return cells_[cell].weight * value_of(best_for_cameras(qualities)) * directions / cameras;
+}
+
+std::vector<ReferenceLoss> DirectionCoverage::reference_losses(std::uint32_t cell) const {
+  const State& state = cells_[cell];
+  std::vector<std::uint32_t> left = references(cell);
+  std::vector<std::vector<float>> qualities;
+  for (const Member& member : state.members) {
+    if (member.referenced) qualities.push_back(camera_qualities(cell, member));
+  }
+  std::vector<ReferenceLoss> order;
+  while (left.size() > rank_value_.size()) {
+    std::vector<double> losses(left.size());
+    losses_of(best_for_cameras(qualities), state.weight * options_.directions, losses);
+    const auto least = std::min_element(losses.begin(), losses.end()) - losses.begin();
+    const auto place = static_cast<std::size_t>(least);
+    order.push_back({left[place], std::max(0.0, losses[place]) / static_cast<double>(state.members.size())});
+    left.erase(left.begin() + least);
+    qualities.erase(qualities.begin() + least);
+  }
+  return order;
+}
+
+void DirectionCoverage::give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
+  for (Member& member : cells_[cell].members) {
+    if (!member.referenced || std::find(slots.begin(), slots.end(), member.slot) == slots.end()) continue;
+    member.referenced = false;
+    member.given_up = true;
+  }
+}
+
+ReferenceService DirectionCoverage::reference_service(std::uint32_t cell) const {
+  ReferenceService result;
+  std::vector<const Member*> kept, all;
+  for (const Member& member : cells_[cell].members) {
+    if (member.referenced) kept.push_back(&member);
+    if (member.referenced || member.given_up) all.push_back(&member);
+  }
+  result.of_kept = service(cell, kept);
+  result.of_all = kept.size() == all.size() ? result.of_kept : service(cell, all);
+  result.given_up = static_cast<std::uint32_t>(all.size() - kept.size());
+  return result;
 }
 
 void DirectionCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {

@@ -22,6 +22,14 @@
 // All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
 // narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
 // among them: a newcomer takes the place of the reference that is missed least.
+//
+// What a reference less costs is judged where pictures will be asked for, at the stored cameras that see the cell:
+//
+//   service(b) = w(b) mean over these cameras' directions c of  sum_j v_j p_j(c)
+//   p(f, c)    = cov_p(f) (lambda max(0, 1 - angle(f, c) / direction_width) + 1 - lambda)
+//
+// It falls at once with the angle, as parallax does where the mesh is wrong; q is flat around 0, and lets go of the
+// nearest view where others are nearly as near (docs/parsimony.md).
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -59,6 +67,9 @@ class DirectionCoverage final : public CellCoverage {
   void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
   void erase(std::uint32_t cell, std::uint32_t slot) override;
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const override;
+  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const override;
+  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) override;
+  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const override;
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
 
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
@@ -73,6 +84,7 @@ class DirectionCoverage final : public CellCoverage {
     float distance, cell_share;
     float positional;  // at the cell's ideal distance
     bool referenced;
+    bool given_up;  // was referenced, until give_up()
   };
   struct Served {
     float quality = 0;
@@ -113,6 +125,9 @@ class DirectionCoverage final : public CellCoverage {
   void serve_without(std::uint32_t cell, std::uint32_t slot);
   void reference_newest(std::uint32_t cell);
   void refill(std::uint32_t cell);
+  [[nodiscard]] std::vector<float> camera_qualities(std::uint32_t cell, const Member& member) const;
+  [[nodiscard]] std::vector<Served> best_for_cameras(std::span<const std::vector<float>> qualities) const;
+  [[nodiscard]] double service(std::uint32_t cell, std::span<const Member* const> references) const;
 
   CoverageOptions options_;
   double min_reference_gain_;

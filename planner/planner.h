@@ -41,8 +41,8 @@ struct PlannerOptions {
   // for.
   std::uint64_t max_bytes = 0;
   // The store grows only while it is predicted to look worse by more than half of this than one of all offered views,
-  // and thin() takes views away again until it would be more than this: see predicted_loss.h. dB, finite, >= 0; needs
-  // Metric::directions. None: bounded by room alone.
+  // and thin() takes views and references away again until it would be more than this: see predicted_loss.h. dB,
+  // finite, >= 0; needs Metric::directions. None: bounded by room alone.
   std::optional<double> max_loss_db;
   // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
   std::uint32_t visibility_px = 160;
@@ -88,8 +88,10 @@ struct SurfaceUpdate {
 
 // By how much a store is expected to look worse than one of all offered views: see predicted_loss.h.
 struct PredictedLoss {
-  double gap = 0;  // of coverage, a share
-  double loss_db = 0;
+  double gap = 0;            // of coverage, a share
+  double reference_gap = 0;  // of the service of cells' references, a share
+  double loss_db = 0;        // with both
+  std::size_t references_given_up = 0;
   bool short_of_room = false;  // a view was needed for max_loss_db, but the store was full
 };
 
@@ -114,9 +116,10 @@ class Planner {
   // Looks at a view that was not chosen elsewhere: it is not stored, but counts for what the stream asks for.
   void pass_by(const Camera& camera);
 
-  // With max_loss_db: takes stored views away, each time the one that is missed least, as long as the predicted loss
-  // stays within the bound. Returns their names in that order. To be called when the stream has ended, or rests: what
-  // is taken away does not come back.
+  // With max_loss_db: takes stored views away, each time the one that is missed least, as long as their predicted loss
+  // stays within a share of the bound, and then references, as long as both together stay within it; a cell
+  // keeps as many as are blended. With a bound of 0 no reference. Returns the views' names in that order. To be called
+  // when the stream has ended, or rests: what is taken away does not come back.
   std::vector<std::string> thin();
   // As the store is now. Needs max_loss_db (std::logic_error).
   [[nodiscard]] PredictedLoss predicted_loss() const;
@@ -172,6 +175,8 @@ class Planner {
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
   void evict(std::uint32_t slot);
+  [[nodiscard]] ReferenceService reference_service() const;
+  void give_up_references();
   void publish(std::span<const CellPart> cells);
   [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const std::uint32_t> previous_cell,
                                                            std::span<const std::uint8_t> changed,

@@ -16,6 +16,8 @@ constexpr double kScatter = 0.9;
 // A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
 constexpr double kRounding = 1e-7;
 constexpr double kMostGap = 1 - 1e-9;
+// dB; above each of the 13 models that references alone were taken from, most of which lost less than half as much.
+constexpr double kReferenceScatter = 6.5;
 
 }  // namespace
 
@@ -28,6 +30,10 @@ CoverageOptions parsimony_coverage(CoverageOptions options) {
 double predicted_loss_db(double gap) {
   const double service_lost = -std::log1p(-std::clamp(gap - kRounding, 0.0, kMostGap));
   return kSlope * service_lost + kScatter * std::sqrt(service_lost);
+}
+
+double predicted_reference_loss_db(double gap) {
+  return kReferenceScatter * std::sqrt(std::clamp(gap, 0.0, 1.0));
 }
 
 }  // namespace lumatlas

@@ -20,4 +20,8 @@ namespace lumatlas {
 // Of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is.
 [[nodiscard]] double predicted_loss_db(double gap);
 
+// What is lost besides when cells refer to fewer of the stored views, dB of fitted PSNR: 6.5 dB * sqrt(gap), with the
+// gap of their service, see direction_coverage.h, in [0, 1].
+[[nodiscard]] double predicted_reference_loss_db(double gap);
+
 }  // namespace lumatlas

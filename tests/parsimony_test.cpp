@@ -3,6 +3,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
@@ -10,6 +11,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "planner/direction_coverage.h"
 #include "planner/offered_coverage.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
@@ -225,6 +227,57 @@ TEST_CASE("a thinned store is the same on one thread as on many") {
   CHECK(one.stored() == many.stored());
   CHECK(one.planner.predicted_loss().loss_db == many.planner.predicted_loss().loss_db);
   CHECK(one.atlas.snapshot().references.views == many.atlas.snapshot().references.views);
+}
+
+TEST_CASE("a larger bound leaves fewer references, one of 0 all, and the prediction counts them within it") {
+  Stream all(0.0);
+  all.walk(60);
+  all.planner.thin();
+  CHECK(all.planner.predicted_loss().references_given_up == 0);
+  CHECK(all.planner.predicted_loss().reference_gap == 0);
+  std::size_t last = all.atlas.snapshot().references.views.size();
+  for (const double bound : {0.1, 0.4, 1.6}) {
+    Stream stream(bound);
+    stream.walk(60);
+    stream.planner.thin();
+    const PredictedLoss predicted = stream.planner.predicted_loss();
+    CAPTURE(bound);
+    CHECK(predicted.references_given_up > 0);
+    CHECK(predicted.reference_gap > 0);
+    CHECK(predicted.loss_db <= bound);
+    CHECK(predicted.loss_db == predicted_loss_db(predicted.gap) + predicted_reference_loss_db(predicted.reference_gap));
+    const Snapshot snapshot = stream.atlas.snapshot();
+    for (const std::uint32_t slot : snapshot.references.views) REQUIRE(snapshot.views[slot]);
+    const std::size_t kept = snapshot.references.views.size();
+    CHECK(kept + predicted.references_given_up < last);
+    last = kept;
+  }
+}
+
+TEST_CASE("what a cell loses by giving up references is what its service falls by, and grows from one to the next") {
+  const auto surface = room_surface();
+  std::mt19937 random(7);
+  DirectionCoverage coverage(*surface, coverage_for_room(false), 0);
+  for (std::uint32_t view = 0; view < 12; ++view) {
+    for (const CellPart& entry : random_parts(random, *surface)) coverage.insert(entry.cell, view, entry.part);
+  }
+  std::size_t given_up = 0;
+  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
+    const double before = coverage.reference_service(cell).of_kept;
+    const std::size_t references = coverage.references(cell).size();
+    double lost = 0, last = 0;
+    for (const ReferenceLoss& next : coverage.reference_losses(cell)) {
+      CHECK(next.loss >= last - kRounding);
+      last = next.loss;
+      lost += next.loss;
+      coverage.give_up(cell, std::array{next.slot});
+      ++given_up;
+      CHECK(coverage.reference_service(cell).of_kept == Approx(before - lost).margin(kRounding));
+      CHECK(coverage.reference_service(cell).of_all == Approx(before).margin(kRounding));
+    }
+    CHECK(coverage.references(cell).size() == std::min<std::size_t>(references, 3));
+  }
+  CHECK(given_up > 20);
 }
 
 TEST_CASE("without a bound nothing is taken away and no loss is predicted") {

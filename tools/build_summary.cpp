@@ -171,6 +171,8 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
   return {{"bound_db", *result.effective.max_loss_db},
           {"predicted_loss_db", p.predicted.loss_db},
           {"gap", p.predicted.gap},
+          {"reference_gap", p.predicted.reference_gap},
+          {"references_given_up", p.predicted.references_given_up},
           {"short_of_room", p.predicted.short_of_room},
           {"taken_away", p.taken_away},
           {"views", against(holding.views, p.views)},
@@ -300,9 +302,13 @@ std::string parsimony_text(const json& p) {
   const auto against = [&](const char* what) {
     return p[what]["stored"].dump() + " of " + p[what]["unbounded"].dump() + " " + what;
   };
-  std::string text = "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB of at most " +
-                     printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
-                     against("references") + ", " + against("texels");
+  std::string text =
+      "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB of at most " +
+      printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
+      against("references") +
+      (p.value("references_given_up", 0) > 0 ? " (" + p["references_given_up"].dump() + " of stored views given up)"
+                                             : "") +
+      ", " + against("texels");
   if (p["predicted_loss_db"] <= p["bound_db"]) return text;
   return text + (p["short_of_room"].get<bool>() ? "; more views were needed than --views or --photographs allow"
                                                 : "; what the stream asks for changed after views were rejected");
