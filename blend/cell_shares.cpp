@@ -10,6 +10,7 @@
 #include <limits>
 #include <map>
 #include <queue>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -242,6 +243,31 @@ glm::vec4 in_order_of(const CellShares::Zone& zone, const std::vector<Share>& sh
   return ordered;
 }
 
+// Where the cells of one zone are in another, whose cells stand for them.
+struct JoinedZone {
+  CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
+  std::array<int, kCellsPerZone> place{};
+};
+
+JoinedZone joined_zone(const CellShares::Zone& zone, std::span<const std::uint32_t> stands_for) {
+  std::set<std::uint32_t> cells;
+  for (const std::uint32_t cell : zone) {
+    if (cell != kNoCell) cells.insert(stands_for[cell]);
+  }
+  JoinedZone result;
+  std::copy(cells.begin(), cells.end(), result.zone.begin());
+  for (std::size_t i = 0; i < kCellsPerZone && zone.at(i) != kNoCell; ++i) {
+    result.place.at(i) = static_cast<int>(std::distance(cells.begin(), cells.find(stands_for[zone.at(i)])));
+  }
+  return result;
+}
+
+glm::vec4 joined_shares(const glm::vec4& shares, const std::array<int, kCellsPerZone>& place) {
+  glm::vec4 sums(0);
+  for (int i = 0; i < static_cast<int>(kCellsPerZone); ++i) sums[place.at(static_cast<std::size_t>(i))] += shares[i];
+  return sums;
+}
+
 }  // namespace
 
 CellShares share_cells(const Surface& surface, double width) {
@@ -266,6 +292,39 @@ CellShares share_cells(const Surface& surface, double width) {
                               in_order_of(zone, vertices[face.z])});
   }
   return result;
+}
+
+std::vector<std::uint32_t> first_of_same_references(const ReferenceTable& references) {
+  std::map<std::vector<std::uint32_t>, std::uint32_t> first;
+  std::vector<std::uint32_t> result;
+  for (std::uint32_t cell = 0; cell + 1 < references.offsets.size(); ++cell) {
+    const std::span<const std::uint32_t> views = references.of_cell(cell);
+    std::vector<std::uint32_t> sorted(views.begin(), views.end());
+    std::sort(sorted.begin(), sorted.end());
+    result.push_back(first.emplace(std::move(sorted), cell).first->second);
+  }
+  return result;
+}
+
+CellShares joined(CellShares shares, std::span<const std::uint32_t> stands_for) {
+  std::map<CellShares::Zone, std::uint32_t> numbers;
+  std::vector<CellShares::Zone> zones;
+  std::vector<std::uint32_t> number_of_zone;
+  std::vector<std::array<int, kCellsPerZone>> places;
+  for (const CellShares::Zone& zone : shares.zones) {
+    const JoinedZone fresh = joined_zone(zone, stands_for);
+    const auto [entry, added] = numbers.emplace(fresh.zone, static_cast<std::uint32_t>(zones.size()));
+    if (added) zones.push_back(fresh.zone);
+    number_of_zone.push_back(entry->second);
+    places.push_back(fresh.place);
+  }
+  for (std::size_t face = 0; face < shares.zone_of_face.size(); ++face) {
+    const std::uint32_t zone = shares.zone_of_face[face];
+    for (glm::vec4& corner : shares.corners[face]) corner = joined_shares(corner, places[zone]);
+    shares.zone_of_face[face] = number_of_zone[zone];
+  }
+  shares.zones = std::move(zones);
+  return shares;
 }
 
 }  // namespace lumatlas

@@ -15,6 +15,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec4.hpp>
+#include <span>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -36,5 +37,12 @@ struct CellShares {
 // `width` is in scene units, finite and >= 0 (std::invalid_argument otherwise). 0: every face is its own cell's. The
 // same bytes for the same input.
 [[nodiscard]] CellShares share_cells(const Surface& surface, double width);
+
+// For each cell, the first one that refers to the same views, in whatever order: both make the same of every place.
+[[nodiscard]] std::vector<std::uint32_t> first_of_same_references(const ReferenceTable& references);
+
+// Shares of the cells that stand for them, stands_for[cell] for each, with sums where one stands for several. What is
+// made of a place stays the same if it is the same for all that one stands for, and fewer cells need to be asked.
+[[nodiscard]] CellShares joined(CellShares shares, std::span<const std::uint32_t> stands_for);
 
 }  // namespace lumatlas

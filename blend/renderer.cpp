@@ -264,7 +264,8 @@ struct Renderer::State {
 void Renderer::State::load_shares(double width) {
   if (border_width == width) return;
   border_width.reset();
-  const CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
+  CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
+  if (steps.join_cells) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
   zone_of_face = make_buffer(cell_shares.zone_of_face);
   zones = make_buffer(cell_shares.zones);
   load_mesh(zone_mesh(surface->mesh, vertex_colors, cell_shares));
@@ -484,6 +485,7 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 void Renderer::take_steps(const RendererOptions& steps) {
   // The model's own order, once another one has taken its place.
   if (state_->steps.order_references && !steps.order_references) state_->slots = make_buffer(state_->references.views);
+  if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();
   state_->steps = steps;
 }
 

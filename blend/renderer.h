@@ -19,10 +19,11 @@ namespace lumatlas {
 // they are laid out by.
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
-// Neither changes a picture, but where two views weigh the same; bench_render says what each is worth.
+// None changes a picture beyond rounding, but where two views weigh the same; bench_render says what each is worth.
 struct RendererOptions {
   bool skip_losers = true;       // look at no photograph whose weight is too low even if it is valid
   bool order_references = true;  // before each picture, those of each cell best first, so that more are skipped
+  bool join_cells = true;        // neighbours that refer to the same views need not fade into each other
 };
 
 class Renderer {

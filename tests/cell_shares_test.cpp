@@ -125,5 +125,46 @@ TEST_CASE("a bad width is refused") {
   CHECK_THROWS_AS(share_cells(surface, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
 }
 
+TEST_CASE("the share of a cell that stands for others is the sum of theirs") {
+  const Surface surface = wall_in_cells(5, 4);
+  const CellShares separate = share_cells(surface, 1.5);
+  std::vector<std::uint32_t> stands_for(20);
+  for (std::uint32_t cell = 0; cell < 20; ++cell) stands_for[cell] = cell % 3;  // others than its neighbours'
+  for (const std::uint32_t cell : {1u, 2u, 6u, 7u}) stands_for[cell] = 1;       // a block
+  const CellShares fewer = joined(separate, stands_for);
+  const auto before = shares_by_vertex(surface, separate), after = shares_by_vertex(surface, fewer);
+  check_sums(after);
+  for (std::size_t vertex = 0; vertex < before.size(); ++vertex) {
+    std::map<std::uint32_t, float> sums;
+    for (const auto& [cell, share] : before[vertex]) sums[stands_for[cell]] += share;
+    REQUIRE(after[vertex].size() == sums.size());
+    for (const auto& [cell, share] : after[vertex]) REQUIRE(share == Approx(sums.at(cell)).margin(1e-6));
+  }
+  CHECK(fewer.zones.size() < separate.zones.size());
+  CHECK(std::set<CellShares::Zone>(fewer.zones.begin(), fewer.zones.end()).size() == fewer.zones.size());
+}
+
+TEST_CASE("cells that stand for themselves keep their shares") {
+  const Surface surface = wall_in_cells(3, 3);
+  const CellShares separate = share_cells(surface, 1);
+  std::vector<std::uint32_t> own(9);
+  for (std::uint32_t cell = 0; cell < 9; ++cell) own[cell] = cell;
+  const CellShares same = joined(separate, own);
+  CHECK(same.zones == separate.zones);
+  CHECK(same.zone_of_face == separate.zone_of_face);
+  CHECK(same.corners == separate.corners);
+}
+
+TEST_CASE("cells have the same references whatever the order of these, and without any too") {
+  ReferenceTable references;
+  for (const std::vector<std::uint32_t>& views :
+       std::vector<std::vector<std::uint32_t>>{{3, 1}, {}, {1}, {1, 3}, {}, {1, 3, 4}, {1}}) {
+    references.views.insert(references.views.end(), views.begin(), views.end());
+    references.offsets.push_back(static_cast<std::uint32_t>(references.views.size()));
+  }
+  CHECK(first_of_same_references(references) == std::vector<std::uint32_t>{0, 1, 2, 0, 1, 5, 2});
+  CHECK(first_of_same_references({}).empty());
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -7,8 +7,10 @@
 #include <glm/glm.hpp>
 #include <optional>
 #include <random>
+#include <set>
 
 #include "atlas/srgb.h"
+#include "blend/cell_shares.h"
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
 #include "blend/reference.h"
@@ -455,10 +457,36 @@ TEST_CASE("the steps for speed change no picture") {
     renderer.take_steps(steps);
     return renderer.render(novel_camera(4), {}).picture.rgb;
   };
-  const std::vector<std::uint8_t> plain = picture({.skip_losers = false, .order_references = false});
-  CHECK(picture({.skip_losers = true, .order_references = false}) == plain);
-  CHECK(picture({.skip_losers = true, .order_references = true}) == plain);
-  CHECK(picture({.skip_losers = false, .order_references = false}) == plain);  // and back again
+  const std::vector<std::uint8_t> plain = picture({false, false, false});
+  CHECK(picture({.skip_losers = true, .order_references = false, .join_cells = false}) == plain);
+  CHECK(picture({.skip_losers = true, .order_references = true, .join_cells = false}) == plain);
+  CHECK(picture({false, false, false}) == plain);  // and back again
+}
+
+TEST_CASE("neighbours of the same references that are drawn as one cell change no picture beyond rounding") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot snapshot = room_snapshot(14, {});
+  const std::vector<std::uint32_t> first = first_of_same_references(snapshot.references);
+  const std::set<std::uint32_t> kinds(first.begin(), first.end());
+  REQUIRE(kinds.size() > 10);
+  REQUIRE(kinds.size() < first.size());
+  Renderer joining(*context), separate(*context, {.skip_losers = true, .order_references = true, .join_cells = false});
+  joining.load(snapshot);
+  separate.load(snapshot);
+  BlendOptions options;
+  for (const double width : {0.0, 0.1, 0.6}) {
+    options.border_width = width;
+    CAPTURE(width);
+    for (const std::size_t number : {1u, 5u, 9u}) {
+      const Rendering one = joining.render(novel_camera(number), options);
+      const Rendering other = separate.render(novel_camera(number), options);
+      CHECK(one.state == other.state);
+      CHECK(share_different(one, other, 1) == 0);
+    }
+  }
+  joining.take_steps({.skip_losers = true, .order_references = true, .join_cells = false});
+  CHECK(joining.render(novel_camera(1), options).picture.rgb == separate.render(novel_camera(1), options).picture.rgb);
 }
 
 TEST_CASE("more photographs than the driver has layers are refused with what to do") {
