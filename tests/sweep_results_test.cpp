@@ -301,6 +301,14 @@ TEST_CASE("a plot without any figures has no script") {
   CHECK(plot_script(sweep, other, curves_of(sweep, sample_results()), "a.svg").empty());
 }
 
+TEST_CASE("a metric without any figures has no panel") {
+  const Sweep sweep = sample_sweep();
+  SweepPlot more = sweep.plots[0];
+  more.y.insert(more.y.begin(), "flicker");
+  const std::vector<Curve> curves = curves_of(sweep, sample_results());
+  CHECK(plot_script(sweep, more, curves, "a.svg") == plot_script(sweep, sweep.plots[0], curves, "a.svg"));
+}
+
 TEST_CASE("plots on one page have parts of different names") {
   const std::string svg =
       "<?xml?>\n<svg viewBox=\"0 0 40 30\"><title>Gnuplot</title>\n<desc>by X</desc>\n<circle id='gpDot'/>"

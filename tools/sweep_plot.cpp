@@ -48,10 +48,16 @@ class Drawing {
  public:
   Drawing(const Sweep& sweep, const SweepPlot& plot, const std::vector<Curve>& curves)
       : sweep_(sweep), plot_(plot), curves_(curves) {
+    std::set<std::string> shown;
     for (std::size_t scene = 0; scene < sweep.scenes.size(); ++scene) {
-      const auto of_scene = [&](const std::string& y) { return has_samples(scene, y); };
-      if (std::any_of(plot.y.begin(), plot.y.end(), of_scene)) scenes_.push_back(scene);
+      const std::size_t before = scenes_.size();
+      for (const std::string& y : plot.y) {
+        if (!has_samples(scene, y)) continue;
+        shown.insert(y);
+        if (scenes_.size() == before) scenes_.push_back(scene);
+      }
     }
+    std::erase_if(plot_.y, [&](const std::string& y) { return !shown.contains(y); });
     for (const SweepSeries& series : sweep.series) {
       for (const SweepValue& value : series.values) {
         if (std::find(labels_.begin(), labels_.end(), value.label) == labels_.end()) labels_.push_back(value.label);
@@ -92,7 +98,7 @@ class Drawing {
                                          bool is_last) const;
 
   const Sweep& sweep_;
-  const SweepPlot& plot_;
+  SweepPlot plot_;  // without metrics of which there is nothing to show
   const std::vector<Curve>& curves_;
   std::vector<std::size_t> scenes_;  // that have anything to show
   std::vector<std::string> labels_;  // of all values, in the order of their appearance
@@ -166,10 +172,24 @@ std::string Drawing::title(std::size_t series) const {
 }
 
 // Where values are few, each has its tick.
+// At 1, 2 and 5 times each power of ten: gnuplot's own are none but the powers, of which a panel may have only one.
+std::string log_ticks() {
+  std::string list;
+  for (int exponent = -9; exponent <= 12; ++exponent) {
+    for (const int digit : {1, 2, 5}) {
+      const std::string at = std::to_string(digit) + "e" + std::to_string(exponent);
+      list += (list.empty() ? "" : ", ") + ("'%g' " + at);
+    }
+  }
+  return "set xtics (" + list + ")\n";
+}
+
 std::string Drawing::ticks() const {
   constexpr std::size_t kMostTicks = 12;
   const bool has_labels = plot_.x == "label" || (plot_.x == "value" && plot_.log_x);
-  if (!has_labels || labels_.size() > kMostTicks) return "set xtics autofreq norotate offset 0,0.3\n";
+  if (!has_labels || labels_.size() > kMostTicks) {
+    return std::string("set xtics autofreq norotate offset 0,0.3\n") + (plot_.log_x ? log_ticks() : "");
+  }
   std::map<double, std::string> ticks;
   for (const Curve& curve : curves_) {
     for (std::size_t value = 0; value < curve.values.size(); ++value) {
