@@ -252,7 +252,10 @@ struct JoinedZone {
 JoinedZone joined_zone(const CellShares::Zone& zone, std::span<const std::uint32_t> stands_for) {
   std::set<std::uint32_t> cells;
   for (const std::uint32_t cell : zone) {
-    if (cell != kNoCell) cells.insert(stands_for[cell]);
+    if (cell == kNoCell) continue;
+    if (cell >= stands_for.size())
+      throw std::invalid_argument("cell shares: no cell stands for " + std::to_string(cell));
+    cells.insert(stands_for[cell]);
   }
   JoinedZone result;
   std::copy(cells.begin(), cells.end(), result.zone.begin());

@@ -41,8 +41,9 @@ struct CellShares {
 // For each cell, the first one that refers to the same views, in whatever order: both make the same of every place.
 [[nodiscard]] std::vector<std::uint32_t> first_of_same_references(const ReferenceTable& references);
 
-// Shares of the cells that stand for them, stands_for[cell] for each, with sums where one stands for several. What is
-// made of a place stays the same if it is the same for all that one stands for, and fewer cells need to be asked.
+// Shares of the cells that stand for them, with sums where one stands for several: stands_for[cell], one for each cell
+// of the surface, fewer throw std::invalid_argument. What is made of a place stays the same if it is the same for all
+// that one stands for, and fewer cells need to be asked.
 [[nodiscard]] CellShares joined(CellShares shares, std::span<const std::uint32_t> stands_for);
 
 }  // namespace lumatlas

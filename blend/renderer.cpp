@@ -265,7 +265,7 @@ void Renderer::State::load_shares(double width) {
   if (border_width == width) return;
   border_width.reset();
   CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
-  if (steps.join_cells) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
+  if (steps.join_cells && width > 0) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
   zone_of_face = make_buffer(cell_shares.zone_of_face);
   zones = make_buffer(cell_shares.zones);
   load_mesh(zone_mesh(surface->mesh, vertex_colors, cell_shares));

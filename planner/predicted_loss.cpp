@@ -16,7 +16,7 @@ constexpr double kScatter = 0.9;
 // A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
 constexpr double kRounding = 1e-7;
 constexpr double kMostGap = 1 - 1e-9;
-// dB; above each of the 13 models that references alone were taken from, most of which lost less than half as much.
+// dB; above each of the 15 models that references alone were taken from, most of which lost less than half as much.
 constexpr double kReferenceScatter = 6.5;
 
 }  // namespace

@@ -153,6 +153,7 @@ TEST_CASE("cells that stand for themselves keep their shares") {
   CHECK(same.zones == separate.zones);
   CHECK(same.zone_of_face == separate.zone_of_face);
   CHECK(same.corners == separate.corners);
+  CHECK_THROWS_WITH(joined(separate, std::span(own).first(8)), "cell shares: no cell stands for 8");
 }
 
 TEST_CASE("cells have the same references whatever the order of these, and without any too") {
