@@ -11,7 +11,6 @@
 
 #include "mesh/errors.h"
 #include "tests/temporary_folder.h"
-#include "tools/scene_facts.h"
 #include "tools/sweep_points.h"
 
 namespace lumatlas {
@@ -258,28 +257,6 @@ TEST_CASE("points are scored on the photographs of the scene, disturbed or not")
   CHECK_FALSE(undisturbed.scored_synth.contains("pose-noise"));
   CHECK(undisturbed.scored_synth.contains("views"));
   CHECK(key_of(description_of(same)) != key_of(description_of(undisturbed)));
-}
-
-TEST_CASE("options that depend on the scene are worked out from it") {
-  const auto facts = [] { return SceneFacts{12, 40, 30, 30 * 640 * 480.0}; };
-  const auto of = [&](const std::string& text) {
-    return resolved({{"name", {true, text}}}, "/scenes/a", facts).at("name").text.value();
-  };
-  CHECK(of("plain") == "plain");
-  CHECK(of("=diameter/60") == "0.2");
-  CHECK(of("=diameter*2.5") == "30.0");
-  CHECK(of("=diameter") == "12.0");
-  CHECK(of("=photographs") == "40");
-  CHECK(of("=offered/4") == "8");  // 7.5, rounded
-  CHECK(of("=offered/1000") == "1");
-  CHECK(of("=texels/2") == "4608000texels");
-  CHECK(of("=scene/truth/mesh.ply") == "/scenes/a/truth/mesh.ply");
-  for (const char* const wrong : {"=", "=size", "=diameter/", "=diameter/0", "=diameter/-1", "=diameter/x",
-                                  "=offered/4 ", "=diameter/nan", "=diameter/inf"}) {
-    CHECK_THROWS_WITH(of(wrong), Catch::Contains("--name is \"" + std::string(wrong) + "\", must be =scene/FILE"));
-  }
-  const auto none = []() -> SceneFacts { throw std::logic_error("asked for"); };
-  CHECK(resolved({{"path", {true, "=scene/path"}}}, "/a", none).at("path").text == "/a/path");
 }
 
 }  // namespace
