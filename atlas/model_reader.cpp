@@ -240,6 +240,11 @@ ValidityOptions ModelReader::validity() const {
   options.depth_edge = file_.number(object, "validity", "depthEdge", 0, 1e300);
   options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, 1000);
   options.fade_px = file_.whole_number(object, "validity", "fade", 0, 1000);
+  const std::string edges = object.Has("edges") ? file_.text(object, "validity", "edges") : "both";
+  if (edges != "both" && edges != "far") {
+    file_.refuse("validity: \"edges\" is \"" + edges + "\", must be \"far\" or \"both\"");
+  }
+  options.edges = edges == "both" ? ValidityOptions::Edges::both_sides : ValidityOptions::Edges::far_side;
   try {
     check(options);
   } catch (const std::invalid_argument& error) {

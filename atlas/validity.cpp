@@ -16,17 +16,20 @@ namespace {
 
 struct Shift {
   int dx, dy;
+  double length;
 };
 
-// SW(U) of section 3.1: the disc of whole-pixel shifts.
+// SW(U) of section 3.1: the disc of whole-pixel shifts, nearest first.
 std::vector<Shift> search_window(std::uint32_t radius) {
   std::vector<Shift> window;
   const int r = static_cast<int>(radius);
   for (int dy = -r; dy <= r; ++dy) {
     for (int dx = -r; dx <= r; ++dx) {
-      if (dx * dx + dy * dy <= r * r && (dx != 0 || dy != 0)) window.push_back({dx, dy});
+      const int squared = dx * dx + dy * dy;
+      if (squared > 0 && squared <= r * r) window.push_back({dx, dy, std::sqrt(squared)});
     }
   }
+  std::sort(window.begin(), window.end(), [](const Shift& a, const Shift& b) { return a.length < b.length; });
   return window;
 }
 
@@ -55,41 +58,95 @@ bool without_edges(std::span<const float> depth, int width, int height, int left
   return finite && static_cast<double>(most - least) <= depth_edge * least;
 }
 
-// 1 where a sample may be used, before any fade.
-std::vector<std::uint8_t> usable_pixels(const Photograph& photograph, std::span<const float> depth,
-                                        const ValidityOptions& options) {
-  constexpr int kBlock = 8;  // pixels a side that are looked at together first, for most have no edge near
-  const std::vector<Shift> window = search_window(options.edge_radius_px);
-  const int width = static_cast<int>(photograph.width);
-  const int height = static_cast<int>(photograph.height);
-  const int radius = static_cast<int>(options.edge_radius_px);
-  std::vector<std::uint8_t> usable(depth.size());
-  const auto at = [&](int x, int y) {
-    return static_cast<std::size_t>(y) * photograph.width + static_cast<std::size_t>(x);
-  };
-  const auto away_from_edges = [&](int x, int y) {
-    const float z = depth[at(x, y)];
-    return std::isfinite(z) && std::all_of(window.begin(), window.end(), [&](const Shift& shift) {
-             const int nx = x + shift.dx;
-             const int ny = y + shift.dy;
-             if (nx < 0 || ny < 0 || nx >= width || ny >= height) return true;
-             const float neighbour = depth[at(nx, ny)];
-             return static_cast<double>(std::abs(z - neighbour)) <= options.depth_edge * std::min(z, neighbour);
-           });
-  };
-  for_each_row((photograph.height + kBlock - 1) / kBlock, [&](int block_row) {
-    const int top = block_row * kBlock;
-    for (int left = 0; left < width; left += kBlock) {
-      const bool smooth = without_edges(depth, width, height, left - radius, top - radius, left + kBlock + radius,
-                                        top + kBlock + radius, options.depth_edge);
-      for (int y = top; y < std::min(top + kBlock, height); ++y) {
-        for (int x = left; x < std::min(left + kBlock, width); ++x) {
-          const bool in_lens = photograph.valid.empty() || photograph.valid[at(x, y)] != 0;
-          usable[at(x, y)] = in_lens && (smooth || away_from_edges(x, y)) ? 1 : 0;
+// The mask by depth edges alone; 0 where no surface is.
+class EdgeMask {
+ public:
+  EdgeMask(const Photograph& photograph, std::span<const float> depth, const ValidityOptions& options)
+      : depth_(depth),
+        width_(static_cast<int>(photograph.width)),
+        height_(static_cast<int>(photograph.height)),
+        options_(options) {}
+
+  [[nodiscard]] std::vector<std::uint8_t> operator()() const {
+    const std::vector<Shift> edge_window = search_window(options_.edge_radius_px);
+    const std::vector<std::uint8_t> usable = of_each_pixel(1, options_.edge_radius_px, [&](int x, int y) {
+      return static_cast<std::uint8_t>(std::isfinite(depth_[at(x, y)]) && !edge_at(x, y, edge_window));
+    });
+    const std::vector<Shift> fade_window = search_window(options_.fade_px + 1);
+    return of_each_pixel(255, options_.edge_radius_px + options_.fade_px + 1, [&](int x, int y) {
+      return usable[at(x, y)] ? faded(x, y, usable, fade_window) : std::uint8_t{0};
+    });
+  }
+
+ private:
+  [[nodiscard]] std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
+  [[nodiscard]] bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
+
+  // `value` of each pixel, or `otherwise` where no edge is within `reach`.
+  template <typename Value>
+  [[nodiscard]] std::vector<std::uint8_t> of_each_pixel(std::uint8_t otherwise, std::uint32_t reach,
+                                                        const Value& value) const {
+    constexpr int kBlock = 8;  // pixels a side that are looked at together first, for most have no edge near
+    const int around = static_cast<int>(reach);
+    std::vector<std::uint8_t> values(depth_.size());
+    for_each_row(static_cast<std::uint32_t>((height_ + kBlock - 1) / kBlock), [&](int block_row) {
+      const int top = block_row * kBlock;
+      for (int left = 0; left < width_; left += kBlock) {
+        const bool smooth = without_edges(depth_, width_, height_, left - around, top - around, left + kBlock + around,
+                                          top + kBlock + around, options_.depth_edge);
+        for (int y = top; y < std::min(top + kBlock, height_); ++y) {
+          for (int x = left; x < std::min(left + kBlock, width_); ++x) {
+            values[at(x, y)] = smooth ? otherwise : value(x, y);
+          }
         }
       }
-    }
-  });
+    });
+    return values;
+  }
+
+  [[nodiscard]] bool is_edge(float nearer, float farther) const {
+    return static_cast<double>(farther - nearer) > options_.depth_edge * nearer;
+  }
+
+  // Whether a pixel in the window makes an edge, and this one is on a side of it that counts.
+  [[nodiscard]] bool edge_at(int x, int y, const std::vector<Shift>& window) const {
+    const float z = depth_[at(x, y)];
+    const bool both = options_.edges == ValidityOptions::Edges::both_sides;
+    return std::any_of(window.begin(), window.end(), [&](const Shift& shift) {
+      if (!inside(x + shift.dx, y + shift.dy)) return false;
+      const float other = depth_[at(x + shift.dx, y + shift.dy)];
+      return is_edge(other, z) || (both && is_edge(z, other));
+    });
+  }
+
+  // Rises with the distance from unusable pixels; where near sides are whole, from those that are not behind an edge.
+  [[nodiscard]] std::uint8_t faded(int x, int y, const std::vector<std::uint8_t>& usable,
+                                   const std::vector<Shift>& window) const {
+    const float z = depth_[at(x, y)];
+    const bool both = options_.edges == ValidityOptions::Edges::both_sides;
+    const auto nearest = std::find_if(window.begin(), window.end(), [&](const Shift& shift) {
+      if (!inside(x + shift.dx, y + shift.dy)) return false;
+      const std::size_t other = at(x + shift.dx, y + shift.dy);
+      return !usable[other] && (both || !is_edge(z, depth_[other]));
+    });
+    if (nearest == window.end()) return 255;
+    return static_cast<std::uint8_t>(std::lround(255.0 * nearest->length / (options_.fade_px + 1)));
+  }
+
+  std::span<const float> depth_;
+  int width_;
+  int height_;
+  const ValidityOptions& options_;
+};
+
+// 1 where the lens shows something.
+std::vector<std::uint8_t> lens_image(const Photograph& photograph) {
+  if (photograph.valid.empty()) return std::vector<std::uint8_t>(std::size_t{photograph.width} * photograph.height, 1);
+  std::vector<std::uint8_t> usable(photograph.valid.size());
+  std::transform(photograph.valid.begin(), photograph.valid.end(), usable.begin(),
+                 [](std::uint8_t valid) { return static_cast<std::uint8_t>(valid != 0); });
   return usable;
 }
 
@@ -167,6 +224,7 @@ std::uint8_t trusted_by(std::uint8_t validity, std::uint8_t trust) {
 ValidityOptions ValidityOptions::printed() {
   ValidityOptions options;
   options.fade_px = 0;
+  options.edges = Edges::both_sides;
   return options;
 }
 
@@ -179,8 +237,8 @@ void check(const ValidityOptions& options) {
     throw std::invalid_argument("validity: edge_radius_px is " + std::to_string(options.edge_radius_px) +
                                 ", must be at most 16");
   }
-  if (options.fade_px > 255) {
-    throw std::invalid_argument("validity: fade_px is " + std::to_string(options.fade_px) + ", must be at most 255");
+  if (options.fade_px > 16) {
+    throw std::invalid_argument("validity: fade_px is " + std::to_string(options.fade_px) + ", must be at most 16");
   }
 }
 
@@ -189,7 +247,10 @@ std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<
   check(options);
   require_one_per_pixel("depth", depth.size(), photograph, "");
   if (!trust.empty()) require_one_per_pixel("trust", trust.size(), photograph, ", or none");
-  std::vector<std::uint8_t> mask = faded(usable_pixels(photograph, depth, options), photograph, options.fade_px);
+  std::vector<std::uint8_t> mask = faded(lens_image(photograph), photograph, options.fade_px);
+  const std::vector<std::uint8_t> edges = EdgeMask(photograph, depth, options)();
+  std::transform(mask.begin(), mask.end(), edges.begin(), mask.begin(),
+                 [](std::uint8_t a, std::uint8_t b) { return std::min(a, b); });
   if (!trust.empty()) std::transform(mask.begin(), mask.end(), trust.begin(), mask.begin(), trusted_by);
   return mask;
 }

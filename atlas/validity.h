@@ -4,9 +4,11 @@
 // depth.)
 //
 // Departures from the print: the image rectangle less the undistortion border instead of the cone alpha; the depth
-// difference relative to the depth; and a fade towards invalid pixels instead of a step, so that no seam shows where a
-// photograph ends. ValidityOptions::printed() keeps the step. And pixels that the other views contradict (a passer-by,
-// a leaf before the lens), which the paper leaves in, weigh next to nothing.
+// difference relative to the depth; a fade towards invalid pixels instead of a step, so that no seam shows where a
+// photograph ends; and of a depth edge only the farther side is invalid, for what stands in front looks as it should
+// up to its rim from about there, while behind it a colour of the rim would stay on the surface when the camera moves.
+// ValidityOptions::printed() keeps the step and both sides. And pixels that the other views contradict (a passer-by, a
+// leaf before the lens), which the paper leaves in, weigh next to nothing.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +20,14 @@
 namespace lumatlas {
 
 struct ValidityOptions {
+  enum class Edges {
+    far_side,    // pixels beside one that is nearer
+    both_sides,  // and those beside one that is farther, or that shows no surface
+  };
   double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; finite, > 0
   std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
-  std::uint32_t fade_px = 2;         // over how many pixels the mask rises from 0 to 255; [0, 255], 0: a step
+  std::uint32_t fade_px = 2;         // over how many pixels the mask rises from 0 to 255; [0, 16], 0: a step
+  Edges edges = Edges::far_side;     // which side of an edge is invalid; printed: both
 
   [[nodiscard]] static ValidityOptions printed();
 };
@@ -29,9 +36,10 @@ struct ValidityOptions {
 void check(const ValidityOptions& options);
 
 // One value per pixel, row by row: 0 invalid, 255 wholly valid. `depth` is z in the camera frame at the photograph's
-// resolution, infinity where no surface is; such pixels are invalid. `trust` is empty or has one value per pixel: 255
-// trusted, 0 contradicted by the other views. The mask without trust is multiplied by max(trust, 1) / 255, but what is
-// above 0 stays at least 1: a contradicted pixel is used where no other view is valid, rather than leaving a hole.
+// resolution, infinity where no surface is; such pixels are invalid. docs/model-format.md has the formula. `trust` is
+// empty or has one value per pixel: 255 trusted, 0 contradicted by the other views. The mask without trust is
+// multiplied by max(trust, 1) / 255, but what is above 0 stays at least 1: a contradicted pixel is used where no other
+// view is valid, rather than leaving a hole.
 [[nodiscard]] std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<const float> depth,
                                                       std::span<const std::uint8_t> trust,
                                                       const ValidityOptions& options);

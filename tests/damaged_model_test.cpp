@@ -508,7 +508,8 @@ TEST_CASE("validity options out of range are refused") {
       {"a huge radius", set("edgeRadius", 2'000'000'000),
        "validity: \"edgeRadius\" is 2000000000, must be in [0, 1000]"},
       {"half a pixel", set("fade", 0.5), "validity: \"fade\" is 0.5, must be a whole number"},
-      {"a long fade", set("fade", 256), "validity: fade_px is 256, must be at most 255"},
+      {"a long fade", set("fade", 17), "validity: fade_px is 17, must be at most 16"},
+      {"a third side", set("edges", "near"), "validity: \"edges\" is \"near\", must be \"far\" or \"both\""},
   });
 }
 

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr ValidityOptions kValidity{0.031, 1, 3};  // no default
+constexpr ValidityOptions kValidity{0.031, 1, 3, ValidityOptions::Edges::both_sides};  // no default
 
 template <typename T>
 bool same_bits(const T& a, const T& b) {
@@ -134,6 +134,7 @@ TEST_CASE("a model reads back as the snapshot that was written, with its free sl
   CHECK(read.validity.depth_edge == kValidity.depth_edge);
   CHECK(read.validity.edge_radius_px == kValidity.edge_radius_px);
   CHECK(read.validity.fade_px == kValidity.fade_px);
+  CHECK(read.validity.edges == kValidity.edges);
 }
 
 TEST_CASE("a model keeps how well its cells are covered, to the bit") {
@@ -216,8 +217,8 @@ TEST_CASE("a model is written and read the same by any number of threads") {
 TEST_CASE("a model that was read renders the same picture") {
   const TemporaryFolder folder;
   const std::uint32_t tile_px = GENERATE(0u, 8u);
-  const Snapshot written = small_snapshot({}, {tile_px, 2, 0});
-  write_model(folder.path(), written, {});
+  const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
+  write_model(folder.path(), written, kValidity);
   const Model read = read_model(folder.path());
   const Camera camera = oblique_camera(48, 40, 0.03, {0.1, 0, -0.6});
   const auto picture = [&](const Snapshot& snapshot) {

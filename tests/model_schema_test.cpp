@@ -146,7 +146,8 @@ TEST_CASE("the schema refuses what the reader refuses") {
       {"/cellSeen", -1},
       {"/references", 0.5},
       {"/validity/depthEdge", 0},
-      {"/validity/fade", 256},
+      {"/validity/fade", 17},
+      {"/validity/edges", "near"},
       {"/tiles/size", 12},
       {"/tiles/size", 2048},
       {"/tiles/gutter", 3},
@@ -171,7 +172,7 @@ TEST_CASE("the schema refuses what the reader refuses") {
       json damaged = good;
       damaged[pointer].erase(name);
       const bool optional = name == "references" || name == "views" || name == "tiles" || name == "resident" ||
-                            name == "lensMask" || name == "trustMask";
+                            name == "lensMask" || name == "trustMask" || name == "edges";
       CAPTURE(object, name);
       CHECK(checker.errors(damaged).size() == (optional ? 0 : 1));
     }

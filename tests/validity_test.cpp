@@ -32,8 +32,10 @@ std::vector<float> step_depth(const Photograph& photograph, std::uint32_t edge, 
   return depth;
 }
 
-ValidityOptions without_fade(double depth_edge = 0.05, std::uint32_t radius = 2) {
-  return {depth_edge, radius, 0};
+using Edges = ValidityOptions::Edges;
+
+ValidityOptions without_fade(double depth_edge = 0.05, std::uint32_t radius = 2, Edges edges = Edges::both_sides) {
+  return {depth_edge, radius, 0, edges};
 }
 
 std::vector<std::uint8_t> row_of(const std::vector<std::uint8_t>& mask, const Photograph& photograph, std::uint32_t y) {
@@ -43,15 +45,19 @@ std::vector<std::uint8_t> row_of(const std::vector<std::uint8_t>& mask, const Ph
 
 constexpr std::span<const std::uint8_t> kAllTrusted;
 
-TEST_CASE("a depth step makes the pixels within its radius invalid on both sides") {
+TEST_CASE("of a depth step the farther side is invalid within its radius, or both sides") {
   const Photograph photograph = grey(12, 5);
   const std::uint32_t radius = GENERATE(0u, 1u, 2u, 3u);
-  CAPTURE(radius);
-  const auto mask = validity_mask(photograph, step_depth(photograph, 6, 1, 2), kAllTrusted, without_fade(0.05, radius));
+  const Edges edges = GENERATE(Edges::far_side, Edges::both_sides);
+  const bool far_on_the_left = GENERATE(false, true);
+  CAPTURE(radius, edges, far_on_the_left);
+  const std::vector<float> depth = far_on_the_left ? step_depth(photograph, 6, 2, 1) : step_depth(photograph, 6, 1, 2);
+  const auto mask = validity_mask(photograph, depth, kAllTrusted, without_fade(0.05, radius, edges));
   for (std::uint32_t y = 0; y < photograph.height; ++y) {
     for (std::uint32_t x = 0; x < photograph.width; ++x) {
       const bool near_step = x >= 6 - radius && x < 6 + radius;
-      CHECK(mask[y * photograph.width + x] == (near_step ? 0 : 255));
+      const bool counts = edges == Edges::both_sides || (x < 6) == far_on_the_left;
+      CHECK(mask[y * photograph.width + x] == (near_step && counts ? 0 : 255));
     }
   }
 }
@@ -83,10 +89,13 @@ TEST_CASE("the depth threshold is relative to the nearer of two depths") {
   CHECK_FALSE(is_edge(104.9f, 100));
 }
 
-TEST_CASE("pixels without a surface are invalid, and so are those near them") {
+TEST_CASE("pixels without a surface are invalid, and those near them if both sides of edges are") {
   const Photograph photograph = grey(8, 3);
-  const auto mask = validity_mask(photograph, step_depth(photograph, 4, 1, kNoSurface), kAllTrusted, without_fade());
-  CHECK(row_of(mask, photograph, 1) == std::vector<std::uint8_t>{255, 255, 0, 0, 0, 0, 0, 0});
+  const std::vector<float> depth = step_depth(photograph, 4, 1, kNoSurface);
+  const auto both = validity_mask(photograph, depth, kAllTrusted, without_fade());
+  CHECK(row_of(both, photograph, 1) == std::vector<std::uint8_t>{255, 255, 0, 0, 0, 0, 0, 0});
+  const auto far = validity_mask(photograph, depth, kAllTrusted, without_fade(0.05, 2, Edges::far_side));
+  CHECK(row_of(far, photograph, 1) == std::vector<std::uint8_t>{255, 255, 255, 255, 0, 0, 0, 0});
   const auto nothing = validity_mask(photograph, flat_depth(photograph, kNoSurface), kAllTrusted, {});
   CHECK(nothing == std::vector<std::uint8_t>(24, 0));
 }
@@ -114,6 +123,15 @@ TEST_CASE("the fade rises in equal steps from the image's border") {
   CHECK(row_of(mask, photograph, 0) == std::vector<std::uint8_t>(11, 51));
 }
 
+TEST_CASE("the farther side fades in beyond the edge's radius, the nearer one is whole up to its rim") {
+  const Photograph photograph = grey(24, 20);
+  const auto mask = validity_mask(photograph, step_depth(photograph, 10, 1, 2), kAllTrusted, {0.05, 2, 3});
+  CHECK(row_of(mask, photograph, 9) == std::vector<std::uint8_t>{64,  128, 191, 255, 255, 255, 255, 255,
+                                                                 255, 255, 0,   0,   64,  128, 191, 255,
+                                                                 255, 255, 255, 255, 255, 191, 128, 64});
+  CHECK(row_of(mask, photograph, 0)[12] == 64);  // the border's fade, no product of the two
+}
+
 TEST_CASE("the fade goes by Euclidean distance") {
   Photograph photograph = grey(31, 31);
   photograph.valid.assign(31 * 31, 255);
@@ -133,6 +151,7 @@ TEST_CASE("the printed options are a step, and otherwise the defaults") {
   CHECK(ValidityOptions::printed().fade_px == 0);
   CHECK(ValidityOptions::printed().edge_radius_px == 2);
   CHECK(ValidityOptions::printed().depth_edge == 0.05);
+  CHECK(ValidityOptions::printed().edges == Edges::both_sides);
   const Photograph photograph = grey(12, 5);
   for (const std::uint8_t value :
        validity_mask(photograph, step_depth(photograph, 6, 1, 2), kAllTrusted, ValidityOptions::printed())) {
@@ -141,44 +160,67 @@ TEST_CASE("the printed options are a step, and otherwise the defaults") {
 }
 
 // The definition, pixel by pixel.
-bool usable(const Photograph& photograph, const std::vector<float>& depth, int x, int y, const ValidityOptions& o) {
-  const int width = static_cast<int>(photograph.width), height = static_cast<int>(photograph.height);
-  if (x < 0 || y < 0 || x >= width || y >= height) return false;
-  const auto at = [&](int column, int row) {
-    return static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column);
-  };
-  const float z = depth[at(x, y)];
-  if (!std::isfinite(z) || (!photograph.valid.empty() && photograph.valid[at(x, y)] == 0)) return false;
-  const int radius = static_cast<int>(o.edge_radius_px);
-  for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) {
-    for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u) {
-      if ((u - x) * (u - x) + (v - y) * (v - y) > radius * radius) continue;
-      if (std::abs(z - depth[at(u, v)]) > o.depth_edge * std::min(z, depth[at(u, v)])) return false;
-    }
+struct Definition {
+  const Photograph& photograph;
+  const std::vector<float>& depth;
+  const ValidityOptions& options;
+  int width = static_cast<int>(photograph.width), height = static_cast<int>(photograph.height);
+
+  [[nodiscard]] std::size_t at(int x, int y) const {
+    return static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x);
   }
-  return true;
-}
+  [[nodiscard]] bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
+  [[nodiscard]] bool in_lens(int x, int y) const {
+    return inside(x, y) && (photograph.valid.empty() || photograph.valid[at(x, y)] != 0);
+  }
+  [[nodiscard]] bool before(float z, float other) const { return other - z > options.depth_edge * z; }
+
+  [[nodiscard]] bool edge_near(int x, int y) const {
+    const float z = depth[at(x, y)];
+    const int radius = static_cast<int>(options.edge_radius_px);
+    for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) {
+      for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u) {
+        if ((u - x) * (u - x) + (v - y) * (v - y) > radius * radius) continue;
+        if (before(depth[at(u, v)], z)) return true;
+        if (options.edges == Edges::both_sides && before(z, depth[at(u, v)])) return true;
+      }
+    }
+    return false;
+  }
+
+  // Whether the pixel of depth z fades towards this one.
+  [[nodiscard]] bool fades(float z, int x, int y) const {
+    if (!in_lens(x, y)) return true;
+    const bool unusable = !std::isfinite(depth[at(x, y)]) || edge_near(x, y);
+    return unusable && (options.edges == Edges::both_sides || !before(z, depth[at(x, y)]));
+  }
+
+  [[nodiscard]] std::uint8_t value(int x, int y) const {
+    const float z = depth[at(x, y)];
+    if (!std::isfinite(z)) return 0;
+    const int reach = static_cast<int>(options.fade_px) + 1;
+    double nearest = reach;
+    for (int v = y - reach; v <= y + reach; ++v) {
+      for (int u = x - reach; u <= x + reach; ++u) {
+        if (fades(z, u, v)) nearest = std::min(nearest, std::hypot(u - x, v - y));
+      }
+    }
+    return static_cast<std::uint8_t>(std::lround(255 * nearest / reach));
+  }
+};
 
 std::vector<std::uint8_t> mask_by_definition(const Photograph& photograph, const std::vector<float>& depth,
                                              const ValidityOptions& options) {
+  const Definition definition{photograph, depth, options};
   std::vector<std::uint8_t> mask;
-  const int reach = static_cast<int>(options.fade_px) + 1;
-  for (int y = 0; y < static_cast<int>(photograph.height); ++y) {
-    for (int x = 0; x < static_cast<int>(photograph.width); ++x) {
-      double nearest = reach;
-      for (int v = y - reach; v <= y + reach; ++v) {
-        for (int u = x - reach; u <= x + reach; ++u) {
-          if (!usable(photograph, depth, u, v, options)) nearest = std::min(nearest, std::hypot(u - x, v - y));
-        }
-      }
-      mask.push_back(static_cast<std::uint8_t>(std::lround(255 * nearest / reach)));
-    }
+  for (int y = 0; y < definition.height; ++y) {
+    for (int x = 0; x < definition.width; ++x) mask.push_back(definition.value(x, y));
   }
   return mask;
 }
 
 TEST_CASE("masks of random depth images are those of the definition") {
-  const unsigned seed = GENERATE(range(1u, 13u));
+  const unsigned seed = GENERATE(range(1u, 25u));
   std::mt19937 random(seed);
   const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
   Photograph photograph = grey(1 + below(27), 1 + below(19));
@@ -194,9 +236,10 @@ TEST_CASE("masks of random depth images are those of the definition") {
     depth[pixel] = below(3) == 0 ? kNoSurface : 2 + 0.05f * static_cast<float>(below(8));
     if (!photograph.valid.empty()) photograph.valid[below(static_cast<std::uint32_t>(depth.size()))] = 0;
   }
-  const ValidityOptions options{0.02 + 0.02 * below(4), below(4), below(7)};
-  CAPTURE(seed, slope, photograph.width, photograph.height, options.depth_edge, options.edge_radius_px,
-          options.fade_px);
+  const ValidityOptions options{0.02 + 0.02 * below(4), below(4), below(7),
+                                below(2) == 0 ? Edges::far_side : Edges::both_sides};
+  CAPTURE(seed, slope, photograph.width, photograph.height, options.depth_edge, options.edge_radius_px, options.fade_px,
+          options.edges);
   CHECK(validity_mask(photograph, depth, kAllTrusted, options) == mask_by_definition(photograph, depth, options));
 }
 
@@ -217,10 +260,10 @@ TEST_CASE("trust in every pixel is the same as no trust mask") {
 }
 
 TEST_CASE("trust multiplies the faded mask, rounded, and makes no pixel invalid") {
-  const Photograph photograph = grey(520, 520);  // large enough for every value of the mask
+  const Photograph photograph = grey(520, 520);
   std::vector<float> depth = flat_depth(photograph, 2);
   depth[0] = kNoSurface;
-  const ValidityOptions options{0.05, 0, 255};
+  const ValidityOptions options{0.05, 0, 16};
   std::mt19937 random(3);
   std::vector<std::uint8_t> trust(depth.size());
   for (std::uint8_t& value : trust) value = static_cast<std::uint8_t>(random() % 256);
@@ -251,8 +294,8 @@ TEST_CASE("bad validity options are refused by field, value and rule") {
   CHECK(sentence({std::numeric_limits<double>::infinity(), 2, 8}) ==
         "validity: depth_edge is inf, must be finite and above 0");
   CHECK(sentence({0.05, 17, 8}) == "validity: edge_radius_px is 17, must be at most 16");
-  CHECK(sentence({0.05, 2, 256}) == "validity: fade_px is 256, must be at most 255");
-  CHECK(sentence({0.05, 16, 255}) == "accepted");
+  CHECK(sentence({0.05, 2, 17}) == "validity: fade_px is 17, must be at most 16");
+  CHECK(sentence({0.05, 16, 16}) == "accepted");
   CHECK_THROWS_MATCHES(validity_mask(photograph, std::vector<float>(3, 1.0f), kAllTrusted, {}), std::invalid_argument,
                        Catch::Message("validity: depth has 3 values, must have one per pixel of the photograph"));
   CHECK_THROWS_MATCHES(

@@ -380,7 +380,8 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"visibility_by", options.visibility_by == VisibilityBy::gl ? "gl" : "rays"},
               {"depth_edge", planner.validity.depth_edge},
               {"edge_radius", planner.validity.edge_radius_px},
-              {"fade", planner.validity.fade_px}};
+              {"fade", planner.validity.fade_px},
+              {"edges", planner.validity.edges == ValidityOptions::Edges::both_sides ? "both" : "far"}};
   all.update(coverage_options_json(planner.coverage));
   all.update(refinement_options_json(planner.refinement, options));
   return all;

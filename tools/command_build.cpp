@@ -219,7 +219,13 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
   command
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
-      ->check(CLI::Range(0u, 255u));
+      ->check(CLI::Range(0u, 16u));
+  const std::map<std::string, ValidityOptions::Edges> sides = {{"far", ValidityOptions::Edges::far_side},
+                                                               {"both", ValidityOptions::Edges::both_sides}};
+  command
+      .add_option("--edges", planner.validity.edges,
+                  "Which side of a depth edge is not used: far, or both, as in the paper; default far")
+      ->transform(CLI::CheckedTransformer(sides));
 }
 
 void add_refinement_options(CLI::App& command, BuildFlags& flags) {
