@@ -79,6 +79,7 @@ StoredView make_stored_view(std::string name, const Camera& camera, Photograph p
   view.depth = std::move(visible.depth);
   view.trust = std::move(trust);
   view.validity = validity_mask(view.photograph, view.depth, view.trust, options);
+  view.rim = rim_pixels(view.photograph, view.depth, options);
   return view;
 }
 

@@ -42,6 +42,7 @@ struct StoredView {
   std::vector<float> depth;            // z at the photograph's resolution, infinity where no surface is
   std::vector<std::uint8_t> trust;     // 255 trusted, 0 contradicted by the other views; empty: all trusted
   std::vector<std::uint8_t> validity;  // see validity_mask()
+  std::vector<std::uint8_t> rim;       // see rim_pixels(); empty: none
 };
 
 // Throws std::invalid_argument, naming the view, unless the photograph is as large as its camera says.

@@ -58,16 +58,17 @@ bool without_edges(std::span<const float> depth, int width, int height, int left
   return finite && static_cast<double>(most - least) <= depth_edge * least;
 }
 
-// The mask by depth edges alone; 0 where no surface is.
-class EdgeMask {
+// What depth edges, and they alone, make of each pixel.
+class DepthEdges {
  public:
-  EdgeMask(const Photograph& photograph, std::span<const float> depth, const ValidityOptions& options)
+  DepthEdges(const Photograph& photograph, std::span<const float> depth, const ValidityOptions& options)
       : depth_(depth),
         width_(static_cast<int>(photograph.width)),
         height_(static_cast<int>(photograph.height)),
         options_(options) {}
 
-  [[nodiscard]] std::vector<std::uint8_t> operator()() const {
+  // 0 where no surface is.
+  [[nodiscard]] std::vector<std::uint8_t> mask() const {
     const std::vector<Shift> edge_window = search_window(options_.edge_radius_px);
     const std::vector<std::uint8_t> usable = of_each_pixel(1, options_.edge_radius_px, [&](int x, int y) {
       return static_cast<std::uint8_t>(std::isfinite(depth_[at(x, y)]) && !edge_at(x, y, edge_window));
@@ -75,6 +76,17 @@ class EdgeMask {
     const std::vector<Shift> fade_window = search_window(options_.fade_px + 1);
     return of_each_pixel(255, options_.edge_radius_px + options_.fade_px + 1, [&](int x, int y) {
       return usable[at(x, y)] ? faded(x, y, usable, fade_window) : std::uint8_t{0};
+    });
+  }
+
+  // 1 where a pixel within the radius is behind this one.
+  [[nodiscard]] std::vector<std::uint8_t> rim() const {
+    const std::vector<Shift> window = search_window(options_.edge_radius_px);
+    return of_each_pixel(0, options_.edge_radius_px, [&](int x, int y) {
+      const float z = depth_[at(x, y)];
+      return static_cast<std::uint8_t>(std::any_of(window.begin(), window.end(), [&](const Shift& shift) {
+        return inside(x + shift.dx, y + shift.dy) && is_edge(z, depth_[at(x + shift.dx, y + shift.dy)]);
+      }));
     });
   }
 
@@ -248,11 +260,19 @@ std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<
   require_one_per_pixel("depth", depth.size(), photograph, "");
   if (!trust.empty()) require_one_per_pixel("trust", trust.size(), photograph, ", or none");
   std::vector<std::uint8_t> mask = faded(lens_image(photograph), photograph, options.fade_px);
-  const std::vector<std::uint8_t> edges = EdgeMask(photograph, depth, options)();
+  const std::vector<std::uint8_t> edges = DepthEdges(photograph, depth, options).mask();
   std::transform(mask.begin(), mask.end(), edges.begin(), mask.begin(),
                  [](std::uint8_t a, std::uint8_t b) { return std::min(a, b); });
   if (!trust.empty()) std::transform(mask.begin(), mask.end(), trust.begin(), mask.begin(), trusted_by);
   return mask;
+}
+
+std::vector<std::uint8_t> rim_pixels(const Photograph& photograph, std::span<const float> depth,
+                                     const ValidityOptions& options) {
+  check(options);
+  require_one_per_pixel("depth", depth.size(), photograph, "");
+  if (options.edges == ValidityOptions::Edges::both_sides) return {};
+  return DepthEdges(photograph, depth, options).rim();
 }
 
 }  // namespace lumatlas

@@ -5,8 +5,9 @@
 //
 // Departures from the print: the image rectangle less the undistortion border instead of the cone alpha; the depth
 // difference relative to the depth; a fade towards invalid pixels instead of a step, so that no seam shows where a
-// photograph ends; and of a depth edge only the farther side is invalid, for what stands in front looks as it should
-// up to its rim from about there, while behind it a colour of the rim would stay on the surface when the camera moves.
+// photograph ends; and of a depth edge only the farther side is invalid: pixels of the nearer one, the rim of what
+// stands in front, are valid for pictures from about there (blend/geometric_weight.h), which show the same rim before
+// the same things, while colours behind an edge would stay on the surface when the camera moves.
 // ValidityOptions::printed() keeps the step and both sides. And pixels that the other views contradict (a passer-by, a
 // leaf before the lens), which the paper leaves in, weigh next to nothing.
 #pragma once
@@ -43,5 +44,10 @@ void check(const ValidityOptions& options);
 [[nodiscard]] std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<const float> depth,
                                                       std::span<const std::uint8_t> trust,
                                                       const ValidityOptions& options);
+
+// One value per pixel: 1 on the nearer side of a depth edge within edge_radius_px, which is valid from about there
+// alone; else 0. Empty if both sides of edges are invalid. `depth` and errors as above.
+[[nodiscard]] std::vector<std::uint8_t> rim_pixels(const Photograph& photograph, std::span<const float> depth,
+                                                   const ValidityOptions& options);
 
 }  // namespace lumatlas

@@ -18,6 +18,7 @@ namespace {
 
 constexpr double kOcclusionTolerance = 0.02;  // of the depth; above the mesh's own noise in MVS and RGB-D scans
 constexpr std::uint8_t kMidGrey = 128;
+constexpr float kRimWeight = 1e-3f;  // of pixels that may show what is behind: for vertices that no others show
 
 // Linear colour before its gain, and validity in [0, 1] of a world position in a view; zero weight where the view does
 // not show it.
@@ -31,7 +32,9 @@ glm::vec4 sample(const StoredView& view, const glm::dvec3& world) {
   if (cam.z > view.depth[pixel] * (1 + kOcclusionTolerance)) return glm::vec4(0);
   const auto& linear = linear_from_srgb8();
   const std::uint8_t* rgb = &view.photograph.rgb[3 * pixel];
-  return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]], static_cast<float>(view.validity[pixel]) / 255.0f};
+  float weight = static_cast<float>(view.validity[pixel]) / 255.0f;
+  if (!view.rim.empty() && view.rim[pixel] != 0) weight *= kRimWeight;
+  return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]], weight};
 }
 
 // Colours a mesh outwards from its coloured vertices, those of non-zero weight.

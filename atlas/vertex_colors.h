@@ -15,8 +15,9 @@ namespace lumatlas {
 
 struct StoredView;
 
-// The mean over views, in linear light, of the colours that they show at each vertex, weighted by validity; a view that
-// does not see the vertex (its depth there is nearer by over 2%) does not count.
+// The mean over views, in linear light, of the colours that they show at each vertex, weighted by validity, and by a
+// thousandth of it where the vertex is at the rim of what the view sees; a view that does not see the vertex (its depth
+// there is nearer by over 2%) does not count.
 class VertexColorMean {
  public:
   explicit VertexColorMean(const Mesh& mesh);  // keeps a reference to it

@@ -7,7 +7,8 @@
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
 //   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
 //
-// valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth.
+// valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth; at a rim times
+// rim_share() of blend/geometric_weight.h.
 #pragma once
 
 #include <cstdint>
@@ -25,6 +26,11 @@ inline constexpr std::uint32_t kMostSupersampling = 4;
 
 // By how many pixels' widths the surface bends at a silhouette, see supersampling.h; shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
+
+// Between which angles of novel and stored camera, seen from a point at a rim, the stored one's weight falls from whole
+// to none; shared with the shader as cosines.
+inline constexpr double kRimNearDegrees = 10;
+inline constexpr double kRimFarDegrees = 30;
 
 struct BlendOptions {
   enum class Position {

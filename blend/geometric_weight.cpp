@@ -2,6 +2,7 @@
 #include "blend/geometric_weight.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/glm.hpp>
 
 namespace lumatlas {
@@ -15,6 +16,14 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
   const double w_pos =
       options.position == BlendOptions::Position::printed ? std::max(0.0, 1 - o / i) : std::min(o, i) / std::max(o, i);
   return options.lambda * w_dir + (1 - options.lambda) * w_pos;
+}
+
+double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center) {
+  const double o = glm::length(novel_center - world);
+  const double i = glm::length(stored_center - world);
+  if (!(o > 0 && i > 0)) return 0;
+  const double cosine = glm::dot(novel_center - world, stored_center - world) / (o * i);
+  return glm::smoothstep(std::cos(glm::radians(kRimFarDegrees)), std::cos(glm::radians(kRimNearDegrees)), cosine);
 }
 
 }  // namespace lumatlas

@@ -15,7 +15,8 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::uint32_t kBytesPerTexel = 4;     // sRGB and validity
+constexpr std::uint32_t kBytesPerTexel = 4;  // sRGB and validity
+constexpr std::uint16_t kHalfSign = 0x8000;
 constexpr std::uint32_t kBytesPerDepth = 2;     // half precision
 constexpr std::size_t kBytesAtOnce = 64 << 20;  // of tiles that are made ready for the GPU
 
@@ -90,7 +91,7 @@ std::uint16_t half_above(float depth) {
   return glm::unpackHalf1x16(half) < depth ? static_cast<std::uint16_t>(half + 1) : half;
 }
 
-// Depth of the part of a view, as a share of `scale`.
+// Depth of the part of a view, as a share of `scale`, negative at rims.
 std::vector<std::uint16_t> depth_of(const StoredView& view, const ImageRect& rect, float scale) {
   std::vector<std::uint16_t> depth;
   depth.reserve(std::size_t{rect.width} * rect.height);
@@ -98,7 +99,9 @@ std::vector<std::uint16_t> depth_of(const StoredView& view, const ImageRect& rec
     const std::int64_t y = std::clamp<std::int64_t>(rect.y + row, 0, std::int64_t{view.camera.height} - 1);
     for (std::uint32_t column = 0; column < rect.width; ++column) {
       const std::int64_t x = std::clamp<std::int64_t>(rect.x + column, 0, std::int64_t{view.camera.width} - 1);
-      depth.push_back(half_above(view.depth[static_cast<std::size_t>(y * view.camera.width + x)] / scale));
+      const auto pixel = static_cast<std::size_t>(y * view.camera.width + x);
+      const std::uint16_t sign = !view.rim.empty() && view.rim[pixel] != 0 ? kHalfSign : std::uint16_t{0};
+      depth.push_back(static_cast<std::uint16_t>(half_above(view.depth[pixel] / scale) | sign));
     }
   }
   return depth;

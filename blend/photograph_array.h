@@ -4,7 +4,7 @@
 //
 // Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows; depth has none.
 // It is stored in half precision, relative to a power of two near the view's median depth: see docs/measurements.md for
-// what that changes.
+// what that changes. The sign says whether the pixel is at a rim.
 #pragma once
 
 #include <cstdint>

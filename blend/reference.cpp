@@ -135,7 +135,9 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
   const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
-  return {weight * sample.validity, snapshot.gains[slot] * sample.color, sample.validity > 0};
+  const bool rim = !view.rim.empty() && view.rim[pixel] != 0;
+  const double valid = sample.validity * (rim ? rim_share(world, novel.center(), view.camera.center()) : 1);
+  return {weight * valid, snapshot.gains[slot] * sample.color, valid > 0};
 }
 
 // The K best views' mean colour, by their weights above the next best one's. False where no view is valid.

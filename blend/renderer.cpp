@@ -122,9 +122,11 @@ void add_samples(Targets& targets) {
 
 std::string with_definitions(std::string_view source) {
   std::string text(source);
-  text.insert(text.find('\n') + 1, "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) +
-                                       "\n#define SHARP_FOOTPRINT " + std::to_string(kSharpFootprint) +
-                                       "\n#define SILHOUETTE_BEND " + std::to_string(kSilhouetteBend) + "\n");
+  text.insert(text.find('\n') + 1,
+              "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) + "\n#define SHARP_FOOTPRINT " +
+                  std::to_string(kSharpFootprint) + "\n#define SILHOUETTE_BEND " + std::to_string(kSilhouetteBend) +
+                  "\n#define RIM_NEAR_COSINE " + std::to_string(std::cos(glm::radians(kRimNearDegrees))) +
+                  "\n#define RIM_FAR_COSINE " + std::to_string(std::cos(glm::radians(kRimFarDegrees))) + "\n");
   return text;
 }
 

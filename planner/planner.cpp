@@ -86,7 +86,7 @@ void check(const PlannerOptions& options) {
 }
 
 std::uint64_t stored_bytes(const Camera& camera) {
-  constexpr std::uint64_t kBytesPerPixel = 3 + sizeof(float) + 1 + 1;
+  constexpr std::uint64_t kBytesPerPixel = 3 + sizeof(float) + 1 + 1 + 1;
   return kBytesPerPixel * camera.width * camera.height;
 }
 

@@ -72,7 +72,7 @@ struct Verdict {
   std::optional<Refinement> refinement;  // of a view that was to be stored
 };
 
-// What a view of a camera takes in the store, bytes: colour, depth, trust and validity of each of its pixels.
+// What a view of a camera takes in the store, bytes: colour, depth, trust, validity and rim of each of its pixels.
 [[nodiscard]] std::uint64_t stored_bytes(const Camera& camera);
 
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.

@@ -131,7 +131,8 @@ TEST_CASE("JSON nested without end does not end the stack") {
   const std::string arrays = std::string(kDepth, '[') + std::string(kDepth, ']');
   std::string objects;
   for (std::size_t level = 0; level < kDepth; ++level) objects += "{\"a\":";
-  objects += "1" + std::string(kDepth, '}');
+  objects += '1';
+  objects.append(kDepth, '}');
   const std::string& value = GENERATE(true, false) ? arrays : objects;
   model.replace("scene.gltf", "{\"asset\": {\"version\": \"2.0\", \"extras\": " + value + "}}");
   CHECK(model.sentence_as_it_is() == "nests its values 1000002 deep, must be at most 64");

@@ -14,7 +14,7 @@ namespace {
 
 using Catch::Contains;
 
-constexpr std::uint64_t kBytesPerView = 96 * 72 * 9;  // colour 3, depth 4, trust and validity 1 each
+constexpr std::uint64_t kBytesPerView = 96 * 72 * 10;  // colour 3, depth 4, trust, validity and rim 1 each
 
 const EdgeScene& ten_views() {
   static const EdgeScene scene = court_scene(10);

@@ -175,7 +175,7 @@ TEST_CASE("a view larger than the budget is refused by name and changes nothing"
     return pattern_photograph(room_camera(9), 9);
   };
   CHECK_THROWS_WITH(store.planner.offer("huge", room_camera(9), source),
-                    "planner: view huge takes 62208 bytes, more than all views together may (31104)");
+                    "planner: view huge takes 69120 bytes, more than all views together may (34560)");
   CHECK_THROWS_WITH(store.planner.keep("huge", room_camera(9), source), Catch::Contains("no room to keep view huge"));
   CHECK(asked == 0);
   CHECK(Image(store) == before);

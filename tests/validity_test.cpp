@@ -62,6 +62,22 @@ TEST_CASE("of a depth step the farther side is invalid within its radius, or bot
   }
 }
 
+TEST_CASE("rims are before a depth edge or nothing, within the radius of edges") {
+  const Photograph photograph = grey(12, 5);
+  const float behind = GENERATE(2.0f, kNoSurface);
+  const std::vector<float> depth = step_depth(photograph, 6, 1, behind);
+  const std::uint32_t radius = GENERATE(0u, 1u, 3u);
+  CAPTURE(behind, radius);
+  const auto rim = rim_pixels(photograph, depth, {0.05, radius, 2, Edges::far_side});
+  for (std::uint32_t pixel = 0; pixel < rim.size(); ++pixel) {
+    const std::uint32_t x = pixel % 12;
+    CHECK(rim[pixel] == (x < 6 && x >= 6 - radius ? 1 : 0));
+  }
+  CHECK(rim_pixels(photograph, depth, {0.05, radius, 2, Edges::both_sides}).empty());
+  CHECK_THROWS_MATCHES(rim_pixels(photograph, std::vector<float>(3, 1.0f), {}), std::invalid_argument,
+                       Catch::Message("validity: depth has 3 values, must have one per pixel of the photograph"));
+}
+
 TEST_CASE("the search window is a disc") {
   const Photograph photograph = grey(9, 9);
   std::vector<float> depth = flat_depth(photograph, 1);

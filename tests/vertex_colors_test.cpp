@@ -113,6 +113,15 @@ TEST_CASE("a view counts by its validity") {
   CHECK(mean_of(mesh, {flat_view({9, 9, 9}), weak}) == all(mesh, glm::u8vec3(9)));
 }
 
+TEST_CASE("a rim counts next to nothing, and colours what no other view shows") {
+  const Mesh mesh = wall();
+  StoredView rim = flat_view({255, 255, 255});
+  rim.rim.assign(256, 1);
+  CHECK(mean_of(mesh, {rim}) == all(mesh, {255, 255, 255}));
+  const auto beside_another = mean_of(mesh, {flat_view({0, 0, 0}), rim});
+  CHECK(beside_another == all(mesh, glm::u8vec3(srgb8_from_linear(1e-3 / 1.001))));
+}
+
 TEST_CASE("a view before which something stands does not count") {
   const Mesh mesh = wall();
   const StoredView good = flat_view({10, 20, 30});

@@ -223,8 +223,10 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
   const std::map<std::string, ValidityOptions::Edges> sides = {{"far", ValidityOptions::Edges::far_side},
                                                                {"both", ValidityOptions::Edges::both_sides}};
   command
-      .add_option("--edges", planner.validity.edges,
-                  "Which side of a depth edge is not used: far, or both, as in the paper; default far")
+      .add_option(
+          "--edges", planner.validity.edges,
+          "Which side of a depth edge is not used: far (and the nearer one from about there only), or both, as in "
+          "the paper; default far")
       ->transform(CLI::CheckedTransformer(sides));
 }
 

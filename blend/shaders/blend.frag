@@ -22,7 +22,7 @@ layout(std430, binding = 6) readonly buffer Zones { uvec4 zones[]; };  // cells 
 layout(std430, binding = 7) readonly buffer TileSlots { uint tile_slots[]; };  // by tile: where it is in the array
 
 layout(binding = 0) uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
-layout(binding = 1) uniform sampler2DArray depths;       // z as a share of the view's size.z
+layout(binding = 1) uniform sampler2DArray depths;       // z as a share of the view's size.z, negative at rims
 layout(binding = 2) uniform usampler2D faces;
 layout(binding = 3) uniform sampler2D surface_depth;
 layout(binding = 4) uniform sampler2D fallback_color;
@@ -68,6 +68,12 @@ float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
   return lambda * w_dir + (1.0 - lambda) * w_pos;
 }
 
+// By what the weight counts at a rim of what the stored view sees.
+float rim_share(vec3 to_novel, float o, vec3 to_stored) {
+  float i = length(to_stored);
+  return o > 0.0 && i > 0.0 ? smoothstep(RIM_FAR_COSINE, RIM_NEAR_COSINE, dot(to_novel, to_stored) / (o * i)) : 0.0;
+}
+
 // Where in the texture array an image position of a view is: texels, page. False: that tile is not resident.
 bool locate(uint view, vec2 image, out vec3 texel) {
   uvec2 tile = uvec2(image) / tile_size;
@@ -96,16 +102,17 @@ float footprint_in(uint view, float z, float depth) {
   return z * views[view].intrinsics.x / (samples_across * intrinsics.x * depth);
 }
 
-// Place in the texture array of what a stored view shows of a point, and its footprint there; false where valid() is 0
-// whatever the mask says.
-bool project(uint view, vec3 world, float z, out vec3 texel, out float footprint) {
+// Place in the texture array of what a stored view shows of a point, its footprint there, and whether it is at a rim;
+// false where valid() is 0 whatever the mask says.
+bool project(uint view, vec3 world, float z, out vec3 texel, out float footprint, out bool rim) {
   vec2 image;
   float depth;
   if (!image_in(view, world, image, depth)) return false;
   if (!locate(view, image, texel)) return false;
   float stored = texelFetch(depths, ivec3(texel), 0).x * views[view].size.z;
+  rim = stored < 0.0;
   footprint = footprint_in(view, z, depth);
-  return depth <= stored * (1.0 + occlusion_tolerance);
+  return depth <= abs(stored) * (1.0 + occlusion_tolerance);
 }
 
 float level_of(float footprint) {
@@ -177,11 +184,14 @@ bool blend(uint cell, vec3 world, float z, out vec3 color) {
   float o = length(to_novel);
   for (uint reference = offsets[cell]; reference < offsets[cell + 1u]; ++reference) {
     uint slot = slots[reference];
-    float weight = geometric_weight(to_novel, o, views[slot].center.xyz - world);
+    vec3 to_stored = views[slot].center.xyz - world;
+    float weight = geometric_weight(to_novel, o, to_stored);
     if (skip_losers && weight <= best[blended_views].w) continue;  // validity can only lower it
     vec3 texel;
     float footprint;
-    if (!project(slot, world, z, texel, footprint)) continue;
+    bool rim;
+    if (!project(slot, world, z, texel, footprint, rim)) continue;
+    if (rim) weight *= rim_share(to_novel, o, to_stored);
     vec4 next = sample_photograph(slot, texel, footprint);
     next.w *= weight;
     for (uint rank = 0u; rank <= blended_views; ++rank) {

@@ -32,11 +32,14 @@ bool diagnose(uint cell, vec3 world, float z) {
     uint slot = slots[reference];
     vec3 texel;
     float footprint;
-    if (!project(slot, world, z, texel, footprint)) continue;
+    bool rim;
+    if (!project(slot, world, z, texel, footprint, rim)) continue;
+    vec3 to_stored = views[slot].center.xyz - world;
     float validity = sample_photograph(slot, texel, footprint).a;
+    if (rim) validity *= rim_share(to_novel, o, to_stored);
     if (!(validity > 0.0)) continue;
     ++valid;
-    float next = validity * geometric_weight(to_novel, o, views[slot].center.xyz - world);
+    float next = validity * geometric_weight(to_novel, o, to_stored);
     if (next > ranked[0]) winner = slot;
     for (uint rank = 0u; rank <= blended_views; ++rank) {
       float demoted = min(ranked[rank], next);
