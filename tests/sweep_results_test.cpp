@@ -342,6 +342,23 @@ TEST_CASE("the page stands alone: it loads nothing, runs nothing, and no text be
   if (!page.sweeps[0].plots[0].empty()) CHECK(count_of("<svg", html) == 2);
 }
 
+TEST_CASE("points that another program made are said to be, on the page and in Markdown") {
+  const TemporaryFolder folder;
+  std::vector<PointResult> results = sample_results();
+  for (PointResult& result : results) result.made_by = "1.0 commit a";
+  const auto texts = [&](const std::string& program) {
+    ChartPage page;
+    page.program = program;
+    page.sweeps = {{sample_sweep(), results, {"", ""}}};
+    update_markdown(folder / "results.md", page);
+    return chart_page(page) + bytes_of(folder / "results.md");
+  };
+  CHECK(count_of("made by another program", texts("1.0 commit a")) == 0);
+  CHECK(count_of("The points were made by another program: 1.0 commit a.", texts("1.0 commit b")) == 2);
+  results[0].made_by = "0.9";
+  CHECK(count_of("The points were made by another program: 0.9; 1.0 commit a.", texts("1.0 commit a")) == 2);
+}
+
 TEST_CASE("a page in Markdown keeps what people wrote, and has its figures once however often they are made") {
   const TemporaryFolder folder;
   const auto file =

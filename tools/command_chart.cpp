@@ -212,6 +212,7 @@ ChartPage made_page(const ChartFlags& flags, const std::vector<Sweep>& sweeps, C
   options.quiet = flags.quiet;
   SweepRunner runner(options);
   ChartPage page;
+  page.program = options.identity;
   page.facts = facts_of(flags, options.identity);
   const fs::path gnuplot = find_program("gnuplot");
   if (gnuplot.empty()) {

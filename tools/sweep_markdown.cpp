@@ -61,7 +61,8 @@ std::string block(const SweepReport& report, const ChartPage& page) {
     const std::vector<TextRow> rows = results_table(sweep, curves, scene);
     if (rows.size() > 1) text += "\n" + sweep.scenes[scene].name + ":\n\n" + table(rows);
   }
-  text += "\n*";
+  const std::string makers = makers_sentence(report.results, page.program);
+  text += makers.empty() ? "\n*" : "\n*" + makers + "*\n\n*";
   for (std::size_t i = 0; i < page.facts.size(); ++i) {
     text += (i == 0 ? "" : "; ") + page.facts[i].first + ": " + page.facts[i].second;
   }

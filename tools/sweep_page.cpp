@@ -149,23 +149,16 @@ std::string options_of(const Sweep& sweep) {
   return html + (sweep.scored_undisturbed ? " Scored on the undisturbed photographs.</p>\n" : "</p>\n");
 }
 
-std::string programs_of(const std::vector<PointResult>& results) {
-  std::set<std::string> programs;
-  for (const PointResult& result : results) {
-    if (result.status == PointResult::Status::done) programs.insert(result.made_by);
-  }
-  if (programs.size() < 2) return "";
-  return "<p class=\"skipped\">The points were made by several programs: " +
-         html_escaped(joined({programs.begin(), programs.end()}, "; ")) + ".</p>\n";
-}
-
-std::string section(const SweepReport& report) {
+std::string section(const SweepReport& report, const std::string& program) {
+  const std::string makers = makers_sentence(report.results, program);
   const Sweep& sweep = report.sweep;
   const std::vector<Curve> curves = curves_of(sweep, report.results);
   std::string html = "<section id=\"" + sweep.name + "\">\n<h2>" + html_escaped(sweep.title) + "</h2>\n";
   html += "<p><b>Expected</b>" + (sweep.source.empty() ? "" : " (" + html_escaped(sweep.source) + ")") + ": " +
           html_escaped(sweep.expected) + "</p>\n";
-  html += reasons_of(report.results) + programs_of(report.results) + plots_of(report, curves);
+  html += reasons_of(report.results);
+  if (!makers.empty()) html += "<p class=\"skipped\">" + html_escaped(makers) + "</p>\n";
+  html += plots_of(report, curves);
   html += sentences(breaking_sentences(sweep, curves)) + options_of(sweep);
   html += "<details" + std::string(sweep.plots.empty() ? " open" : "") + "><summary>Figures (" +
           counts_of(report.results) + ")</summary>\n" + tables_of(sweep, curves) + "</details>\n";
@@ -236,6 +229,15 @@ std::vector<std::string> breaking_sentences(const Sweep& sweep, const std::vecto
   return all;
 }
 
+std::string makers_sentence(const std::vector<PointResult>& results, const std::string& program) {
+  std::set<std::string> makers;
+  for (const PointResult& result : results) {
+    if (result.status == PointResult::Status::done) makers.insert(result.made_by);
+  }
+  if (makers.empty() || makers == std::set<std::string>{program}) return "";
+  return "The points were made by another program: " + joined({makers.begin(), makers.end()}, "; ") + ".";
+}
+
 std::vector<TextRow> results_table(const Sweep& sweep, const std::vector<Curve>& curves, std::size_t scene) {
   std::vector<TextRow> rows{{"series", sweep.label}};
   for (const std::string& name : sweep.metrics) rows.front().push_back(find_metric(name)->label);
@@ -266,7 +268,7 @@ std::string chart_page(const ChartPage& page) {
   html += "</dl>\n";
   for (const std::string& note : page.notes) html += "<p class=\"note\">" + html_escaped(note) + "</p>\n";
   html += contents(page.sweeps) + "</header>\n";
-  for (const SweepReport& report : page.sweeps) html += section(report);
+  for (const SweepReport& report : page.sweeps) html += section(report, page.program);
   return html + "</body>\n</html>\n";
 }
 

@@ -18,6 +18,7 @@ struct SweepReport {
 };
 
 struct ChartPage {
+  std::string program;                                     // the identity of the one that runs, as made_by of points
   std::vector<std::pair<std::string, std::string>> facts;  // of the run: what, value
   std::vector<std::string> notes;                          // one sentence each, that a reader must know
   std::vector<SweepReport> sweeps;
@@ -32,6 +33,9 @@ struct ChartPage {
 
 // Where each series breaks, one sentence a scene and series that has figures; none without a rule.
 [[nodiscard]] std::vector<std::string> breaking_sentences(const Sweep& sweep, const std::vector<Curve>& curves);
+
+// Which programs made the points, unless all are of `program`; empty if they are.
+[[nodiscard]] std::string makers_sentence(const std::vector<PointResult>& results, const std::string& program);
 
 // The table of a scene: a head and a row for each value of each series that has figures, the sweep's metrics as mean
 // and, of several runs, (least..most).
