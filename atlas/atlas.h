@@ -43,6 +43,8 @@ struct StoredView {
   std::vector<std::uint8_t> trust;     // 255 trusted, 0 contradicted by the other views; empty: all trusted
   std::vector<std::uint8_t> validity;  // see validity_mask()
   std::vector<std::uint8_t> rim;       // see rim_pixels(); empty: none
+
+  [[nodiscard]] bool at_rim(std::size_t pixel) const { return !rim.empty() && rim[pixel] != 0; }
 };
 
 // Throws std::invalid_argument, naming the view, unless the photograph is as large as its camera says.

@@ -241,10 +241,11 @@ ValidityOptions ModelReader::validity() const {
   options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, 1000);
   options.fade_px = file_.whole_number(object, "validity", "fade", 0, 1000);
   const std::string edges = object.Has("edges") ? file_.text(object, "validity", "edges") : "both";
-  if (edges != "both" && edges != "far") {
+  const auto known = kEdgesByName.find(edges);
+  if (known == kEdgesByName.end()) {
     file_.refuse("validity: \"edges\" is \"" + edges + "\", must be \"far\" or \"both\"");
   }
-  options.edges = edges == "both" ? ValidityOptions::Edges::both_sides : ValidityOptions::Edges::far_side;
+  options.edges = known->second;
   try {
     check(options);
   } catch (const std::invalid_argument& error) {

@@ -228,11 +228,10 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const std::
     extension["cellCoverage"] =
         Json(add_accessor(model, snapshot.cell_coverage, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR));
   }
-  const char* const edges = validity.edges == ValidityOptions::Edges::both_sides ? "both" : "far";
   extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))},
-                                            {"edges", Json(std::string(edges))}});
+                                            {"edges", Json(name_of(validity.edges))}});
   if (!snapshot.tiles.whole_views()) extension["tiles"] = tiles_json(model, snapshot);
   if (!images.empty()) extension["views"] = views_json(snapshot, images);
   model.extensions[kLumigraphExtension] = Json(std::move(extension));

@@ -240,6 +240,10 @@ ValidityOptions ValidityOptions::printed() {
   return options;
 }
 
+std::string name_of(ValidityOptions::Edges edges) {
+  return edges == ValidityOptions::Edges::both_sides ? "both" : "far";
+}
+
 void check(const ValidityOptions& options) {
   if (!(options.depth_edge > 0) || !std::isfinite(options.depth_edge)) {
     throw std::invalid_argument("validity: depth_edge is " + std::to_string(options.depth_edge) +

@@ -13,7 +13,9 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "atlas/photograph.h"
@@ -32,6 +34,13 @@ struct ValidityOptions {
 
   [[nodiscard]] static ValidityOptions printed();
 };
+
+// By which files and the command line call them.
+inline const std::map<std::string, ValidityOptions::Edges> kEdgesByName = {
+    {"both", ValidityOptions::Edges::both_sides},
+    {"far", ValidityOptions::Edges::far_side},
+};
+[[nodiscard]] std::string name_of(ValidityOptions::Edges edges);
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const ValidityOptions& options);

@@ -33,7 +33,7 @@ glm::vec4 sample(const StoredView& view, const glm::dvec3& world) {
   const auto& linear = linear_from_srgb8();
   const std::uint8_t* rgb = &view.photograph.rgb[3 * pixel];
   float weight = static_cast<float>(view.validity[pixel]) / 255.0f;
-  if (!view.rim.empty() && view.rim[pixel] != 0) weight *= kRimWeight;
+  if (view.at_rim(pixel)) weight *= kRimWeight;
   return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]], weight};
 }
 

@@ -20,6 +20,7 @@ void require(bool holds, const char* field, double value, const char* rule) {
 BlendOptions BlendOptions::printed() {
   BlendOptions options;
   options.position = Position::printed;
+  options.rims = false;
   options.fade_last = false;
   options.sampling = Sampling::linear;
   options.prefilter = false;

@@ -8,7 +8,7 @@
 //   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
 //
 // valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth; at a rim times
-// rim_share() of blend/geometric_weight.h.
+// rim_share() of blend/geometric_weight.h, or 0 without `rims`.
 #pragma once
 
 #include <cstdint>
@@ -52,6 +52,9 @@ struct BlendOptions {
   std::uint32_t views = 3;  // K, [1, 8]
   double lambda = 0.8;      // weight of direction against position, [0, 1]
   Position position = Position::ratio;
+  // The nearer sides of depth edges, which models with masks of both sides do not have, are shown from about where they
+  // were photographed; printed: not at all
+  bool rims = true;
   bool fade_last = true;  // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
   // Of colours; validity is always linear. Photographs in tiles with a gutter of 1 pixel are sampled linearly.
   Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear

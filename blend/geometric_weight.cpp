@@ -18,7 +18,9 @@ double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
   return options.lambda * w_dir + (1 - options.lambda) * w_pos;
 }
 
-double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center) {
+double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center,
+                 const BlendOptions& options) {
+  if (!options.rims) return 0;
   const double o = glm::length(novel_center - world);
   const double i = glm::length(stored_center - world);
   if (!(o > 0 && i > 0)) return 0;

@@ -13,8 +13,9 @@ namespace lumatlas {
                                       const glm::dvec3& stored_center, const BlendOptions& options);
 
 // By what the weight of a view is multiplied where the point is at a rim of what it sees (rim_pixels()), in [0, 1]: 1
-// if the two cameras see the point from directions within kRimNearDegrees of each other, 0 beyond kRimFarDegrees.
-[[nodiscard]] double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center,
-                               const glm::dvec3& stored_center);
+// if the two cameras see the point from directions within kRimNearDegrees of each other, 0 beyond kRimFarDegrees and
+// where the options leave rims out.
+[[nodiscard]] double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center,
+                               const BlendOptions& options);
 
 }  // namespace lumatlas

@@ -100,7 +100,7 @@ std::vector<std::uint16_t> depth_of(const StoredView& view, const ImageRect& rec
     for (std::uint32_t column = 0; column < rect.width; ++column) {
       const std::int64_t x = std::clamp<std::int64_t>(rect.x + column, 0, std::int64_t{view.camera.width} - 1);
       const auto pixel = static_cast<std::size_t>(y * view.camera.width + x);
-      const std::uint16_t sign = !view.rim.empty() && view.rim[pixel] != 0 ? kHalfSign : std::uint16_t{0};
+      const std::uint16_t sign = view.at_rim(pixel) ? kHalfSign : std::uint16_t{0};
       depth.push_back(static_cast<std::uint16_t>(half_above(view.depth[pixel] / scale) | sign));
     }
   }

@@ -135,8 +135,8 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
   const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
-  const bool rim = !view.rim.empty() && view.rim[pixel] != 0;
-  const double valid = sample.validity * (rim ? rim_share(world, novel.center(), view.camera.center()) : 1);
+  const double share = view.at_rim(pixel) ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
+  const double valid = sample.validity * share;
   return {weight * valid, snapshot.gains[slot] * sample.color, valid > 0};
 }
 

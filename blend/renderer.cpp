@@ -375,6 +375,7 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glProgramUniform1f(name, location(program, "lambda"), static_cast<float>(options.lambda));
   glProgramUniform1f(name, location(program, "occlusion_tolerance"), static_cast<float>(options.occlusion_tolerance));
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
+  glProgramUniform1i(name, location(program, "rims"), options.rims);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
   glProgramUniform1i(name, location(program, "skip_losers"), steps.skip_losers);
   glProgramUniform1i(name, location(program, "prefilter"), options.prefilter);

@@ -87,6 +87,7 @@ BlendOptions random_options(Chance& chance) {
   BlendOptions options = chance.below(4) == 0 ? BlendOptions::printed() : BlendOptions{};
   options.views = 1 + chance.below(kMaxBlendedViews);
   options.lambda = chance.below(4) == 0 ? chance.below(2) : chance.uniform(0, 1);
+  options.rims = chance.below(4) > 0;
   options.fade_last = chance.below(2) == 0;
   options.border_width = chance.below(3) == 0 ? 0 : chance.uniform(0, 1);
   options.occlusion_tolerance = chance.uniform(0.005, 0.1);  // with none, rounding decides at every pixel

@@ -57,7 +57,10 @@ Seen seen_in(const Rendering& rendering) {
 }
 
 void check_rims(const Snapshot& far_side, const Snapshot& both_sides,
-                const std::function<Seen(const Snapshot&, double)>& seen) {
+                const std::function<Seen(const Snapshot&, double, const BlendOptions&)>& seen_with) {
+  BlendOptions options;
+  options.sampling = BlendOptions::Sampling::linear;
+  const auto seen = [&](const Snapshot& snapshot, double degrees) { return seen_with(snapshot, degrees, options); };
   CHECK(seen(far_side, 0).textured == 20 * 20);
   CHECK(seen(both_sides, 0).textured == 16 * 16);
   for (const double degrees : {5.0, 20.0}) {
@@ -69,6 +72,12 @@ void check_rims(const Snapshot& far_side, const Snapshot& both_sides,
   CHECK(aside.textured > aside.surface / 2);
   CHECK(aside.textured < aside.surface - 40);
   CHECK(aside.textured <= seen(both_sides, 35).textured);
+  options.rims = false;
+  CHECK(seen(far_side, 0).textured == 16 * 16);
+  for (const double degrees : {0.0, 5.0, 20.0, 35.0}) {
+    CAPTURE(degrees);
+    CHECK(seen(far_side, degrees).textured <= seen(both_sides, degrees).textured);
+  }
 }
 
 TEST_CASE("a rim counts wholly within 10 degrees and not at all beyond 30") {
@@ -76,7 +85,7 @@ TEST_CASE("a rim counts wholly within 10 degrees and not at all beyond 30") {
     const glm::dvec3 world(3, -2, 5);
     const double angle = glm::radians(degrees);
     return rim_share(world, world + glm::dvec3(2, 0, 0),
-                     world + distance * glm::dvec3(std::cos(angle), std::sin(angle), 0));
+                     world + distance * glm::dvec3(std::cos(angle), std::sin(angle), 0), BlendOptions{});
   };
   CHECK(share(0, 1) == 1);
   CHECK(share(9.9, 7) == 1);
@@ -85,23 +94,22 @@ TEST_CASE("a rim counts wholly within 10 degrees and not at all beyond 30") {
   CHECK(share(180, 1) == 0);
   CHECK(share(15, 1) == share(15, 9));
   for (double degrees = 11; degrees < 30; ++degrees) CHECK(share(degrees, 1) < share(degrees - 1, 1));
-  CHECK(rim_share({1, 2, 3}, {1, 2, 3}, {0, 0, 0}) == 0);
+  CHECK(rim_share({1, 2, 3}, {1, 2, 3}, {0, 0, 0}, BlendOptions{}) == 0);
+  CHECK(rim_share({1, 2, 3}, {1, 2, 4}, {1, 2, 5}, BlendOptions::printed()) == 0);
 }
 
 TEST_CASE("a rim is shown from about where it was photographed, and from aside it is as if both sides were masked") {
   const ValidityOptions far_side{0.05, 2, 0, ValidityOptions::Edges::far_side};
   const ValidityOptions both_sides{0.05, 2, 0, ValidityOptions::Edges::both_sides};
   const Snapshot far = panel_seen_once(far_side), both = panel_seen_once(both_sides);
-  BlendOptions options;
-  options.sampling = BlendOptions::Sampling::linear;
-  check_rims(far, both, [&](const Snapshot& snapshot, double degrees) {
+  check_rims(far, both, [&](const Snapshot& snapshot, double degrees, const BlendOptions& options) {
     return seen_in(
         render_reference(snapshot, camera_at(degrees), *make_ray_visibility(snapshot.surface->mesh), options));
   });
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   Renderer renderer(*context);
-  check_rims(far, both, [&](const Snapshot& snapshot, double degrees) {
+  check_rims(far, both, [&](const Snapshot& snapshot, double degrees, const BlendOptions& options) {
     renderer.load(snapshot);
     return seen_in(renderer.render(camera_at(degrees), options));
   });

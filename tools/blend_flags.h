@@ -43,10 +43,10 @@ struct BlendFlags {
                     "--weights printed linear")
         ->check(CLI::IsMember({"linear", "cubic"}));
     command
-        .add_option(
-            "--blend-depart", departures,
-            "With --weights printed, single departures from it: position, fade-last, border, occlusion, sampling")
-        ->check(CLI::IsMember({"position", "fade-last", "border", "occlusion", "sampling"}))
+        .add_option("--blend-depart", departures,
+                    "With --weights printed, single departures from it: position, rims, fade-last, border, occlusion, "
+                    "sampling")
+        ->check(CLI::IsMember({"position", "rims", "fade-last", "border", "occlusion", "sampling"}))
         ->delimiter(',');
     command
         .add_option("--border-width", border_width,
@@ -109,6 +109,7 @@ struct BlendFlags {
   static void depart(BlendOptions& options, const std::string& departure) {
     const BlendOptions ours;
     if (departure == "position") options.position = ours.position;
+    if (departure == "rims") options.rims = ours.rims;
     if (departure == "fade-last") options.fade_last = ours.fade_last;
     if (departure == "border") options.border_width = ours.border_width;
     if (departure == "sampling") options.sampling = ours.sampling;

@@ -381,7 +381,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"depth_edge", planner.validity.depth_edge},
               {"edge_radius", planner.validity.edge_radius_px},
               {"fade", planner.validity.fade_px},
-              {"edges", planner.validity.edges == ValidityOptions::Edges::both_sides ? "both" : "far"}};
+              {"edges", name_of(planner.validity.edges)}};
   all.update(coverage_options_json(planner.coverage));
   all.update(refinement_options_json(planner.refinement, options));
   return all;

@@ -220,14 +220,12 @@ void add_planner_options(CLI::App& command, BuildFlags& flags) {
       .add_option("--fade", planner.validity.fade_px,
                   "Pixels over which a photograph fades at its border and at depth edges")
       ->check(CLI::Range(0u, 16u));
-  const std::map<std::string, ValidityOptions::Edges> sides = {{"far", ValidityOptions::Edges::far_side},
-                                                               {"both", ValidityOptions::Edges::both_sides}};
   command
       .add_option(
           "--edges", planner.validity.edges,
           "Which side of a depth edge is not used: far (and the nearer one from about there only), or both, as in "
           "the paper; default far")
-      ->transform(CLI::CheckedTransformer(sides));
+      ->transform(CLI::CheckedTransformer(kEdgesByName));
 }
 
 void add_refinement_options(CLI::App& command, BuildFlags& flags) {

@@ -37,6 +37,7 @@ uniform uint blended_views;
 uniform float lambda;
 uniform float occlusion_tolerance;
 uniform bool printed_position;
+uniform bool rims;
 uniform bool fade_last;
 uniform bool skip_losers;
 uniform bool prefilter;
@@ -71,7 +72,7 @@ float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
 // By what the weight counts at a rim of what the stored view sees.
 float rim_share(vec3 to_novel, float o, vec3 to_stored) {
   float i = length(to_stored);
-  return o > 0.0 && i > 0.0 ? smoothstep(RIM_FAR_COSINE, RIM_NEAR_COSINE, dot(to_novel, to_stored) / (o * i)) : 0.0;
+  return rims && o > 0.0 && i > 0.0 ? smoothstep(RIM_FAR_COSINE, RIM_NEAR_COSINE, dot(to_novel, to_stored) / (o * i)) : 0.0;
 }
 
 // Where in the texture array an image position of a view is: texels, page. False: that tile is not resident.
