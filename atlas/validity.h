@@ -29,7 +29,7 @@ struct ValidityOptions {
   };
   double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; finite, > 0
   std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
-  std::uint32_t fade_px = 2;         // over how many pixels the mask rises from 0 to 255; [0, 16], 0: a step
+  std::uint32_t fade_px = 0;         // over how many pixels the mask rises from 0 to 255; [0, 16], 0: a step
   Edges edges = Edges::far_side;     // which side of an edge is invalid; printed: both
 
   [[nodiscard]] static ValidityOptions printed();

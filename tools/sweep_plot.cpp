@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
@@ -91,6 +92,11 @@ class Drawing {
     return whole.substr(0, whole.find(" pt "));
   }
   [[nodiscard]] std::string title(std::size_t series) const;
+  // Of the x axis, where each value has its own; none where they are numbers or too many.
+  [[nodiscard]] std::map<double, std::string> labelled_ticks() const;
+  // How far down their labels reach where they have no room beside each other; 0 where they have.
+  [[nodiscard]] int slanted_height() const;
+  [[nodiscard]] int panel_height() const { return kPanelHeight + slanted_height(); }
   [[nodiscard]] std::string ticks() const;
   [[nodiscard]] std::string front(std::size_t scene, const std::string& y) const;
   [[nodiscard]] std::string panel(std::size_t scene, std::size_t y, int row, int column, bool is_last) const;
@@ -171,7 +177,6 @@ std::string Drawing::title(std::size_t series) const {
   return label;
 }
 
-// Where values are few, each has its tick.
 // At 1, 2 and 5 times each power of ten: gnuplot's own are none but the powers, of which a panel may have only one.
 std::string log_ticks() {
   std::string list;
@@ -184,25 +189,40 @@ std::string log_ticks() {
   return "set xtics (" + list + ")\n";
 }
 
-std::string Drawing::ticks() const {
-  constexpr std::size_t kMostTicks = 12;
+std::map<double, std::string> Drawing::labelled_ticks() const {
+  constexpr std::size_t kMostTicks = 14;
   const bool has_labels = plot_.x == "label" || (plot_.x == "value" && plot_.log_x);
-  if (!has_labels || labels_.size() > kMostTicks) {
-    return std::string("set xtics autofreq norotate offset 0,0.3\n") + (plot_.log_x ? log_ticks() : "");
-  }
   std::map<double, std::string> ticks;
+  if (!has_labels || labels_.size() > kMostTicks) return ticks;
   for (const Curve& curve : curves_) {
     for (std::size_t value = 0; value < curve.values.size(); ++value) {
       if (const auto x = x_of(curve, value)) ticks.emplace(*x, sweep_.series[curve.series].values[value].label);
     }
   }
-  std::string list;
-  std::size_t letters = 0;
-  for (const auto& [x, label] : ticks) {
-    list += (list.empty() ? "" : ", ") + quoted(label) + " " + number(x);
+  return ticks;
+}
+
+int Drawing::slanted_height() const {
+  constexpr std::size_t kLettersInRow = 52;
+  constexpr double kRisePerLetter = 3.2;
+  std::size_t letters = 0, longest = 0;
+  for (const auto& [x, label] : labelled_ticks()) {
     letters += label.size() + 2;
+    longest = std::max(longest, label.size());
   }
-  return std::string("set xtics ") + (letters > 52 ? "rotate by -25 " : "norotate offset 0,0.3 ") + "(" + list + ")\n";
+  return letters > kLettersInRow ? static_cast<int>(kRisePerLetter * static_cast<double>(longest)) : 0;
+}
+
+std::string Drawing::ticks() const {
+  const std::map<double, std::string> labelled = labelled_ticks();
+  if (labelled.empty()) {
+    return std::string("set xtics autofreq norotate offset 0,0.3\n") + (plot_.log_x ? log_ticks() : "");
+  }
+  std::string list;
+  for (const auto& [x, label] : labelled) list += (list.empty() ? "" : ", ") + quoted(label) + " " + number(x);
+  // Slanted ones end at their ticks, so that none runs over the drawing's right edge.
+  return std::string("set xtics ") + (slanted_height() > 0 ? "rotate by 25 right " : "norotate offset 0,0.3 ") + "(" +
+         list + ")\n";
 }
 
 std::string Drawing::front(std::size_t scene, const std::string& y) const {
@@ -265,14 +285,14 @@ std::string Drawing::plot_command(std::size_t scene, const std::string& y, std::
 }
 
 std::string Drawing::panel(std::size_t scene, std::size_t y, int row, int column, bool is_last) const {
-  const double width = columns() * kPanelWidth, height = rows() * kPanelHeight + key_height();
+  const double width = columns() * kPanelWidth, height = rows() * panel_height() + key_height();
   const auto margin = [](const char* side, double share) {
     return std::string("set ") + side + "margin at screen " + number(share) + "\n";
   };
-  const double top = height - row * kPanelHeight, bottom = top - kPanelHeight;
+  const double top = height - row * panel_height(), bottom = top - panel_height();
   std::string script = margin("l", (column * kPanelWidth + kLeft) / width) +
                        margin("r", ((column + 1) * kPanelWidth - kRight) / width) + margin("t", (top - kTop) / height) +
-                       margin("b", (bottom + kBottom) / height);
+                       margin("b", (bottom + kBottom + slanted_height()) / height);
   script += "set title " + quoted(sweep_.scenes[scene].name) + " font ',13' offset 0,-0.4\n";
   const Metric* const x = find_metric(plot_.x);
   script += "set xlabel " + quoted(x == nullptr ? sweep_.label : x->label) + " offset 0,0.3\n";
@@ -286,7 +306,7 @@ std::string Drawing::panel(std::size_t scene, std::size_t y, int row, int column
 
 std::string Drawing::script(const fs::path& svg) const {
   if (scenes_.empty()) return "";
-  const int width = columns() * kPanelWidth, height = rows() * kPanelHeight + key_height();
+  const int width = columns() * kPanelWidth, height = rows() * panel_height() + key_height();
   std::string script =
       "set encoding utf8\nset terminal svg size " + std::to_string(width) + "," + std::to_string(height) +
       " dynamic noenhanced font 'DejaVu Sans,12' background rgb 'white'\nset output " + quoted(svg.string()) +
