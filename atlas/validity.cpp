@@ -241,7 +241,9 @@ ValidityOptions ValidityOptions::printed() {
 }
 
 std::string name_of(ValidityOptions::Edges edges) {
-  return edges == ValidityOptions::Edges::both_sides ? "both" : "far";
+  return std::find_if(kEdgesByName.begin(), kEdgesByName.end(),
+                      [&](const auto& known) { return known.second == edges; })
+      ->first;
 }
 
 void check(const ValidityOptions& options) {
