@@ -1,6 +1,7 @@
 #version 450 core
 // Second pass: each visible pixel is the mean of the K best valid views that its cell refers to.
-// Erat et al. 2019, section 3.1; the same formula as blend/reference.cpp, line by line.
+// Erat et al. 2019, section 3.1; the same formula as blend/reference.cpp, but a view that several cells of a place refer
+// to is looked at once for all of them, and only those that count are sampled for their colour.
 
 // Mirrored by ViewBlock in renderer.cpp.
 struct View {
@@ -177,61 +178,96 @@ vec3 sharp_color(uint view, vec3 world, float z) {
   return color * views[view].gain.rgb;
 }
 
-bool blend(uint cell, vec3 world, float z, out vec3 color) {
-  vec4 best[MAX_BLENDED_VIEWS + 1];  // colour, weight; best first
+// Of a view that is valid here.
+vec3 color_in(uint view, vec3 world, float z) {
+  if (cubic_levels > 0) return sharp_color(view, world, z);
+  vec3 texel;
+  float footprint;
+  bool rim;
+  project(view, world, z, texel, footprint, rim);
+  return sample_photograph(view, texel, footprint).rgb;
+}
+
+// The best views of the cells so far at a place, each once, with its weight, which is the same for every cell, and by
+// how much it counts for the cells together.
+uint found_views[4 * (MAX_BLENDED_VIEWS + 1)];
+float found_weights[4 * (MAX_BLENDED_VIEWS + 1)];
+float found_shares[4 * (MAX_BLENDED_VIEWS + 1)];
+uint found = 0u;
+
+uint place_of(uint view) {
+  uint place = 0u;
+  while (place < found && found_views[place] != view) ++place;
+  return place;
+}
+
+// 0 where it is not valid, or where it weighs no more than `least`, if losers are skipped.
+float weight_of(uint view, vec3 world, float z, vec3 to_novel, float o, float least) {
+  vec3 to_stored = views[view].center.xyz - world;
+  float weight = geometric_weight(to_novel, o, to_stored);
+  if (skip_losers && weight <= least) return 0.0;  // validity can only lower it
+  vec3 texel;
+  float footprint;
+  bool rim;
+  if (!project(view, world, z, texel, footprint, rim)) return 0.0;
+  if (rim) weight *= rim_share(to_novel, o, to_stored);
+  return weight * sample_photograph(view, texel, footprint).a;
+}
+
+// Adds the K best of a cell, by their weights above the next best one's, to those found. False where none is valid.
+bool find_views(uint cell, float share, vec3 world, float z) {
+  float best[MAX_BLENDED_VIEWS + 1];  // weights; best first
   uint views_of[MAX_BLENDED_VIEWS + 1];
-  for (uint rank = 0u; rank <= blended_views; ++rank) best[rank] = vec4(0.0);
+  for (uint rank = 0u; rank <= blended_views; ++rank) best[rank] = 0.0;
   vec3 to_novel = center - world;
   float o = length(to_novel);
   for (uint reference = offsets[cell]; reference < offsets[cell + 1u]; ++reference) {
-    uint slot = slots[reference];
-    vec3 to_stored = views[slot].center.xyz - world;
-    float weight = geometric_weight(to_novel, o, to_stored);
-    if (skip_losers && weight <= best[blended_views].w) continue;  // validity can only lower it
-    vec3 texel;
-    float footprint;
-    bool rim;
-    if (!project(slot, world, z, texel, footprint, rim)) continue;
-    if (rim) weight *= rim_share(to_novel, o, to_stored);
-    vec4 next = sample_photograph(slot, texel, footprint);
-    next.w *= weight;
+    uint view = slots[reference];
+    uint place = place_of(view);
+    float next = place < found ? found_weights[place] : weight_of(view, world, z, to_novel, o, best[blended_views]);
     for (uint rank = 0u; rank <= blended_views; ++rank) {
-      if (next.w > best[rank].w) {
-        vec4 demoted = best[rank];
+      if (next > best[rank]) {
+        float demoted = best[rank];
         best[rank] = next;
         next = demoted;
         uint demoted_view = views_of[rank];
-        views_of[rank] = slot;
-        slot = demoted_view;
+        views_of[rank] = view;
+        view = demoted_view;
       }
     }
   }
-  if (!(best[0].w > 0.0)) return false;
-  float threshold = fade_last ? best[blended_views].w : 0.0;
+  if (!(best[0] > 0.0)) return false;
+  float threshold = fade_last ? best[blended_views] : 0.0;
   float total = 0.0;
-  vec3 sum = vec3(0.0);
   for (uint rank = 0u; rank < blended_views; ++rank) {
-    if (!(best[rank].w > 0.0)) break;
-    if (cubic_levels > 0) best[rank].rgb = sharp_color(views_of[rank], world, z);
-    float weight = best[rank].w - threshold;
-    total += weight;
-    sum += weight * best[rank].rgb;
+    if (best[rank] > 0.0) total += best[rank] - threshold;
   }
-  color = total > 0.0 ? sum / total : best[0].rgb;
+  for (uint rank = 0u; rank <= blended_views; ++rank) {
+    if (!(best[rank] > 0.0)) break;
+    uint place = place_of(views_of[rank]);
+    if (place == found) {
+      found_views[place] = views_of[rank];
+      found_weights[place] = best[rank];
+      found_shares[place] = 0.0;
+      ++found;
+    }
+    // Where all K + 1 weigh the same, nothing is left above the last: the best one stands for them.
+    float of_cell = total > 0.0 ? (best[rank] - threshold) / total : rank == 0u ? 1.0 : 0.0;
+    if (rank < blended_views) found_shares[place] += share * of_cell;
+  }
   return true;
 }
 
 // The mean of what the cells of a zone make of a place, by their shares.
 bool blend_cells(uvec4 cells, vec4 shares, vec3 world, float z, out vec3 color) {
   float total = 0.0;
-  vec3 sum = vec3(0.0);
   for (int i = 0; i < 4; ++i) {
-    vec3 of_cell;
-    if (!(shares[i] > 0.0) || !blend(cells[i], world, z, of_cell)) continue;
-    total += shares[i];
-    sum += shares[i] * of_cell;
+    if (shares[i] > 0.0 && find_views(cells[i], shares[i], world, z)) total += shares[i];
   }
-  color = sum / total;
+  color = vec3(0.0);
+  for (uint place = 0u; place < found; ++place) {
+    if (found_shares[place] > 0.0) color += found_shares[place] / total * color_in(found_views[place], world, z);
+  }
   return total > 0.0;
 }
 

@@ -19,7 +19,7 @@ vec3 shares_of(float ranked[MAX_BLENDED_VIEWS + 1]) {
   return total > 0.0 ? shares / total : vec3(ranked[0] > 0.0 ? 1.0 : 0.0, 0.0, 0.0);
 }
 
-// In the place of blend(), which leaves out views that cannot win; here each is looked at. There is no colour then:
+// In the place of find_views(), which leaves out views that cannot win; here each is looked at. There is no colour then:
 // Mesa's llvmpipe 22.3 loses pixels in the second of two loops whose neighbours end theirs at different counts.
 bool diagnose(uint cell, vec3 world, float z) {
   float ranked[MAX_BLENDED_VIEWS + 1];
