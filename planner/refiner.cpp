@@ -62,6 +62,11 @@ Camera without(const RigidMotion& motion, const Camera& camera) {
   return still;
 }
 
+bool same_pose(const Camera& a, const Camera& b) {
+  return a.cam_from_world_rotation == b.cam_from_world_rotation &&
+         a.cam_from_world_translation == b.cam_from_world_translation;
+}
+
 // The given pose moves as the refined one does, and takes its intrinsics: what was learnt since is what pulls.
 Camera moved_along(const Camera& given, const Camera& from, const Camera& to) {
   Camera result = to;
@@ -173,6 +178,12 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std:
   replaced(slot);
 }
 
+// Nothing is made anew of a view that stays where it is.
+void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
+  if (same_pose(views_[slot]->view->camera, camera)) return;
+  replace(slot, camera, views_[slot]->view->trust, validity);
+}
+
 void Refiner::replaced(std::uint32_t slot) {
   if (!views_[slot]) return;
   views_[slot]->view = atlas_.view(slot);
@@ -228,7 +239,7 @@ void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
     const Refinement refinement = compare_again(*next);
     if (refinement.points < kFewestAlignmentPoints) continue;
     exposures_.set(*next, refinement.ratios);
-    replace(*next, refinement.alignment.camera, views_[*next]->view->trust, validity);
+    move(*next, refinement.alignment.camera, validity);
   }
 }
 
@@ -257,10 +268,12 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
   });
   PolishStep step;
   double views = 0;
+  bool moved = false;
   std::vector<std::pair<Camera, Camera>> given_and_refined;
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
     given_and_refined.emplace_back(given_[slot], refinements[slot]->alignment.camera);
+    moved = moved || refinements[slot]->alignment.moved;
     if (refinements[slot]->points < kFewestAlignmentPoints) continue;
     views += 1;
     step.residual_before += refinements[slot]->alignment.residual_given;
@@ -272,11 +285,11 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
   step.residual_after /= views;
   step.moved_px /= views;
   // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.
-  const RigidMotion common = common_motion(given_and_refined, median_depth());
+  const RigidMotion common = moved ? common_motion(given_and_refined, median_depth()) : RigidMotion{};
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
     exposures_.set(slot, refinements[slot]->ratios);
-    replace(slot, without(common, refinements[slot]->alignment.camera), views_[slot]->view->trust, validity);
+    move(slot, without(common, refinements[slot]->alignment.camera), validity);
   }
   balance_exposures();
   return step;

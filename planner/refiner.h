@@ -89,6 +89,7 @@ class Refiner {
   [[nodiscard]] double median_depth() const;
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
+  void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
   [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
   void revisit(std::uint32_t newest, const ValidityOptions& validity);

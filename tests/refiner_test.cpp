@@ -346,6 +346,28 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
   CHECK(error() < 0.5 * given);
 }
 
+TEST_CASE("a view that stays where it was given is not made anew, and one that moves is") {
+  PlannerOptions options = options_for_relief();
+  options.refinement.trust.enabled = false;  // so that only a pose can be the reason
+  const auto stored = [](const Stream& stream) {
+    std::vector<std::shared_ptr<const StoredView>> views;
+    for (std::uint32_t slot = 0; slot < 6; ++slot) views.push_back(stream.atlas.view(slot));
+    return views;
+  };
+  Stream right(16, options);
+  right.offer_all(6, 0, 0);
+  const auto before = stored(right);
+  CHECK(right.planner.polish().moved_px == 0);
+  for (std::size_t i = 6; i < 12; ++i) right.offer(right.frame(i, 0, 0));  // each of which visits two again
+  CHECK(stored(right) == before);
+
+  Stream wrong(16, options);
+  wrong.offer_all(6, 6, 0);
+  const auto given = stored(wrong);
+  CHECK(wrong.planner.polish().moved_px > 0);
+  CHECK(stored(wrong) != given);
+}
+
 TEST_CASE("polishing a store of one view, or of none, changes nothing") {
   Stream stream(4, options_for_relief());
   CHECK(stream.planner.polish().moved_px == 0);

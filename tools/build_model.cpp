@@ -221,6 +221,7 @@ void finish(Planner& planner, const BuildOptions& options, BuildResult& result) 
     for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
       result.polish.push_back(planner.polish());
       progress.tick();
+      if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
       const double residual = result.polish.back().residual_after;
       if (!(residual < (1 - kRestingShare) * last)) break;
       last = residual;
