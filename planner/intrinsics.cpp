@@ -164,7 +164,7 @@ class Estimator {
  public:
   Estimator(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
             std::span<const std::vector<SurfaceSample>> samples, const IntrinsicsOptions& options)
-      : views_(views), parts_(views.size()), prior_(prior_weights(options)) {
+      : views_(views), parts_(views.size()), prior_(prior_weights(options)), most_points_(options.most_points) {
     state_.cameras.resize(views.size());
     state_.gain.assign(views.size(), 1);
     for (std::size_t slot = 0; slot < views.size(); ++slot) {
@@ -207,7 +207,9 @@ class Estimator {
       ++part.level;
     }
     std::vector<double> depths;
-    for (const SurfaceSample& sample : samples) {
+    const std::size_t stride = samples.empty() ? 1 : (samples.size() - 1) / most_points_ + 1;
+    for (std::size_t index = 0; index < samples.size(); index += stride) {
+      const SurfaceSample& sample = samples[index];
       const double z = camera.cam_from_world(sample.position).z;
       Point point{sample.position, {}};
       for (const std::uint32_t other : atlas.references(atlas.surface().cells.cell_of_face[sample.face])) {
@@ -455,6 +457,7 @@ class Estimator {
   std::span<const std::optional<ComparedView>> views_;
   std::vector<Part> parts_;  // by slot; no points: the view is left alone, but others are still compared with it
   Shared prior_;
+  std::size_t most_points_;
   State state_;
   Camera widest_;
   double noise_ = 1;     // of the differences, sRGB

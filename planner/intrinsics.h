@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <glm/vec2.hpp>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -44,6 +45,8 @@ struct IntrinsicsEstimate {
 
 struct IntrinsicsOptions {
   bool radial = true;  // estimate k1; else it is 0
+  // Of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
+  std::size_t most_points = std::numeric_limits<std::size_t>::max();
 };
 
 // `views` and `samples` by slot: the points at which the view there is compared with the views that a sample's cell

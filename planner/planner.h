@@ -131,6 +131,8 @@ class Planner {
   PolishStep polish() { return refiner_.polish(options_.validity); }
   // Makes the masks of all stored views again, now that each has all the others to be judged by.
   void mask() { refiner_.mask(options_.validity); }
+  // See Refiner::revisited().
+  [[nodiscard]] std::uint64_t revisited() const { return refiner_.revisited(); }
   // What the stored views say about their intrinsics, and the step that believes it: see Refiner.
   [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const {
     return refiner_.estimate_intrinsics(options);

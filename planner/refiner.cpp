@@ -142,6 +142,7 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   std::erase_if(ratios, [&](const ExposureRatio& ratio) { return ratio.slot == slot || !views_[ratio.slot]; });
   exposures_.set(slot, ratios);
   visited_[slot] = ++visits_;
+  note(refinement);
   revisit(slot, validity);
   balance_exposures();
   if (!options_.trust.enabled) return;
@@ -228,8 +229,14 @@ Refinement Refiner::compare_again(std::uint32_t slot) const {
   return compare(given_[slot], camera, view.pyramid, samples_of(camera, view.pyramid), slot);
 }
 
+// A comparison with too few points says nothing about poses.
+void Refiner::note(const Refinement& refinement) {
+  if (refinement.points < kFewestAlignmentPoints) return;
+  still_ = refinement.alignment.moved ? 0 : still_ + 1;
+}
+
 void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
-  for (std::uint32_t i = 0; i < options_.revisits; ++i) {
+  for (std::uint32_t i = 0; i < options_.revisits && still_ < kComparisonsToRest; ++i) {
     std::optional<std::uint32_t> next;
     for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
       if (views_[slot] && slot != newest && (!next || visited_[slot] < visited_[*next])) next = slot;
@@ -237,6 +244,8 @@ void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
     if (!next) return;
     visited_[*next] = ++visits_;
     const Refinement refinement = compare_again(*next);
+    ++revisited_;
+    note(refinement);
     if (refinement.points < kFewestAlignmentPoints) continue;
     exposures_.set(*next, refinement.ratios);
     move(*next, refinement.alignment.camera, validity);

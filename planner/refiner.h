@@ -19,13 +19,16 @@
 
 namespace lumatlas {
 
+// Where so many comparisons in a row have moved no view, stored ones are not refined again until one moves.
+inline constexpr std::uint32_t kComparisonsToRest = 16;
+
 struct RefinementOptions {
   TrustOptions trust;
   AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
   std::size_t samples = 2000;     // surface points at which views are compared, >= 1
   std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
   // After each view that is stored, this many stored ones are refined again, those first whose turn was longest ago, so
-  // that they learn from the views that came after them.
+  // that they learn from the views that came after them; none while views rest, see kComparisonsToRest.
   std::uint32_t revisits = 2;
   std::uint32_t polish_levels = 3;  // of the pyramid, >= 1: a stored view is nearly right
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
@@ -71,6 +74,9 @@ class Refiner {
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
+  // How many times a stored view was refined again because others had come.
+  [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
+
   // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
   // is taken back.
   PolishStep polish(const ValidityOptions& validity);
@@ -93,6 +99,7 @@ class Refiner {
   void mask(std::uint32_t slot, const ValidityOptions& validity);
   [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
   void revisit(std::uint32_t newest, const ValidityOptions& validity);
+  void note(const Refinement& refinement);
 
   Atlas& atlas_;
   const Visibility* visibility_;
@@ -103,6 +110,8 @@ class Refiner {
   std::vector<std::uint32_t> masked_with_;          // and how many of them when its mask was last made
   std::vector<std::uint64_t> visited_;              // and when it was last refined, in views stored until then
   std::uint64_t visits_ = 0;
+  std::uint64_t revisited_ = 0;
+  std::uint32_t still_ = 0;  // comparisons in a row that moved nothing
   ExposureGraph exposures_;
 };
 

@@ -111,6 +111,19 @@ TEST_CASE("a focal length given 2 % too long is found within 0.2 %, believed, an
   CHECK_FALSE(again.significant);
 }
 
+TEST_CASE("fewer points of a view find the same, less precisely") {
+  const PaintedRoom room(kViews, {1.02, {0, 0}, 0});
+  const IntrinsicsEstimate all = room.planner.estimate_intrinsics();
+  const IntrinsicsEstimate some = room.planner.estimate_intrinsics({.most_points = 400});
+  CAPTURE(all.points, some.points, all.deviation.focal, some.deviation.focal);
+  CHECK(some.views == all.views);
+  CHECK(some.points <= 400 * some.views);
+  CHECK(some.points < all.points);
+  CHECK(some.deviation.focal > all.deviation.focal);
+  CHECK(some.correction.focal == Approx(1 / 1.02).margin(0.004));
+  CHECK(some.significant);
+}
+
 TEST_CASE("right intrinsics are left alone") {
   const PaintedRoom room(kViews, {});
   const IntrinsicsEstimate estimate = room.planner.estimate_intrinsics();

@@ -368,6 +368,32 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   CHECK(stored(wrong) != given);
 }
 
+TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
+  Stream right(40, options_for_relief());
+  right.offer_all(1, 0, 0);
+  CHECK(right.planner.revisited() == 0);  // there is no other
+  for (std::size_t i = 1; i < 30; ++i) right.offer(right.frame(i, 0, 0));
+  const std::uint64_t until_rest = right.planner.revisited();
+  CHECK(until_rest > 0);
+  CHECK(until_rest <= kComparisonsToRest);
+
+  const Stream walk(1, options_for_relief());
+  bool moved = false;
+  for (std::size_t i = 30; i < 36 && !moved; ++i) {
+    const std::uint64_t before = right.planner.revisited();
+    const Verdict verdict = right.offer(walk.frame(i, 4, 0));
+    if (verdict.decision != Decision::kept) continue;
+    REQUIRE(verdict.refinement);
+    moved = verdict.refinement->alignment.moved;
+    CHECK(right.planner.revisited() == before + (moved ? options_for_relief().refinement.revisits : 0));
+  }
+  CHECK(moved);
+
+  Stream wrong(40, options_for_relief());
+  wrong.offer_all(30, 4, 0);
+  CHECK(wrong.planner.revisited() > until_rest + 10);
+}
+
 TEST_CASE("polishing a store of one view, or of none, changes nothing") {
   Stream stream(4, options_for_relief());
   CHECK(stream.planner.polish().moved_px == 0);

@@ -198,12 +198,17 @@ constexpr double kRestingShare = 0.002;
 // The estimate's time grows with the cube of this: some ten seconds.
 constexpr std::uint32_t kMostViewsForIntrinsics = 400;
 
+// Of a view, for a sentence about intrinsics; what is applied is estimated from all.
+constexpr std::size_t kPointsForReport = 500;
+
 // A radial coefficient is only reported: photographs would have to be warped again. What the others are without it is
 // estimated anew, because they make up for each other.
 void consider_intrinsics(Planner& planner, IntrinsicsUse use, BuildResult& result) {
   if (use == IntrinsicsUse::ignore || !result.effective.refinement.any()) return;
   if (planner.stored_views() > kMostViewsForIntrinsics) return;
-  result.intrinsics = planner.estimate_intrinsics();
+  IntrinsicsOptions intrinsics;
+  if (use == IntrinsicsUse::report) intrinsics.most_points = kPointsForReport;
+  result.intrinsics = planner.estimate_intrinsics(intrinsics);
   if (use != IntrinsicsUse::apply || !result.intrinsics->significant) return;
   const IntrinsicsEstimate pinhole = planner.estimate_intrinsics({.radial = false});
   if (!pinhole.significant) return;
@@ -279,6 +284,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const auto chosen = chosen_places(planner, atlas, stream, options, random, result);
   run_stream(planner, stream, chosen, options.quiet, result);
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
+  result.revisited = planner.revisited();
   finish(planner, options, result);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();

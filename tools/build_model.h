@@ -104,6 +104,7 @@ struct BuildResult {
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
   std::vector<PolishStep> polish;  // of RefineMode::joint
   double polish_ms = 0;
+  std::uint64_t revisited = 0;  // see Refiner::revisited()
   double total_ms = 0;
 };
 

@@ -251,7 +251,7 @@ void add_refinement_options(CLI::App& command, BuildFlags& flags) {
       ->check(CLI::Range(std::size_t{100}, std::size_t{1000000}));
   command
       .add_option("--revisits", refinement.revisits,
-                  "Stored views that are refined again after each one that is stored")
+                  "Stored views that are refined again after each one that is stored, while any moves")
       ->check(CLI::Range(0u, 1000u));
   command
       .add_option("--prior", refinement.alignment.prior,

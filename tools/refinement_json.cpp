@@ -79,6 +79,7 @@ json refinement_summary(const BuildResult& result, RefineMode mode) {
   return {{"mode", name_of(mode)},
           {"compared", views.size()},
           {"moved", moved},
+          {"revisited", result.revisited},
           {"moved_px", mean(views, &Alignment::moved_px)},
           {"residual_given", mean(views, &Alignment::residual_given)},
           {"residual_exposed", mean(views, &Alignment::residual_exposed)},
