@@ -52,7 +52,7 @@ struct Refinement {
 // Means over the stored views that have points in common with others.
 struct PolishStep {
   double residual_before = 0, residual_after = 0;
-  double moved_px = 0;  // how far this step moved the views
+  double moved_px = 0;  // how far the views now are from their given poses; 0: none has left its own
 };
 
 class Refiner {
