@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
 
 #include "planner/median.h"
 #include "planner/photometry.h"
@@ -469,6 +470,7 @@ class Estimator {
 IntrinsicsEstimate estimate_intrinsics(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                                        std::span<const std::vector<SurfaceSample>> samples,
                                        const IntrinsicsOptions& options) {
+  if (options.most_points < 1) throw std::invalid_argument("intrinsics: most_points is 0, must be at least 1");
   return Estimator(atlas, views, samples, options).estimate();
 }
 

@@ -51,7 +51,8 @@ struct IntrinsicsOptions {
 
 // `views` and `samples` by slot: the points at which the view there is compared with the views that a sample's cell
 // refers to. A view with fewer than kFewestAlignmentPoints points that others show takes no part; with no view that
-// does, the correction is none, its deviations are 0 and it is not significant.
+// does, the correction is none, its deviations are 0 and it is not significant. Throws std::invalid_argument if
+// most_points is 0.
 [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const Atlas& atlas,
                                                      std::span<const std::optional<ComparedView>> views,
                                                      std::span<const std::vector<SurfaceSample>> samples,

@@ -52,7 +52,9 @@ struct Refinement {
 // Means over the stored views that have points in common with others.
 struct PolishStep {
   double residual_before = 0, residual_after = 0;
-  double moved_px = 0;  // how far the views now are from their given poses; 0: none has left its own
+  // How far the views are from their given poses, before what the set has moved as a whole is taken back; 0: all are
+  // where they were given.
+  double moved_px = 0;
 };
 
 class Refiner {

@@ -7,6 +7,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <stdexcept>
 
 #include "planner/planner.h"
 #include "tests/small_scenes.h"
@@ -122,6 +123,7 @@ TEST_CASE("fewer points of a view find the same, less precisely") {
   CHECK(some.deviation.focal > all.deviation.focal);
   CHECK(some.correction.focal == Approx(1 / 1.02).margin(0.004));
   CHECK(some.significant);
+  CHECK_THROWS_AS(room.planner.estimate_intrinsics({.most_points = 0}), std::invalid_argument);
 }
 
 TEST_CASE("right intrinsics are left alone") {
