@@ -4,7 +4,6 @@
 // methods for multiple integration", 1976.
 #include "tools/synth_tracer.h"
 
-#include <embree3/rtcore.h>
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -16,9 +15,9 @@
 #include <limits>
 #include <numbers>
 #include <stdexcept>
-#include <string>
 #include <utility>
 
+#include "mesh/embree_scene.h"
 #include "tools/synth_random.h"
 
 namespace lumatlas::synth {
@@ -33,44 +32,10 @@ constexpr float kNearest = 0.6F;      // lights are no nearer than this, scene u
 constexpr float kNegligible = 1e-3F;  // of a light's part of white: no shadow ray
 constexpr std::uint64_t kSensor = 0x6e6f697365;  // what the sensor's random numbers are for
 
-struct DeviceRelease {
-  void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
-};
-struct SceneRelease {
-  void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
-};
-using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, DeviceRelease>;
-using RtcScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, SceneRelease>;
-
-void require_no_error(RTCDevice device) {
-  const RTCError error = rtcGetDeviceError(device);
-  if (error != RTC_ERROR_NONE) throw std::runtime_error("Embree failed with error " + std::to_string(error));
-}
-
-template <typename T>
-T* new_buffer(RTCGeometry geometry, RTCBufferType type, RTCFormat format, std::size_t count) {
-  return static_cast<T*>(rtcSetNewGeometryBuffer(geometry, type, 0, format, sizeof(T), count));
-}
-
-RtcScene make_rtc_scene(RTCDevice device, const Mesh& mesh) {
-  RtcScene scene(rtcNewScene(device));
-  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);  // no ray slips between two faces
-  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_HIGH);
-  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  auto* positions = new_buffer<vec3>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions.size());
-  auto* faces = new_buffer<glm::uvec3>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.faces.size());
-  if (positions != nullptr && faces != nullptr) {
-    std::copy(mesh.positions.begin(), mesh.positions.end(), positions);
-    std::copy(mesh.faces.begin(), mesh.faces.end(), faces);
-  }
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometry(scene.get(), geometry);
-  rtcReleaseGeometry(geometry);
+EmbreeScene make_scene(RTCDevice device, const Mesh& mesh) {
   // Built by one thread: the order of a leaf's triangles decides which of two is hit on their common edge.
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  rtcCommitScene(scene.get());
-  require_no_error(device);
-  return scene;
+  return make_embree_scene(device, mesh, RTC_BUILD_QUALITY_HIGH);
 }
 
 // A pixel's random numbers: for each purpose, `count` points of the unit square, evenly spread and in random order.
@@ -148,7 +113,7 @@ RTCRay make_ray(const vec3& from, const vec3& step, float reach) {
 }
 
 // Paths of one pixel that are traced together: rays that are near each other share most of the way.
-constexpr std::uint32_t kLanes = 16;
+constexpr std::uint32_t kLanes = EmbreePacket::kRays;
 
 struct Bundle {
   struct Ray {
@@ -164,32 +129,19 @@ struct Bundle {
   }
 };
 
-struct alignas(64) Valid {
-  std::array<int, kLanes> lanes{};  // -1: trace it
-};
-
-void fill(RTCRay16& packet, Valid& valid, const Bundle& bundle) {
+EmbreePacket packet_of(const Bundle& bundle) {
+  EmbreePacket packet;
   for (std::uint32_t i = 0; i < bundle.count; ++i) {
-    const Bundle::Ray& ray = bundle.rays[i];
-    packet.org_x[i] = ray.from.x;
-    packet.org_y[i] = ray.from.y;
-    packet.org_z[i] = ray.from.z;
-    packet.dir_x[i] = ray.step.x;
-    packet.dir_y[i] = ray.step.y;
-    packet.dir_z[i] = ray.step.z;
-    packet.tnear[i] = packet.time[i] = 0;
-    packet.tfar[i] = ray.reach;
-    packet.mask[i] = ~0U;
-    packet.id[i] = packet.flags[i] = 0;
-    valid.lanes[i] = -1;
+    packet.set(i, bundle.rays[i].from, bundle.rays[i].step, bundle.rays[i].reach);
   }
+  return packet;
 }
 
 // Surfaces that are traced together.
 class Layer {
  public:
   Layer(RTCDevice device, const Tessellation& geometry, const std::vector<Material>& materials)
-      : geometry_(geometry), materials_(materials), rtc_scene_(make_rtc_scene(device, geometry.mesh)) {}
+      : geometry_(geometry), materials_(materials), rtc_scene_(make_scene(device, geometry.mesh)) {}
 
   // False where nothing is hit; else `reach` becomes the distance in steps.
   bool intersect(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
@@ -207,14 +159,12 @@ class Layer {
 
   // The same for a bundle: hits are by lane, and those of rays that hit nothing are left as they are.
   void intersect(Bundle& bundle, std::array<Hit, kLanes>& hits) const {
-    RTCRayHit16 query;
-    Valid valid;
-    fill(query.ray, valid, bundle);
-    std::fill_n(query.hit.geomID, kLanes, RTC_INVALID_GEOMETRY_ID);
+    EmbreePacket packet = packet_of(bundle);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(valid.lanes.data(), rtc_scene_.get(), &context, &query);
+    rtcIntersect16(packet.active, rtc_scene_.get(), &context, &packet.hits);
+    const RTCRayHit16& query = packet.hits;
     for (std::uint32_t i = 0; i < bundle.count; ++i) {
       if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       Bundle::Ray& ray = bundle.rays[i];
@@ -226,16 +176,14 @@ class Layer {
 
   // Leaves in the bundle the rays that meet no surface.
   void keep_free(Bundle& bundle) const {
-    RTCRay16 packet;
-    Valid valid;
-    fill(packet, valid, bundle);
+    EmbreePacket packet = packet_of(bundle);
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcOccluded16(valid.lanes.data(), rtc_scene_.get(), &context, &packet);
+    rtcOccluded16(packet.active, rtc_scene_.get(), &context, &packet.hits.ray);
     std::uint32_t kept = 0;
     for (std::uint32_t i = 0; i < bundle.count; ++i) {
-      if (packet.tfar[i] >= 0) bundle.rays[kept++] = bundle.rays[i];
+      if (packet.hits.ray.tfar[i] >= 0) bundle.rays[kept++] = bundle.rays[i];
     }
     bundle.count = kept;
   }
@@ -257,7 +205,7 @@ class Layer {
 
   const Tessellation& geometry_;
   const std::vector<Material>& materials_;
-  RtcScene rtc_scene_;
+  EmbreeScene rtc_scene_;
 };
 
 // The scene's surfaces and those of a visitor, if there is one. Two layers rather than one mesh: where the visitor
@@ -517,9 +465,7 @@ struct Visitor::Body {
 class Tracer::Implementation {
  public:
   explicit Implementation(const Scene& scene)
-      : scene_(scene),
-        device_(rtcNewDevice(nullptr)),
-        layer_(checked(device_.get()), scene.geometry, scene.materials) {}
+      : scene_(scene), device_(make_embree_device()), layer_(device_.get(), scene.geometry, scene.materials) {}
 
   [[nodiscard]] Surfaces surfaces(const Visitor* visitor) const {
     return {layer_, visitor == nullptr ? nullptr : &visitor->body_->layer};
@@ -571,11 +517,6 @@ class Tracer::Implementation {
   }
 
  private:
-  static RTCDevice checked(RTCDevice device) {
-    if (device == nullptr) throw std::runtime_error("Embree offers no device");
-    return device;
-  }
-
   static Photograph black(const Camera& camera) {
     Photograph photo;
     photo.width = camera.width;
@@ -585,7 +526,7 @@ class Tracer::Implementation {
   }
 
   const Scene& scene_;
-  Device device_;
+  EmbreeDevice device_;
   Layer layer_;
 };
 
