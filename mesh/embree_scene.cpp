@@ -12,7 +12,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr float kLargestCoordinate = 1.844e18f;
+constexpr float kLargestCoordinate = 1.844e18f;  // Embree's FLT_LARGE
 constexpr const char* kSettings = "LUMATLAS_EMBREE";
 
 void throw_on_error(RTCDevice device, const std::string& what) {
@@ -30,6 +30,13 @@ void place(RTCRay16& rays, std::uint32_t ray, const glm::vec3& origin, const glm
   rays.dir_z[ray] = direction.z;
   rays.tnear[ray] = 0;
   rays.tfar[ray] = reach;
+}
+
+RTCIntersectContext coherent() {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+  return context;
 }
 
 }  // namespace
@@ -77,6 +84,16 @@ EmbreePacket::EmbreePacket() {
 void EmbreePacket::set(std::uint32_t ray, const glm::vec3& origin, const glm::vec3& direction, float reach) {
   place(hits.ray, ray, origin, direction, reach);
   active[ray] = -1;
+}
+
+void EmbreePacket::intersect(RTCScene scene) {
+  RTCIntersectContext context = coherent();
+  rtcIntersect16(active, scene, &context, &hits);
+}
+
+void EmbreePacket::occlude(RTCScene scene) {
+  RTCIntersectContext context = coherent();
+  rtcOccluded16(active, scene, &context, &hits.ray);
 }
 
 bool is_traceable(const glm::vec3& v) {

@@ -32,8 +32,7 @@ using EmbreeScene = EmbreeHandle<RTCScene>;
 // fails, for want of memory for example.
 [[nodiscard]] EmbreeScene make_embree_scene(RTCDevice device, const Mesh& mesh, RTCBuildQuality quality);
 
-// Rays that are near each other, to be traced together: rtcIntersect16(active, scene, context, &hits) or
-// rtcOccluded16(active, scene, context, &hits.ray).
+// Coherent rays, those that are near each other, to be traced together.
 //
 // Embree looks at `active` only where the processor has as many lanes. Elsewhere it takes a packet for a stream, in
 // which every number must be good, and traces what does not end before it starts. So all rays begin inactive in that
@@ -45,6 +44,12 @@ struct alignas(64) EmbreePacket {
   // `reach` is in lengths of the direction, >= 0. Origin and direction must be finite and below Embree's bound:
   // is_traceable().
   void set(std::uint32_t ray, const glm::vec3& origin, const glm::vec3& direction, float reach);
+
+  // Where a ray hits something, hits.hit.geomID is not RTC_INVALID_GEOMETRY_ID and hits.ray.tfar the distance, in
+  // lengths of the direction.
+  void intersect(RTCScene scene);
+  // Where something is in a ray's way, hits.ray.tfar becomes -infinity.
+  void occlude(RTCScene scene);
 
   RTCRayHit16 hits;
   alignas(64) int active[kRays];  // -1 or 0

@@ -68,11 +68,8 @@ class RayVisibility::Tree {
       if (!is_traceable(origin) || !is_traceable(direction)) continue;
       packet.set(i, origin, direction, std::numeric_limits<float>::infinity());
     }
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
     // All rays of a packet or none, for what one of them hits may depend, by rounding, on the others.
-    if (any_wanted) rtcIntersect16(packet.active, scene_.get(), &context, &packet.hits);
+    if (any_wanted) packet.intersect(scene_.get());
     for (std::uint32_t i = 0; i < EmbreePacket::kRays; ++i) {
       const std::uint32_t x = left + i % kPacketSide;
       const std::uint32_t y = top + i / kPacketSide;

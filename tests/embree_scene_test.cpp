@@ -18,31 +18,17 @@ Mesh wall() {
   return mesh;
 }
 
-class Caster {
- public:
-  Caster() {
-    rtcInitIntersectContext(&context_);
-    context_.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  }
-  void intersect(EmbreePacket& packet) { rtcIntersect16(packet.active, scene_.get(), &context_, &packet.hits); }
-  void occlude(EmbreePacket& packet) { rtcOccluded16(packet.active, scene_.get(), &context_, &packet.hits.ray); }
-
- private:
-  EmbreeDevice device_ = make_embree_device();
-  EmbreeScene scene_ = make_embree_scene(device_.get(), wall(), RTC_BUILD_QUALITY_MEDIUM);
-  RTCIntersectContext context_;
-};
-
 TEST_CASE("the rays of a packet that are set meet the wall where it is, the others nothing") {
-  Caster caster;
+  const EmbreeDevice device = make_embree_device();
+  const EmbreeScene scene = make_embree_scene(device.get(), wall(), RTC_BUILD_QUALITY_MEDIUM);
   for (const std::uint32_t count : {0u, 1u, 5u, 8u, 16u}) {
     EmbreePacket met;
     for (std::uint32_t ray = 0; ray < count; ++ray) {
       met.set(ray, glm::vec3(0), glm::vec3(0.01f * static_cast<float>(ray), 0, 1), kFar);
     }
     EmbreePacket blocked = met;
-    caster.intersect(met);
-    caster.occlude(blocked);
+    met.intersect(scene.get());
+    blocked.occlude(scene.get());
     for (std::uint32_t ray = 0; ray < EmbreePacket::kRays; ++ray) {
       CAPTURE(count, ray);
       CHECK((met.hits.hit.geomID[ray] != RTC_INVALID_GEOMETRY_ID) == (ray < count));
@@ -53,11 +39,12 @@ TEST_CASE("the rays of a packet that are set meet the wall where it is, the othe
 }
 
 TEST_CASE("a ray of a packet that ends before the wall meets nothing") {
-  Caster caster;
+  const EmbreeDevice device = make_embree_device();
+  const EmbreeScene scene = make_embree_scene(device.get(), wall(), RTC_BUILD_QUALITY_MEDIUM);
   EmbreePacket packet;
   packet.set(0, glm::vec3(0), glm::vec3(0, 0, 1), 3.9f);
   packet.set(15, glm::vec3(0), glm::vec3(0, 0, 1), 4.1f);
-  caster.intersect(packet);
+  packet.intersect(scene.get());
   CHECK(packet.hits.hit.geomID[0] == RTC_INVALID_GEOMETRY_ID);
   CHECK(packet.hits.hit.geomID[15] != RTC_INVALID_GEOMETRY_ID);
 }

@@ -160,10 +160,7 @@ class Layer {
   // The same for a bundle: hits are by lane, and those of rays that hit nothing are left as they are.
   void intersect(Bundle& bundle, std::array<Hit, kLanes>& hits) const {
     EmbreePacket packet = packet_of(bundle);
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect16(packet.active, rtc_scene_.get(), &context, &packet.hits);
+    packet.intersect(rtc_scene_.get());
     const RTCRayHit16& query = packet.hits;
     for (std::uint32_t i = 0; i < bundle.count; ++i) {
       if (query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
@@ -177,10 +174,7 @@ class Layer {
   // Leaves in the bundle the rays that meet no surface.
   void keep_free(Bundle& bundle) const {
     EmbreePacket packet = packet_of(bundle);
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcOccluded16(packet.active, rtc_scene_.get(), &context, &packet.hits.ray);
+    packet.occlude(rtc_scene_.get());
     std::uint32_t kept = 0;
     for (std::uint32_t i = 0; i < bundle.count; ++i) {
       if (packet.hits.ray.tfar[i] >= 0) bundle.rays[kept++] = bundle.rays[i];
