@@ -7,8 +7,8 @@
 #include <memory>
 #include <stdexcept>
 
-#include "mesh/errors.h"
-#include "mesh/pending_file.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/pending_file.h"
 
 namespace lumatlas {
 

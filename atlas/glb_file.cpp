@@ -7,7 +7,7 @@
 #include <limits>
 #include <string_view>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
 
 namespace lumatlas {
 

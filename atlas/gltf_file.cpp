@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "atlas/model_extension.h"
-#include "mesh/errors.h"
-#include "mesh/whole_file.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/whole_file.h"
 
 namespace lumatlas {
 

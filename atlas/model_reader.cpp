@@ -19,9 +19,9 @@
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/whole_file.h"
 #include "mesh/ray_visibility.h"
-#include "mesh/whole_file.h"
 
 namespace lumatlas {
 

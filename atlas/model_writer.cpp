@@ -18,8 +18,8 @@
 #include "atlas/model_images.h"
 #include "atlas/srgb.h"
 #include "atlas/tiny_gltf.h"
-#include "mesh/errors.h"
-#include "mesh/pending_file.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/pending_file.h"
 
 namespace lumatlas {
 

@@ -19,9 +19,9 @@
 #include <utility>
 
 #include "atlas/image_header.h"
-#include "mesh/errors.h"
-#include "mesh/pending_file.h"
-#include "mesh/whole_file.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/pending_file.h"
+#include "mesh/base/whole_file.h"
 
 namespace lumatlas {
 

@@ -8,12 +8,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/pending_file.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
 #include "mesh/obj_reader.h"
-#include "mesh/pending_file.h"
 #include "mesh/ply_reader.h"
-#include "mesh/text_fields.h"
-#include "mesh/whole_file.h"
 
 namespace lumatlas {
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
-#include "mesh/errors.h"
-#include "mesh/text_fields.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
 
 namespace lumatlas {
 

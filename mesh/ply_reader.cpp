@@ -15,10 +15,10 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
 #include "mesh/ply_header.h"
 #include "mesh/polygons.h"
-#include "mesh/text_fields.h"
 
 namespace lumatlas {
 

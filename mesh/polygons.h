@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
 
 namespace lumatlas {
 

@@ -21,7 +21,7 @@
 #include <string>
 #include <utility>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
 #include "mesh/fans.h"
 
 namespace lumatlas {

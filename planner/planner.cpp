@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
 #include "planner/requirement.h"
 
 namespace lumatlas {

@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "mesh/errors.h"
-#include "tools/colmap.h"
-#include "tools/undistortion.h"
+#include "mesh/base/errors.h"
+#include "tools/scene/colmap.h"
+#include "tools/scene/undistortion.h"
 
 namespace {
 

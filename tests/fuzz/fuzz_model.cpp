@@ -13,7 +13,7 @@
 
 #include "atlas/glb_file.h"
 #include "atlas/model_file.h"
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
 
 namespace {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "mesh/errors.h"
+#include "mesh/base/errors.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

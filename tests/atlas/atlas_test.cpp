@@ -1,0 +1,567 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/atlas.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/support/wall_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+using Slots = std::vector<std::uint32_t>;
+
+constexpr std::uint32_t kCells = 5;
+
+// A view of one pixel that can be told from others.
+StoredView tiny_view(const std::string& name) {
+  StoredView view;
+  view.name = name;
+  view.camera = forward_camera(1, 1);
+  view.photograph = {1, 1, {1, 2, 3}, {}};
+  view.depth = {4};
+  view.validity = {255};
+  return view;
+}
+
+TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(32, 32);
+  const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
+  CHECK(view.name == "a");
+  CHECK(view.photograph.rgb == position_photograph(32, 32).rgb);
+  REQUIRE(view.depth.size() == 32 * 32);
+  CHECK(view.depth[32 * 16 + 16] == Approx(2).epsilon(1e-6));  // the panel; processors round differently
+  CHECK(view.depth[32 * 4 + 4] == Approx(4).epsilon(1e-6));    // the wall
+  CHECK(view.trust.empty());
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}, {}));
+}
+
+TEST_CASE("a stored view's parts must be as large as its camera's image") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(8, 6);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  CHECK_THROWS_MATCHES(make_stored_view("a", camera, position_photograph(8, 5), visibility->trace(camera), {}),
+                       std::invalid_argument,
+                       Catch::Message("view a: the photograph is 8x5, must be as large as its camera, 8x6"));
+  CHECK_THROWS_MATCHES(
+      make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera.scaled_to(4, 3)), {}),
+      std::invalid_argument,
+      Catch::Message("view a: the visibility buffer is 4x3, must be as large as its camera, 8x6"));
+}
+
+TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(8, 6);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  const auto view_with = [&](const std::vector<std::uint8_t>& trust) {
+    return make_stored_view("a", camera, position_photograph(8, 6), visibility->trace(camera), {0.05, 0, 1}, trust);
+  };
+  std::vector<std::uint8_t> trust(8 * 6, 255);
+  trust[8 * 3 + 1] = 0;
+  const StoredView view = view_with(trust);
+  CHECK(view.trust == trust);
+  CHECK(view.validity == validity_mask(view.photograph, view.depth, trust, {0.05, 0, 1}));
+  std::vector<std::uint8_t> contradicted_there = view_with({}).validity;
+  REQUIRE(contradicted_there[8 * 3 + 1] == 255);
+  contradicted_there[8 * 3 + 1] = 1;
+  CHECK(view.validity == contradicted_there);
+  trust.pop_back();
+  CHECK_THROWS_MATCHES(
+      view_with(trust), std::invalid_argument,
+      Catch::Message("validity: trust has 47 values, must have one per pixel of the photograph, or none"));
+}
+
+TEST_CASE("a store for no views is refused") {
+  CHECK_THROWS_MATCHES(Atlas(wall_and_panel(), 0), std::invalid_argument,
+                       Catch::Message("atlas: max_views is 0, must be at least 1"));
+}
+
+TEST_CASE("a new store is empty") {
+  const auto surface = wall_and_panel(kCells);
+  const Atlas atlas(surface, 3);
+  CHECK(&atlas.surface() == surface.get());
+  CHECK(atlas.capacity() == 3);
+  CHECK(atlas.size() == 0);
+  for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK(atlas.view(slot) == nullptr);
+  for (std::uint32_t cell = 0; cell < kCells; ++cell) CHECK(atlas.references(cell).empty());
+  const Snapshot snapshot = atlas.snapshot();
+  CHECK(snapshot.surface == surface);
+  CHECK(snapshot.views.size() == 3);
+  CHECK(snapshot.gains == std::vector<glm::dvec3>(3, glm::dvec3(1)));
+  CHECK(snapshot.references.offsets == Slots(kCells + 1, 0));
+  CHECK(snapshot.references.views.empty());
+  CHECK(snapshot.cell_seen == std::vector<std::uint8_t>(kCells, 0));
+  CHECK(snapshot.vertex_colors == std::vector<glm::u8vec3>(surface->mesh.positions.size(), glm::u8vec3(128)));
+}
+
+TEST_CASE("a view goes into the lowest free slot") {
+  Atlas atlas(wall_and_panel(), 3);
+  CHECK(atlas.insert(tiny_view("a")) == 0);
+  CHECK(atlas.insert(tiny_view("b")) == 1);
+  CHECK(atlas.insert(tiny_view("c")) == 2);
+  atlas.erase(2);
+  atlas.erase(0);
+  CHECK(atlas.size() == 1);
+  CHECK(atlas.insert(tiny_view("d")) == 0);
+  CHECK(atlas.view(0)->name == "d");
+  CHECK(atlas.view(1)->name == "b");
+  CHECK(atlas.view(2) == nullptr);
+}
+
+TEST_CASE("a full store takes no view and keeps what it has") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  CHECK_THROWS_MATCHES(atlas.insert(tiny_view("c")), std::logic_error,
+                       Catch::Message("atlas: insert into a full store"));
+  CHECK(atlas.size() == 2);
+  CHECK(atlas.view(1)->name == "b");
+}
+
+TEST_CASE("a slot that cells refer to cannot be erased") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(1, {0, 1});
+  atlas.set_references(4, {0});
+  CHECK_THROWS_MATCHES(atlas.erase(0), std::logic_error,
+                       Catch::Message("atlas: erase of slot 0, which 2 cells refer to"));
+  CHECK(atlas.view(0)->name == "a");
+  atlas.set_references(1, {1});
+  CHECK_THROWS_AS(atlas.erase(0), std::logic_error);
+  atlas.set_references(4, {});
+  atlas.erase(0);
+  CHECK(atlas.size() == 1);
+}
+
+TEST_CASE("slots without a view can be neither erased nor referred to") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(0, {0});
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
+  CHECK_THROWS_MATCHES(atlas.erase(slot), std::logic_error, sentence);
+  CHECK_THROWS_MATCHES(atlas.set_references(0, {0, slot}), std::logic_error, sentence);
+  CHECK(atlas.references(0) == Slots{0});
+  CHECK_THROWS_AS(atlas.set_references(kCells, {0}), std::logic_error);
+  atlas.set_references(0, {});
+  atlas.erase(0);  // the refused calls left no reference behind
+}
+
+TEST_CASE("a replaced view leaves its references and its gain to the next") {
+  Atlas atlas(wall_and_panel(kCells), 3);
+  atlas.insert(tiny_view("a"));
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(0, {1, 0});
+  atlas.set_references(3, {1});
+  atlas.set_gain(1, {2, 3, 4});
+  const Snapshot before = atlas.snapshot();
+  StoredView moved = tiny_view("b, moved");
+  moved.camera = forward_camera(1, 1, {0, 0, -1});
+  atlas.replace(1, moved);
+  CHECK(atlas.size() == 2);
+  CHECK(atlas.view(0)->name == "a");
+  CHECK(atlas.view(1)->name == "b, moved");
+  CHECK(atlas.view(1)->camera.center() == glm::dvec3(0, 0, -1));
+  CHECK(atlas.gain(1) == glm::dvec3(2, 3, 4));
+  CHECK(atlas.references(0) == Slots{1, 0});
+  CHECK(atlas.references(3) == Slots{1});
+  CHECK_THROWS_MATCHES(atlas.erase(1), std::logic_error,
+                       Catch::Message("atlas: erase of slot 1, which 2 cells refer to"));
+  CHECK(before.views[1]->name == "b");
+  CHECK(before.views[1]->camera.center() == glm::dvec3(0));
+  CHECK(atlas.snapshot().views[1]->name == "b, moved");
+}
+
+TEST_CASE("a snapshot's vertex colours follow a replaced view") {
+  const auto surface = wall_and_panel();
+  Atlas atlas(surface, 1);
+  const Camera camera = forward_camera(32, 32, {0, 0, -1});
+  atlas.insert(traced_view(*surface, "a", camera, position_photograph(32, 32)));
+  StoredView view = *atlas.view(0);
+  view.camera = forward_camera(32, 32, {0.3, -0.2, -1});
+  const Snapshot before = atlas.snapshot();
+  atlas.replace(0, view);
+  CHECK(atlas.snapshot().vertex_colors != before.vertex_colors);
+  Atlas fresh(surface, 1);
+  fresh.insert(view);
+  CHECK(atlas.snapshot().vertex_colors == fresh.snapshot().vertex_colors);
+}
+
+TEST_CASE("a slot without a view has none to replace") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  CHECK_THROWS_MATCHES(atlas.replace(slot, tiny_view("b")), std::logic_error,
+                       Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view"));
+  CHECK(atlas.size() == 1);
+  CHECK(atlas.view(1) == nullptr);
+}
+
+TEST_CASE("a view's gain can be changed, and ends with the view") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  CHECK(atlas.gain(0) == glm::dvec3(1));
+  atlas.set_gain(0, {0.5, 1e-6, 1e6});
+  CHECK(atlas.gain(0) == glm::dvec3(0.5, 1e-6, 1e6));
+  const Snapshot before = atlas.snapshot();
+  CHECK(before.gains == std::vector<glm::dvec3>{{0.5, 1e-6, 1e6}, {1, 1, 1}});
+  atlas.erase(0);
+  CHECK(atlas.snapshot().gains == std::vector<glm::dvec3>(2, glm::dvec3(1)));
+  atlas.insert(tiny_view("b"));
+  CHECK(atlas.gain(0) == glm::dvec3(1));
+  CHECK(before.gains[0] == glm::dvec3(0.5, 1e-6, 1e6));
+}
+
+TEST_CASE("slots without a view have no gain") {
+  Atlas atlas(wall_and_panel(), 2);
+  atlas.insert(tiny_view("a"));
+  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
+  CHECK_THROWS_MATCHES(atlas.set_gain(slot, {1, 1, 1}), std::logic_error, sentence);
+  CHECK_THROWS_MATCHES(atlas.gain(slot), std::logic_error, sentence);
+}
+
+TEST_CASE("a gain that is no exposure is refused by slot and channel, and the old one stays") {
+  Atlas atlas(wall_and_panel(), 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_gain(0, {2, 3, 4});
+  const auto refused = [&](const glm::dvec3& gain, const std::string& sentence) {
+    CHECK_THROWS_MATCHES(atlas.set_gain(0, gain), std::invalid_argument, Catch::Message(sentence));
+    CHECK(atlas.gain(0) == glm::dvec3(2, 3, 4));
+  };
+  refused({0, 1, 1}, "atlas: gain[0] of slot 0 is 0.000000, must be in [1e-6, 1e6]");
+  refused({1, -1, 1}, "atlas: gain[1] of slot 0 is -1.000000, must be in [1e-6, 1e6]");
+  refused({1, 1, 1.5e6}, "atlas: gain[2] of slot 0 is 1500000.000000, must be in [1e-6, 1e6]");
+  refused({1, std::nan(""), 1}, "atlas: gain[1] of slot 0 is nan, must be in [1e-6, 1e6]");
+  refused({1, 1, INFINITY}, "atlas: gain[2] of slot 0 is inf, must be in [1e-6, 1e6]");
+}
+
+TEST_CASE("cells once seen stay seen") {
+  Atlas atlas(wall_and_panel(kCells), 1);
+  const std::vector<CellPixels> first{{1, 10}}, second{{1, 1}, {3, 7}};
+  atlas.mark_seen(first);
+  atlas.mark_seen(second);
+  CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>{0, 1, 0, 1, 0});
+}
+
+TEST_CASE("a snapshot does not change, and keeps alive what it shows") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(2, {0});
+  const Snapshot snapshot = atlas.snapshot();
+  atlas.set_references(2, {});
+  atlas.erase(0);
+  atlas.insert(tiny_view("b"));
+  atlas.set_references(2, {0});
+  atlas.set_references(3, {0});
+  const std::vector<CellPixels> seen{{0, 1}};
+  atlas.mark_seen(seen);
+  CHECK(snapshot.views[0]->name == "a");
+  CHECK(snapshot.views[1] == nullptr);
+  CHECK(snapshot.references.offsets == Slots{0, 0, 0, 1, 1, 1});
+  CHECK(snapshot.references.views == Slots{0});
+  CHECK(snapshot.cell_seen[0] == 0);
+  CHECK(atlas.snapshot().views[0]->name == "b");
+}
+
+TEST_CASE("a snapshot's vertex colours are those of the stored views") {
+  const auto surface = wall_and_panel();
+  Atlas atlas(surface, 2);
+  Photograph red{32, 32, {}, {}};
+  for (int pixel = 0; pixel < 32 * 32; ++pixel) red.rgb.insert(red.rgb.end(), {200, 10, 20});
+  const Camera camera = forward_camera(32, 32, {0, 0, -1});
+  atlas.insert(traced_view(*surface, "a", camera, red, {0.05, 0, 0}));
+  const std::vector<glm::u8vec3> all_red(surface->mesh.positions.size(), glm::u8vec3(200, 10, 20));
+  CHECK(atlas.snapshot().vertex_colors == all_red);
+  atlas.set_gain(0, {1, 1e-6, 1});
+  CHECK(atlas.snapshot().vertex_colors ==
+        std::vector<glm::u8vec3>(surface->mesh.positions.size(), glm::u8vec3(200, 0, 20)));
+  atlas.erase(0);
+  CHECK(atlas.snapshot().vertex_colors != all_red);
+}
+
+// What an atlas should hold, in the plainest form.
+struct Ledger {
+  std::map<std::uint32_t, std::string> views;  // by slot
+  std::vector<Slots> references{kCells};
+
+  [[nodiscard]] bool refers_to(std::uint32_t slot) const {
+    return std::any_of(references.begin(), references.end(),
+                       [&](const Slots& slots) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); });
+  }
+};
+
+void check_same(const Snapshot& snapshot, const Ledger& ledger) {
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    const auto found = ledger.views.find(slot);
+    REQUIRE((snapshot.views[slot] != nullptr) == (found != ledger.views.end()));
+    if (found != ledger.views.end()) REQUIRE(snapshot.views[slot]->name == found->second);
+  }
+  for (std::size_t cell = 0; cell < kCells; ++cell) {
+    const auto slots = snapshot.references.of_cell(cell);
+    REQUIRE(Slots(slots.begin(), slots.end()) == ledger.references[cell]);
+  }
+}
+
+TEST_CASE("the books balance after any sequence of calls") {
+  std::mt19937 random(7);
+  Atlas atlas(wall_and_panel(kCells), 4);
+  Ledger ledger;
+  for (int step = 0; step < 2000; ++step) {
+    const auto slot = static_cast<std::uint32_t>(random() % 4);
+    switch (random() % 3) {
+      case 0:
+        if (ledger.views.size() < 4) {
+          const std::string name = std::to_string(step);
+          ledger.views[atlas.insert(tiny_view(name))] = name;
+        } else {
+          CHECK_THROWS_AS(atlas.insert(tiny_view("none")), std::logic_error);
+        }
+        break;
+      case 1:
+        if (ledger.views.count(slot) == 1 && !ledger.refers_to(slot)) {
+          atlas.erase(slot);
+          ledger.views.erase(slot);
+        } else {
+          CHECK_THROWS_AS(atlas.erase(slot), std::logic_error);
+        }
+        break;
+      default: {
+        const auto cell = static_cast<std::uint32_t>(random() % kCells);
+        Slots slots;
+        for (const auto& [stored, name] : ledger.views) {
+          if (random() % 3 == 0) slots.push_back(stored);
+        }
+        atlas.set_references(cell, slots);
+        ledger.references[cell] = slots;
+      }
+    }
+    REQUIRE(atlas.size() == ledger.views.size());
+    check_same(atlas.snapshot(), ledger);
+  }
+}
+
+TEST_CASE("under another surface, references and what was seen follow the cells") {
+  Atlas atlas(wall_and_panel(kCells), 3);
+  for (const char* name : {"a", "b", "c"}) atlas.insert(tiny_view(name));
+  atlas.set_gain(1, {2, 3, 4});
+  atlas.set_references(0, {2});
+  atlas.set_references(1, {1, 0});
+  atlas.set_references(4, {0});
+  const std::vector<CellPixels> seen{{0, 1}, {1, 1}, {3, 1}};
+  atlas.mark_seen(seen);
+  const auto surface = wall_and_panel(6);
+  atlas.replace_surface(surface, Slots{4, kNoCell, 1, 3, 1, kNoCell});
+  CHECK(&atlas.surface() == surface.get());
+  const std::vector<Slots> expected{{0}, {}, {1, 0}, {}, {1, 0}, {}};
+  for (std::uint32_t cell = 0; cell < expected.size(); ++cell) CHECK(atlas.references(cell) == expected[cell]);
+  CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0});
+  CHECK(atlas.size() == 3);
+  CHECK(atlas.view(1)->name == "b");
+  CHECK(atlas.gain(1) == glm::dvec3(2, 3, 4));
+  const auto refused = [&](std::uint32_t slot, const std::string& cells) {
+    CHECK_THROWS_MATCHES(
+        atlas.erase(slot), std::logic_error,
+        Catch::Message("atlas: erase of slot " + std::to_string(slot) + ", which " + cells + " cells refer to"));
+  };
+  refused(0, "3");
+  refused(1, "2");
+  atlas.erase(2);  // the one cell that referred to it is gone
+}
+
+TEST_CASE("snapshots taken before keep the old surface, and nobody else does") {
+  const auto surface_with = [](float z) {
+    const auto surface = std::make_shared<Surface>(*wall_and_panel(kCells));
+    add_wall(surface->mesh, 1, 1, 1, z);
+    Slots cell_of_face = surface->cells.cell_of_face;
+    cell_of_face.resize(surface->mesh.faces.size(), kCells);
+    surface->cells = measure_cells(surface->mesh, cell_of_face, surface->cells.size);
+    return surface;
+  };
+  std::shared_ptr<const Surface> old = wall_and_panel(kCells);
+  const std::weak_ptr<const Surface> watched = old;
+  Atlas atlas(std::move(old), 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(2, {0});
+  {
+    const Snapshot before = atlas.snapshot();
+    atlas.replace_surface(surface_with(6), Slots{0, kNoCell, kNoCell, kNoCell, kNoCell, 2});
+    CHECK(before.surface == watched.lock());
+    CHECK(before.references.offsets == Slots{0, 0, 0, 1, 1, 1});
+    CHECK(before.cell_seen.size() == kCells);
+    const Snapshot after = atlas.snapshot();
+    CHECK(after.surface.get() == &atlas.surface());
+    CHECK(after.references.offsets == Slots{0, 0, 0, 0, 0, 0, 1});
+    CHECK(after.vertex_colors.size() == before.vertex_colors.size() + 4);
+  }
+  CHECK(watched.expired());
+}
+
+TEST_CASE("a surface that does not go with the store is refused, and the old one stays") {
+  const auto surface = wall_and_panel(kCells);
+  Atlas atlas(surface, 1);
+  atlas.insert(tiny_view("a"));
+  atlas.set_references(2, {0});
+  const auto refused = [&](const std::shared_ptr<const Surface>& next, const Slots& previous_cell,
+                           const std::string& sentence) {
+    CHECK_THROWS_MATCHES(atlas.replace_surface(next, previous_cell), std::invalid_argument, Catch::Message(sentence));
+    CHECK(&atlas.surface() == surface.get());
+    CHECK(atlas.references(2) == Slots{0});
+  };
+  refused(wall_and_panel(2), {0}, "atlas: previous_cell has 1 entries, must have one per cell of the new surface, 2");
+  refused(wall_and_panel(2), {0, 5}, "atlas: previous_cell[1] is 5, must be below the number of cells before, 5");
+  const auto elsewhere = std::make_shared<Surface>(*wall_and_panel(1));
+  elsewhere->offset.x += 1;
+  refused(elsewhere, {2}, "atlas: the new surface has another offset than the one before, must have the same");
+}
+
+TEST_CASE("the books balance after any sequence of surfaces") {
+  std::mt19937 random(8);
+  Atlas atlas(wall_and_panel(kCells), 4);
+  for (const char* name : {"a", "b", "c", "d"}) atlas.insert(tiny_view(name));
+  std::vector<Slots> ledger(kCells);
+  for (int step = 0; step < 500; ++step) {
+    if (random() % 2 == 0) {
+      const auto cell = static_cast<std::uint32_t>(random() % ledger.size());
+      ledger[cell].clear();
+      for (std::uint32_t slot = 0; slot < 4; ++slot) {
+        if (random() % 3 == 0) ledger[cell].push_back(slot);
+      }
+      atlas.set_references(cell, ledger[cell]);
+    } else {
+      const auto cells = static_cast<std::uint32_t>(1 + random() % 8);
+      Slots previous_cell;
+      std::vector<Slots> next;
+      for (std::uint32_t cell = 0; cell < cells; ++cell) {
+        const bool is_new = random() % 3 == 0;
+        previous_cell.push_back(is_new ? kNoCell : static_cast<std::uint32_t>(random() % ledger.size()));
+        next.push_back(is_new ? Slots{} : ledger[previous_cell.back()]);
+      }
+      atlas.replace_surface(wall_and_panel(cells), previous_cell);
+      ledger = next;
+    }
+    const auto slot = static_cast<std::uint32_t>(random() % 4);
+    const auto refers = [&](const Slots& slots) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
+    if (std::any_of(ledger.begin(), ledger.end(), refers)) {
+      CHECK_THROWS_AS(atlas.erase(slot), std::logic_error);
+    } else {
+      atlas.erase(slot);
+      REQUIRE(atlas.insert(tiny_view("again")) == slot);
+    }
+    for (std::uint32_t cell = 0; cell < ledger.size(); ++cell) REQUIRE(atlas.references(cell) == ledger[cell]);
+  }
+}
+
+// Every part of view `number` says which one it is.
+StoredView numbered_view(std::uint32_t number) {
+  StoredView view = tiny_view(std::to_string(number));
+  view.depth = {static_cast<float>(number)};
+  return view;
+}
+
+std::uint32_t number_of(const StoredView& view) {
+  return static_cast<std::uint32_t>(view.depth.at(0));
+}
+
+// Replaces views one after the other, as the planner does: references away, view out, view in, references back.
+void keep_replacing(Atlas& atlas, std::uint32_t changes) {
+  for (std::uint32_t number = 1; number <= changes; ++number) {
+    const std::uint32_t slot = number % atlas.capacity();
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+      Slots slots = atlas.references(cell);
+      std::erase(slots, slot);
+      atlas.set_references(cell, slots);
+    }
+    if (atlas.view(slot)) atlas.erase(slot);
+    const std::uint32_t taken = atlas.insert(numbered_view(number));
+    atlas.set_gain(taken, glm::dvec3(number));
+    for (std::uint32_t cell = number % 2; cell < kCells; cell += 2) {
+      Slots slots = atlas.references(cell);
+      slots.push_back(taken);
+      atlas.set_references(cell, slots);
+    }
+  }
+}
+
+// What Catch2 may not check on another thread.
+bool is_consistent(const Snapshot& snapshot) {
+  for (const std::uint32_t slot : snapshot.references.views) {
+    const auto& view = snapshot.views.at(slot);
+    if (!view || view->name != std::to_string(number_of(*view))) return false;
+    const double gain = snapshot.gains.at(slot).x;
+    if (gain != 1 && gain != number_of(*view)) return false;  // 1: not set yet
+  }
+  return snapshot.references.offsets.size() == kCells + 1 &&
+         snapshot.references.offsets.back() == snapshot.references.views.size() &&
+         std::is_sorted(snapshot.references.offsets.begin(), snapshot.references.offsets.end());
+}
+
+TEST_CASE("snapshots are consistent while another thread writes") {
+  Atlas atlas(wall_and_panel(kCells), 4);
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    keep_replacing(atlas, 20000);
+    done = true;
+  });
+  std::size_t taken = 0, inconsistent = 0;
+  std::uint32_t newest = 0;
+  bool goes_back = false;
+  std::vector<Snapshot> kept;
+  while (!done || taken == 0) {
+    Snapshot snapshot = atlas.snapshot();
+    inconsistent += is_consistent(snapshot) ? 0 : 1;
+    std::uint32_t latest = 0;
+    for (const auto& view : snapshot.views) {
+      if (view) latest = std::max(latest, number_of(*view));
+    }
+    goes_back = goes_back || latest + 1 < newest;  // a view is out for a moment before the next is in
+    newest = std::max(newest, latest);
+    if (taken++ % 64 == 0) kept.push_back(std::move(snapshot));
+  }
+  writer.join();
+  CHECK(inconsistent == 0);
+  CHECK_FALSE(goes_back);
+  CHECK(std::all_of(kept.begin(), kept.end(), is_consistent));  // also after all that they show was replaced
+  CHECK(atlas.size() == 4);
+}
+
+TEST_CASE("snapshots are of one surface while another thread replaces it") {
+  Atlas atlas(wall_and_panel(1), 1);
+  atlas.insert(tiny_view("a"));
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    Slots previous_cell;
+    for (std::uint32_t step = 0; step < 5000; ++step) {
+      const auto surface = std::make_shared<Surface>(*wall_and_panel(1 + step % 7));
+      surface->mesh.positions.resize(surface->mesh.positions.size() + surface->cells.cells.size());
+      previous_cell.assign(surface->cells.cells.size(), 0);
+      atlas.replace_surface(surface, previous_cell);
+      atlas.set_references(0, {0});
+    }
+    done = true;
+  });
+  std::size_t taken = 0, inconsistent = 0;
+  while (!done || taken == 0) {
+    const Snapshot snapshot = atlas.snapshot();
+    const std::size_t cells = snapshot.surface->cells.cells.size();
+    const bool fits = snapshot.references.offsets.size() == cells + 1 && snapshot.cell_seen.size() == cells &&
+                      snapshot.vertex_colors.size() == snapshot.surface->mesh.positions.size();
+    inconsistent += fits ? 0 : 1;
+    ++taken;
+  }
+  writer.join();
+  CHECK(inconsistent == 0);
+}
+
+}  // namespace
+}  // namespace lumatlas

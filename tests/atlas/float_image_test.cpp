@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/float_image.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "atlas/photograph.h"
+#include "atlas/srgb.h"
+#include "mesh/base/errors.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+TEST_CASE("numbers come back from an OpenEXR file as they were, infinity and none included") {
+  const TemporaryFolder folder;
+  FloatImage image{3, 2, {"Z"}, {0.5f, -1e30f, 1e-30f, 65000.25f, std::numeric_limits<float>::infinity(), NAN}};
+  write_float_image(folder / "depth.exr", image);
+  const auto reader = OIIO::ImageInput::open((folder / "depth.exr").string());
+  REQUIRE(reader);
+  CHECK(reader->spec().width == 3);
+  CHECK(reader->spec().height == 2);
+  CHECK(reader->spec().channelnames == std::vector<std::string>{"Z"});
+  std::vector<float> values(6);
+  REQUIRE(reader->read_image(0, 0, 0, -1, OIIO::TypeDesc::FLOAT, values.data()));
+  for (std::size_t i = 0; i < 5; ++i) CHECK(values[i] == image.values[i]);
+  CHECK(std::isnan(values[5]));
+}
+
+TEST_CASE("colours in an OpenEXR file are read as linear light") {
+  const TemporaryFolder folder;
+  write_float_image(folder / "colour.exr", {2, 1, {"R", "G", "B"}, {0, 0.25f, 1, 3.5f, 0.5f, 0.001f}});
+  const Photograph read = read_photograph(folder / "colour.exr");
+  const std::vector<double> light{0, 0.25, 1, 3.5, 0.5, 0.001};
+  for (std::size_t i = 0; i < 6; ++i) CHECK(read.rgb[i] == srgb8_from_linear(light[i]));
+}
+
+TEST_CASE("images that are not what they say, and places that cannot be written, are refused") {
+  const TemporaryFolder folder;
+  const FloatImage good{1, 1, {"Y"}, {1}};
+  CHECK_THROWS_WITH(write_float_image(folder / "a.png", good), Catch::Contains("does not end in .exr"));
+  CHECK_THROWS_AS(write_float_image(folder / "none/a.exr", good), InputError);
+  CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {2, 1, {"Y"}, {1}}), "float image: has 1 values, must have 2");
+  CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {1, 1, {}, {}}), "float image: it has no channels");
+  CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {0, 1, {"Y"}, {}}), Catch::Contains("size is 0x1"));
+}
+
+}  // namespace
+}  // namespace lumatlas

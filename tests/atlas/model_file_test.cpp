@@ -1,0 +1,489 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/model_file.h"
+
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "atlas/glb_file.h"
+#include "blend/reference.h"
+#include "mesh/base/errors.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wall_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr ValidityOptions kValidity{0.031, 1, 3, ValidityOptions::Edges::both_sides};  // no default
+
+template <typename T>
+bool same_bits(const T& a, const T& b) {
+  return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+void check_same(const Camera& a, const Camera& b) {
+  CHECK(a.width == b.width);
+  CHECK(a.height == b.height);
+  for (const auto field : {&Camera::fx, &Camera::fy, &Camera::cx, &Camera::cy}) CHECK(same_bits(a.*field, b.*field));
+  CHECK(same_bits(a.cam_from_world_rotation, b.cam_from_world_rotation));
+  CHECK(same_bits(a.cam_from_world_translation, b.cam_from_world_translation));
+}
+
+void check_same(const StoredView& a, const StoredView& b) {
+  CAPTURE(a.name);
+  CHECK(a.name == b.name);
+  check_same(a.camera, b.camera);
+  CHECK(a.photograph.width == b.photograph.width);
+  CHECK(a.photograph.height == b.photograph.height);
+  CHECK(a.photograph.rgb == b.photograph.rgb);
+  CHECK(a.photograph.valid == b.photograph.valid);
+  CHECK(a.trust == b.trust);
+  CHECK(a.depth == b.depth);
+  CHECK(a.validity == b.validity);
+}
+
+void check_same(const Cells& a, const Cells& b) {
+  CHECK(same_bits(a.size, b.size));
+  CHECK(a.cell_of_face == b.cell_of_face);
+  REQUIRE(a.cells.size() == b.cells.size());
+  for (std::size_t cell = 0; cell < a.cells.size(); ++cell) {
+    CHECK(a.cells[cell].centroid == b.cells[cell].centroid);
+    CHECK(a.cells[cell].normal == b.cells[cell].normal);
+    CHECK(a.cells[cell].normal_cone_cos == b.cells[cell].normal_cone_cos);
+    CHECK(a.cells[cell].area == b.cells[cell].area);
+    CHECK(a.cells[cell].radius == b.cells[cell].radius);
+    CHECK(a.cells[cell].faces == b.cells[cell].faces);
+  }
+}
+
+// Without free slots: the views in their order, and references by their numbers in it.
+Snapshot compacted(const Snapshot& snapshot) {
+  Snapshot compact = snapshot;
+  compact.views.clear();
+  compact.gains.clear();
+  compact.tiles.first_tile.clear();
+  std::map<std::uint32_t, std::uint32_t> number;
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    number[slot] = static_cast<std::uint32_t>(compact.views.size());
+    compact.views.push_back(snapshot.views[slot]);
+    compact.gains.push_back(snapshot.gains[slot]);
+    if (!snapshot.tiles.whole_views()) compact.tiles.first_tile.push_back(snapshot.tiles.first_tile[slot]);
+  }
+  if (!snapshot.tiles.whole_views()) compact.tiles.first_tile.push_back(snapshot.tiles.first_tile.back());
+  for (std::uint32_t& view : compact.references.views) view = number.at(view);
+  return compact;
+}
+
+// What the corners of the faces have, whatever the numbers of their vertices are.
+template <typename T>
+std::vector<T> by_corner(const Mesh& mesh, const std::vector<T>& by_vertex) {
+  std::vector<T> values;
+  for (const glm::uvec3& face : mesh.faces) {
+    for (int corner = 0; corner < 3; ++corner) values.push_back(by_vertex.at(face[corner]));
+  }
+  return values;
+}
+
+void check_same_surface(const Snapshot& a, const Snapshot& b) {
+  const Mesh &first = a.surface->mesh, &second = b.surface->mesh;
+  REQUIRE(first.faces.size() == second.faces.size());
+  CHECK(by_corner(first, first.positions) == by_corner(second, second.positions));
+  CHECK(by_corner(first, a.vertex_colors) == by_corner(second, b.vertex_colors));
+}
+
+void check_same(const Snapshot& a, const Snapshot& b) {
+  check_same_surface(a, b);
+  CHECK(same_bits(a.surface->offset, b.surface->offset));
+  check_same(a.surface->cells, b.surface->cells);
+  REQUIRE(a.views.size() == b.views.size());
+  for (std::size_t slot = 0; slot < a.views.size(); ++slot) check_same(*a.views[slot], *b.views[slot]);
+  REQUIRE(a.gains.size() == b.gains.size());
+  for (std::size_t slot = 0; slot < a.gains.size(); ++slot) CHECK(same_bits(a.gains[slot], b.gains[slot]));
+  CHECK(a.references.offsets == b.references.offsets);
+  CHECK(a.references.views == b.references.views);
+  CHECK(a.cell_seen == b.cell_seen);
+  CHECK(a.cell_coverage == b.cell_coverage);
+}
+
+nlohmann::json json_of(const fs::path& file) {
+  return nlohmann::json::parse(bytes_of(file));
+}
+
+TEST_CASE("a model reads back as the snapshot that was written, with its free slots left out") {
+  const TemporaryFolder folder;
+  const Snapshot written = small_snapshot(kValidity);
+  REQUIRE(written.views.size() == 5);
+  write_model(folder.path(), written, kValidity);
+  const Model read = read_model(folder.path());
+  CHECK(read.snapshot.views.size() == 3);
+  check_same(read.snapshot, compacted(written));
+  CHECK(read.validity.depth_edge == kValidity.depth_edge);
+  CHECK(read.validity.edge_radius_px == kValidity.edge_radius_px);
+  CHECK(read.validity.fade_px == kValidity.fade_px);
+  CHECK(read.validity.edges == kValidity.edges);
+}
+
+TEST_CASE("a model keeps how well its cells are covered, to the bit") {
+  const TemporaryFolder folder;
+  Snapshot written = small_snapshot();
+  for (std::size_t cell = 0; cell < written.cell_seen.size(); ++cell) {
+    written.cell_coverage.push_back(0.1f * static_cast<float>(cell));
+  }
+  write_model(folder.path(), written, {});
+  check_same(read_model(folder.path()).snapshot, compacted(written));
+}
+
+// 1 for each tile that is there.
+std::vector<bool> resident(const TileTable& tiles) {
+  std::vector<bool> there;
+  for (const std::uint32_t slot : tiles.slots) there.push_back(slot != kNotResident);
+  return there;
+}
+
+TEST_CASE("a model in tiles reads back: which are there, their pixels, and black where none is") {
+  const TemporaryFolder folder;
+  const Snapshot written = compacted(small_snapshot({}, {8, 2, 0}));
+  write_model(folder.path(), written, {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK(read.tiles.options.tile_px == 8);
+  CHECK(read.tiles.options.gutter_px == 2);
+  CHECK(read.tiles.first_tile == std::vector<std::uint32_t>{0, 6, 15, 31});
+  CHECK(resident(read.tiles) == resident(written.tiles));
+  CHECK(read.tiles.resident_tiles() == written.tiles.resident_tiles());
+  std::size_t black = 0;
+  for (std::uint32_t view = 0; view < read.views.size(); ++view) {
+    const std::vector<std::uint8_t> there = written.tiles.resident_pixels(view, written.views[view]->camera);
+    for (std::size_t byte = 0; byte < 3 * there.size(); ++byte) {
+      const std::uint8_t expected = there[byte / 3] ? written.views[view]->photograph.rgb[byte] : 0;
+      if (read.views[view]->photograph.rgb[byte] != expected) FAIL_CHECK("view " << view << ", byte " << byte);
+      black += there[byte / 3] ? 0 : 1;
+    }
+    for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
+      if (!there[pixel]) continue;
+      const StoredView &before = *written.views[view], &after = *read.views[view];
+      const bool same = after.depth[pixel] == before.depth[pixel] && after.validity[pixel] == before.validity[pixel];
+      if (!same) FAIL_CHECK("view " << view << ", depth or validity of pixel " << pixel);
+    }
+  }
+  CHECK(black > 0);
+}
+
+TEST_CASE("a model is read from its folder or from its file") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  check_same(read_model(folder / "scene.gltf").snapshot, read_model(folder.path()).snapshot);
+}
+
+TEST_CASE("a model that was read is written as the same bytes") {
+  const TemporaryFolder first, second;
+  write_model(first.path(), small_snapshot(), {});
+  write_model(second.path(), read_model(first.path()).snapshot, {});
+  std::size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(first.path())) {
+    if (!entry.is_regular_file()) continue;
+    const std::string name = fs::relative(entry.path(), first.path()).string();
+    CAPTURE(name);
+    CHECK(bytes_of(entry.path()) == bytes_of(second / name));
+    ++files;
+  }
+  CHECK(files == 2 + 3 + 1 + 2);  // the glTF file and its buffer, photographs, lens masks, trust masks
+}
+
+TEST_CASE("a model is written and read the same by any number of threads") {
+  const TemporaryFolder folder, alone;
+  write_model(folder.path(), small_snapshot(), {});
+  const Snapshot by_all = read_model(folder.path()).snapshot;
+  const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
+  write_model(alone.path(), small_snapshot(), {});
+  CHECK(bytes_of(folder / "scene.bin") == bytes_of(alone / "scene.bin"));
+  CHECK(bytes_of(folder / "scene.gltf") == bytes_of(alone / "scene.gltf"));
+  check_same(read_model(folder.path()).snapshot, by_all);
+}
+
+TEST_CASE("a model that was read renders the same picture") {
+  const TemporaryFolder folder;
+  const std::uint32_t tile_px = GENERATE(0u, 8u);
+  const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
+  write_model(folder.path(), written, kValidity);
+  const Model read = read_model(folder.path());
+  const Camera camera = oblique_camera(48, 40, 0.03, {0.1, 0, -0.6});
+  const auto picture = [&](const Snapshot& snapshot) {
+    const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(camera);
+    return render_reference(snapshot, camera, visible, {});
+  };
+  const Rendering before = picture(written), after = picture(read.snapshot);
+  CHECK(before.picture.rgb == after.picture.rgb);
+  CHECK(before.state == after.state);
+  for (const PixelState state : {PixelState::empty, PixelState::unseen, PixelState::untextured, PixelState::textured}) {
+    CHECK(std::count(before.state.begin(), before.state.end(), state) > 0);  // the scene shows every case
+  }
+}
+
+fs::path written_glb(const TemporaryFolder& folder, const Snapshot& snapshot, const ImageCoding& coding = {},
+                     const std::string& notes = {}) {
+  fs::path file = folder / "model.glb";
+  std::ofstream stream(file, std::ios::binary);
+  write_glb(stream, snapshot, kValidity, coding, notes);
+  stream.close();
+  REQUIRE(stream);
+  return file;
+}
+
+TEST_CASE("a model in one file reads back as the one in a folder") {
+  const TemporaryFolder folder, alone;
+  const std::uint32_t tile_px = GENERATE(0u, 8u);
+  const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
+  write_model(folder.path(), written, kValidity);
+  const fs::path file = written_glb(alone, written);
+  const Model from_folder = read_model(folder.path()), from_file = read_model(file);
+  check_same(from_file.snapshot, from_folder.snapshot);
+  CHECK(resident(from_file.snapshot.tiles) == resident(from_folder.snapshot.tiles));
+  CHECK(from_file.validity.depth_edge == kValidity.depth_edge);
+  CHECK(std::distance(fs::directory_iterator(alone.path()), {}) == 1);
+}
+
+TEST_CASE("a model in one file is read whatever its name is, and written again as the same bytes") {
+  const TemporaryFolder folder;
+  const fs::path file = written_glb(folder, small_snapshot(kValidity));
+  fs::rename(file, folder / "scene.gltf");
+  const std::string bytes = bytes_of(folder / "scene.gltf");
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK((bytes_of(written_glb(folder, read)) == bytes));
+}
+
+TEST_CASE("notes are in the file as the asset's extras, whatever they hold") {
+  const TemporaryFolder folder;
+  const nlohmann::json notes = {{"options", {{"hold_out", nullptr}, {"bytes", 5'000'000'000}, {"share", 0.1}}},
+                                {"plan", {{{"name", "c \u00e9.jpg"}, {"kept", true}, {"gain", -3}}}}};
+  const fs::path file = written_glb(folder, small_snapshot(), {}, notes.dump());
+  const nlohmann::json gltf = nlohmann::json::parse(read_model_json(file));
+  CHECK(gltf.at("asset").at("extras") == notes);
+  CHECK_FALSE(
+      nlohmann::json::parse(read_model_json(written_glb(folder, small_snapshot()))).at("asset").contains("extras"));
+}
+
+TEST_CASE("a .glb has no room for 4 GiB") {
+  CHECK_NOTHROW(require_fits_glb(4'294'967'295));
+  CHECK_THROWS_MATCHES(require_fits_glb(4'294'967'296), InputError,
+                       Catch::Message("the model takes 4294967296 bytes, a .glb holds less than 4 GiB: name a folder "
+                                      "instead"));
+}
+
+TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact") {
+  const TemporaryFolder folder, alone;
+  const std::uint32_t tile_px = GENERATE(0u, 8u);
+  const Snapshot written = compacted(small_snapshot(kValidity, {tile_px, 2, 0}));
+  const ImageCoding coding{ImageFormat::jpeg, 95};
+  write_model(folder.path(), written, kValidity, coding);
+  CHECK(fs::exists(folder / "images/00001.jpg"));
+  CHECK(fs::exists(folder / "images/00001-trust.png"));
+  const Snapshot read = read_model(folder.path()).snapshot;
+  check_same(read_model(written_glb(alone, written, coding)).snapshot, read);
+  for (std::uint32_t view = 0; view < 3; ++view) {
+    const StoredView &before = *written.views[view], &after = *read.views[view];
+    CHECK(after.trust == before.trust);
+    CHECK(after.photograph.valid == before.photograph.valid);
+    std::vector<std::uint8_t> there(before.photograph.rgb.size() / 3, 1);
+    if (tile_px > 0) there = written.tiles.resident_pixels(view, before.camera);
+    double squares = 0, count = 0;
+    for (std::size_t byte = 0; byte < before.photograph.rgb.size(); ++byte) {
+      if (!there[byte / 3]) continue;
+      squares += std::pow(before.photograph.rgb[byte] - after.photograph.rgb[byte], 2);
+      ++count;
+    }
+    CHECK(std::sqrt(squares / count) < 4);  // of 255; with black beside the tiles it is 9
+  }
+}
+
+TEST_CASE("each vertex belongs to one cell, and a vertex of several cells is there once for each") {
+  const TemporaryFolder folder;
+  const Snapshot written = small_snapshot();
+  write_model(folder.path(), written, {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  const Mesh& mesh = read.surface->mesh;
+  std::vector<std::set<std::uint32_t>> cells_of(mesh.positions.size());
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      cells_of[mesh.faces[face][corner]].insert(read.surface->cells.cell_of_face[face]);
+    }
+  }
+  for (const auto& cells : cells_of) CHECK(cells.size() == 1);
+  std::set<std::pair<std::uint32_t, std::uint32_t>> needed;  // vertex of the mesh that was written, cell
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      needed.emplace(written.surface->mesh.faces[face][corner], written.surface->cells.cell_of_face[face]);
+    }
+  }
+  CHECK(mesh.positions.size() == needed.size());
+}
+
+// A wall of so many squares, two faces each, and a cell for every `faces_per_cell` neighbouring faces, each with one
+// reference to the only view.
+Snapshot tiled_wall(std::uint32_t columns, std::uint32_t rows, std::uint32_t faces_per_cell) {
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, columns, rows, 8.0f / static_cast<float>(columns), 4);
+  std::vector<std::uint32_t> cell_of_face;
+  for (std::uint32_t face = 0; face < surface->mesh.faces.size(); ++face) {
+    cell_of_face.push_back(face / faces_per_cell);
+  }
+  surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 0.1);
+  Atlas atlas(surface, 1);
+  const Camera camera = oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3});
+  atlas.insert(traced_view(*surface, "a.jpg", camera, position_photograph(24, 16)));
+  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); cell += 3) atlas.set_references(cell, {0});
+  return atlas.snapshot();
+}
+
+TEST_CASE("a model of more than 2^16 cells reads back") {
+  const TemporaryFolder folder;
+  const Snapshot written = tiled_wall(300, 240, 2);
+  REQUIRE(written.cell_seen.size() == 72000);
+  write_model(folder.path(), written, {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  check_same_surface(read, written);
+  CHECK(read.surface->cells.cell_of_face == written.surface->cells.cell_of_face);
+  CHECK(read.references.offsets == written.references.offsets);
+  CHECK(read.references.views == written.references.views);
+}
+
+TEST_CASE("a model of ten million faces reads back", "[.large]") {
+  const TemporaryFolder folder;
+  const Snapshot written = tiled_wall(2500, 2000, 64);
+  REQUIRE(written.surface->mesh.faces.size() == 10'000'000);
+  write_model(folder.path(), written, {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK((by_corner(read.surface->mesh, read.surface->mesh.positions) ==
+         by_corner(written.surface->mesh, written.surface->mesh.positions)));  // not printed
+  CHECK((read.surface->cells.cell_of_face == written.surface->cells.cell_of_face));
+}
+
+TEST_CASE("more cells than a float can count are refused") {
+  const TemporaryFolder folder;
+  Snapshot snapshot = small_snapshot();
+  snapshot.cell_seen.assign((1 << 24) + 1, 1);
+  CHECK_THROWS_MATCHES(write_model(folder.path(), snapshot, {}), InputError,
+                       Catch::Message("the model has 16777217 cells, a model file holds 16777216: give a larger "
+                                      "--cell-size"));
+  CHECK(fs::is_empty(folder.path()));
+}
+
+TEST_CASE("a model without views or references can be kept") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), Atlas(wall_and_panel(), 2).snapshot(), {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK(read.views.empty());
+  CHECK(read.references.views.empty());
+  CHECK(read.references.offsets == std::vector<std::uint32_t>(6, 0));
+}
+
+TEST_CASE("vertex colours survive for each of the 256 sRGB values") {
+  const TemporaryFolder folder;
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 15, 15, 1, 4);
+  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
+  Snapshot snapshot = Atlas(surface, 1).snapshot();
+  REQUIRE(snapshot.vertex_colors.size() == 256);
+  for (std::size_t value = 0; value < 256; ++value) {
+    snapshot.vertex_colors[value] = {value, 255 - value, (7 * value) % 256};
+  }
+  write_model(folder.path(), snapshot, {});
+  check_same_surface(read_model(folder.path()).snapshot, snapshot);
+}
+
+TEST_CASE("a name that is no Unicode is made one, with a control character replaced") {
+  const TemporaryFolder folder;
+  Atlas atlas(wall_and_panel(), 2);
+  const Camera camera = forward_camera(8, 8);
+  atlas.insert(traced_view(atlas.surface(), "caf\xe9.jpg", camera, position_photograph(8, 8)));
+  atlas.insert(traced_view(atlas.surface(), "a\nb\x7f.jpg", camera, position_photograph(8, 8)));
+  write_model(folder.path(), atlas.snapshot(), {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK(read.views[0]->name == "caf\xef\xbf\xbd.jpg");  // U+FFFD
+  CHECK(read.views[1]->name == "a?b?.jpg");
+}
+
+TEST_CASE("the file is glTF with a mesh that any viewer shows") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = small_snapshot();
+  write_model(folder.path(), snapshot, {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  CHECK(gltf.at("asset").at("version") == "2.0");
+  CHECK(gltf.at("extensionsUsed") == nlohmann::json{"KHR_materials_unlit", "LUMATLAS_lumigraph"});
+  CHECK_FALSE(gltf.contains("extensionsRequired"));
+  CHECK(gltf.at("buffers").at(0).at("byteLength") == fs::file_size(folder / "scene.bin"));
+  const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
+  const auto& positions = gltf.at("accessors").at(primitive.at("attributes").at("POSITION").get<std::size_t>());
+  CHECK(positions.at("min") == nlohmann::json{-2.0, -2.0, 2.0});
+  CHECK(positions.at("max") == nlohmann::json{2.0, 2.0, 4.0});
+  const auto& material = gltf.at("materials").at(primitive.at("material").get<std::size_t>());
+  CHECK(material.at("extensions").contains("KHR_materials_unlit"));
+  CHECK(material.at("doubleSided") == true);
+  const auto& colors = gltf.at("accessors").at(primitive.at("attributes").at("COLOR_0").get<std::size_t>());
+  CHECK(colors.at("normalized") == true);
+  CHECK(colors.at("count") == positions.at("count"));
+  CHECK(positions.at("count").get<std::size_t>() > snapshot.vertex_colors.size());  // split at the borders of cells
+}
+
+TEST_CASE("a rotation is stored row by row") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = small_snapshot();
+  write_model(folder.path(), snapshot, {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(0);
+  const glm::dmat3& rotation = snapshot.views[0]->camera.cam_from_world_rotation;
+  // Its second number multiplies y of the world for x of the camera.
+  CHECK(view.at("rotation").at(1).get<double>() == (rotation * glm::dvec3(0, 1, 0)).x);
+}
+
+TEST_CASE("a view has the masks that it needs in the file, and no others") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto& views = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views");
+  const auto uri = [&](std::size_t view, const char* mask) {
+    return gltf.at("images").at(views.at(view).at(mask).get<std::size_t>()).at("uri").get<std::string>();
+  };
+  CHECK_FALSE(views.at(0).contains("lensMask"));
+  CHECK_FALSE(views.at(0).contains("trustMask"));
+  CHECK(uri(1, "lensMask") == "images/00001-lens.png");
+  CHECK(uri(1, "trustMask") == "images/00001-trust.png");
+  CHECK_FALSE(views.at(2).contains("lensMask"));
+  CHECK(uri(2, "trustMask") == "images/00002-trust.png");
+}
+
+TEST_CASE("a gain is stored as red, green, blue") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(2);
+  CHECK(view.at("gain") == nlohmann::json{1.7, 0.9, 1.2});
+}
+
+TEST_CASE("a model that cannot be written is refused by name") {
+  const TemporaryFolder folder;
+  const fs::path missing = folder / "missing";
+  CHECK_THROWS_AS(write_model(folder.with_file("file", "x"), small_snapshot(), {}), InputError);
+  fs::create_directories(folder / "scene.gltf");
+  CHECK_THROWS_MATCHES(write_model(folder.path(), small_snapshot(), {}), InputError,
+                       Catch::Message((folder / "scene.gltf").string() +
+                                      ": cannot be written: check that the disk has room and the folder is writable"));
+  CHECK_THROWS_AS(write_model(missing, small_snapshot(), {0, 2, 8}), std::invalid_argument);
+  CHECK_FALSE(fs::exists(missing));
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,368 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/photograph.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "mesh/base/errors.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+using OIIO::TypeDesc;
+
+// Samples as they are, through OpenImageIO and not through the code under test.
+void write_stored(const fs::path& path, const OIIO::ImageSpec& spec, TypeDesc type, const void* samples) {
+  const auto output = OIIO::ImageOutput::create(path.string());
+  REQUIRE(output);
+  REQUIRE(output->open(path.string(), spec));
+  REQUIRE(output->write_image(type, samples));
+  REQUIRE(output->close());
+}
+
+// One row of samples of one channel or more.
+template <typename Sample>
+Photograph through_file(const fs::path& path, TypeDesc type, int channels, const std::vector<Sample>& samples) {
+  const OIIO::ImageSpec spec(static_cast<int>(samples.size()) / channels, 1, channels, type);
+  write_stored(path, spec, type, samples.data());
+  return read_photograph(path);
+}
+
+// Red says the column, green the row, blue the block's parity; a block is `block` pixels wide.
+Photograph position_pattern(std::uint32_t width, std::uint32_t height, std::uint32_t block = 1) {
+  Photograph image{width, height, {}, {}};
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x) {
+      const std::uint32_t column = x / block, row = y / block;
+      image.rgb.push_back(static_cast<std::uint8_t>(20 + 30 * column));
+      image.rgb.push_back(static_cast<std::uint8_t>(20 + 30 * row));
+      image.rgb.push_back((column + row) % 2 ? 200 : 40);
+    }
+  }
+  return image;
+}
+
+std::array<int, 3> pixel(const Photograph& image, std::uint32_t x, std::uint32_t y) {
+  const std::size_t at = 3 * (std::size_t{y} * image.width + x);
+  return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
+}
+
+void write_oriented(const fs::path& path, const Photograph& stored, int orientation) {
+  OIIO::ImageSpec spec(static_cast<int>(stored.width), static_cast<int>(stored.height), 3, TypeDesc::UINT8);
+  spec.attribute("Orientation", orientation);
+  spec.attribute("CompressionQuality", 100);
+  write_stored(path, spec, TypeDesc::UINT8, stored.rgb.data());
+}
+
+// EXIF 2.32, table for tag 0x0112: which visual side the stored row 0 and the stored column 0 are.
+enum class Side { Top, Right, Bottom, Left };
+struct Sides {
+  Side row_0, column_0;
+};
+const std::array<Sides, 8> kSides{{{Side::Top, Side::Left},
+                                   {Side::Top, Side::Right},
+                                   {Side::Bottom, Side::Right},
+                                   {Side::Bottom, Side::Left},
+                                   {Side::Left, Side::Top},
+                                   {Side::Right, Side::Top},
+                                   {Side::Right, Side::Bottom},
+                                   {Side::Left, Side::Bottom}}};
+
+// Where a pixel that lies `distance` away from `side` is, of an upright image of width or height `extent`.
+std::uint32_t from_side(Side side, std::uint32_t distance, std::uint32_t extent) {
+  return side == Side::Right || side == Side::Bottom ? extent - 1 - distance : distance;
+}
+
+std::pair<std::uint32_t, std::uint32_t> upright_place(const Sides& sides, const Photograph& upright,
+                                                      std::uint32_t column, std::uint32_t row) {
+  if (sides.row_0 == Side::Top || sides.row_0 == Side::Bottom) {
+    return {from_side(sides.column_0, column, upright.width), from_side(sides.row_0, row, upright.height)};
+  }
+  return {from_side(sides.row_0, row, upright.width), from_side(sides.column_0, column, upright.height)};
+}
+
+void check_upright(const fs::path& path, const Photograph& stored, int orientation, std::uint32_t step, int tolerance) {
+  const Photograph upright = read_photograph(path);
+  const bool exchanged = orientation >= 5;
+  REQUIRE(upright.width == (exchanged ? stored.height : stored.width));
+  REQUIRE(upright.height == (exchanged ? stored.width : stored.height));
+  const ImageSize size = photograph_size(path);
+  CHECK(size.width == upright.width);
+  CHECK(size.height == upright.height);
+  for (std::uint32_t row = step / 2; row < stored.height; row += step) {
+    for (std::uint32_t column = step / 2; column < stored.width; column += step) {
+      const auto [x, y] = upright_place(kSides[static_cast<std::size_t>(orientation - 1)], upright, column, row);
+      const std::array<int, 3> expected = pixel(stored, column, row), found = pixel(upright, x, y);
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        CHECK(std::abs(found[channel] - expected[channel]) <= tolerance);
+      }
+    }
+  }
+}
+
+TEST_CASE("a photograph is upright after each of the eight EXIF orientations") {
+  const TemporaryFolder folder;
+  const int orientation = GENERATE(1, 2, 3, 4, 5, 6, 7, 8);
+  CAPTURE(orientation);
+  SECTION("TIFF, exactly") {
+    const Photograph stored = position_pattern(7, 4);
+    write_oriented(folder / "a.tif", stored, orientation);
+    check_upright(folder / "a.tif", stored, orientation, 1, 0);
+    CHECK(read_photograph(folder / "a.tif", Orientation::as_stored).rgb == stored.rgb);
+    CHECK(photograph_size(folder / "a.tif", Orientation::as_stored).width == stored.width);
+  }
+  SECTION("JPEG, blocks of 16 pixels, so that subsampled colour is flat at their centres") {
+    const Photograph stored = position_pattern(7 * 16, 4 * 16, 16);
+    write_oriented(folder / "a.jpg", stored, orientation);
+    check_upright(folder / "a.jpg", stored, orientation, 16, 4);  // quantisation of 8-bit YCbCr, at quality 100
+    CHECK(photograph_size(folder / "a.jpg", Orientation::as_stored).width == stored.width);
+  }
+}
+
+TEST_CASE("an orientation outside of 1 to 8 is taken for upright") {
+  const TemporaryFolder folder;
+  const Photograph stored = position_pattern(48, 32, 16);
+  write_oriented(folder / "a.jpg", stored, 6);
+  std::string bytes = bytes_of(folder / "a.jpg");
+  const std::size_t entry = bytes.find(std::string("\x12\x01\x03\x00\x01\x00\x00\x00\x06", 9));
+  REQUIRE(entry != std::string::npos);
+  bytes[entry + 8] = 9;
+  CHECK(read_photograph(folder.with_file("b.jpg", bytes)).width == 48);
+  bytes[entry + 8] = 8;
+  CHECK(read_photograph(folder.with_file("b.jpg", bytes)).width == 32);
+}
+
+TEST_CASE("EXIF in big-endian order turns a photograph too") {
+  const TemporaryFolder folder;
+  write_image(folder / "a.jpg", position_pattern(48, 32, 16));
+  std::string bytes = bytes_of(folder / "a.jpg");
+  const std::string exif(
+      "\xff\xe1\0\x22"
+      "Exif\0\0"
+      "MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x08\0\0\0\0\0\0",
+      36);
+  const ImageSize size = photograph_size(folder.with_file("b.jpg", bytes.substr(0, 2) + exif + bytes.substr(2)));
+  CHECK(size.width == 32);
+  CHECK(size.height == 48);
+  CHECK(read_photograph(folder / "b.jpg").width == 32);
+}
+
+TEST_CASE("16-bit samples are rounded to the nearest of 256 steps") {
+  const TemporaryFolder folder;
+  std::vector<std::uint16_t> samples;
+  for (std::uint32_t value = 0; value < 65535; value += 51) samples.push_back(static_cast<std::uint16_t>(value));
+  samples.insert(samples.end(), {128, 129, 65406, 65407, 65535});  // around the first and the last step
+  const std::string name = GENERATE("a.png", "a.tif");
+  const Photograph photo = through_file(folder / name, TypeDesc::UINT16, 1, samples);
+  REQUIRE(photo.width == samples.size());
+  for (std::uint32_t x = 0; x < photo.width; ++x) {
+    CHECK(std::abs(pixel(photo, x, 0)[0] - samples[x] / 257.0) <= 0.5);
+  }
+}
+
+TEST_CASE("a grey photograph has three equal channels") {
+  const TemporaryFolder folder;
+  const Photograph photo = through_file<std::uint8_t>(folder / "a.png", TypeDesc::UINT8, 1, {0, 7, 255});
+  CHECK(photo.rgb == std::vector<std::uint8_t>{0, 0, 0, 7, 7, 7, 255, 255, 255});
+}
+
+TEST_CASE("alpha is dropped and colours under it are as stored") {
+  const TemporaryFolder folder;
+  OIIO::ImageSpec spec(2, 1, 4, TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  const std::array<std::uint8_t, 8> rgba{200, 100, 50, 128, 10, 20, 30, 0};
+  write_stored(folder / "a.png", spec, TypeDesc::UINT8, rgba.data());
+  CHECK(read_photograph(folder / "a.png").rgb == std::vector<std::uint8_t>{200, 100, 50, 10, 20, 30});
+  const std::array<std::uint8_t, 4> grey_alpha{90, 128, 60, 0};
+  spec = OIIO::ImageSpec(2, 1, 2, TypeDesc::UINT8);
+  spec.alpha_channel = 1;
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  write_stored(folder / "b.png", spec, TypeDesc::UINT8, grey_alpha.data());
+  CHECK(read_photograph(folder / "b.png").rgb == std::vector<std::uint8_t>{90, 90, 90, 60, 60, 60});
+}
+
+TEST_CASE("floating-point samples are linear light") {
+  const TemporaryFolder folder;
+  // IEC 61966-2-1 by hand: 0.18 -> 0.46136 -> 117.6; 0.5 -> 0.73536 -> 187.5; 0.002 -> 0.02584 -> 6.6
+  const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
+  const Photograph photo =
+      through_file<float>(folder / "a.exr", TypeDesc::FLOAT, 3, {0, 0.002f, 0.18f, 0.5f, 1, 7, -1, nan, inf});
+  CHECK(photo.rgb == std::vector<std::uint8_t>{0, 7, 118, 188, 255, 255, 0, 0, 255});
+}
+
+TEST_CASE("an EXR's colours are found by name among other channels") {
+  const TemporaryFolder folder;
+  OIIO::ImageSpec spec(1, 1, 5, TypeDesc::FLOAT);
+  spec.channelnames = {"B", "G", "R", "A", "Z"};
+  const std::array<float, 5> samples{0.0f, 1.0f, 0.18f, 1.0f, 5.0f};
+  write_stored(folder / "a.exr", spec, TypeDesc::FLOAT, samples.data());
+  CHECK(read_photograph(folder / "a.exr").rgb == std::vector<std::uint8_t>{118, 255, 0});
+}
+
+TEST_CASE("what was written without loss reads back the same") {
+  const TemporaryFolder folder;
+  Photograph image{16, 16, {}, {}};
+  for (int value = 0; value < 256; ++value) {
+    const auto byte = static_cast<std::uint8_t>(value);
+    image.rgb.insert(image.rgb.end(),
+                     {byte, static_cast<std::uint8_t>(255 - value), static_cast<std::uint8_t>(7 * value)});
+  }
+  const std::string name = GENERATE("a.png", "a.PNG", "a.tif", "a.bmp", "a.exr");
+  write_image(folder / name, image);
+  const Photograph again = read_photograph(folder / name);
+  CHECK(again.width == 16);
+  CHECK(again.rgb == image.rgb);
+  CHECK(again.valid.empty());
+}
+
+TEST_CASE("a photograph with another format's ending is read by its first bytes") {
+  const TemporaryFolder folder;
+  const Photograph image = position_pattern(5, 3);
+  write_image(folder / "a.png", image);
+  fs::rename(folder / "a.png", folder / "a.jpg");
+  CHECK(read_photograph(folder / "a.jpg").rgb == image.rgb);
+  fs::rename(folder / "a.jpg", folder / "without-ending");
+  CHECK(photograph_size(folder / "without-ending").width == 5);
+}
+
+TEST_CASE("a file that is cut off is refused at any length") {
+  const TemporaryFolder folder;
+  const std::string name = GENERATE("a.jpg", "a.png", "a.bmp", "a.tif");
+  write_image(folder / name, position_pattern(60, 40, 8));
+  const std::string bytes = bytes_of(folder / name);
+  for (std::size_t length = 1; length < bytes.size(); length += length < 700 ? 1 : 97) {
+    CAPTURE(name, length);
+    const fs::path cut = folder.with_file("cut-" + name, bytes.substr(0, length));
+    CHECK_THROWS_AS(read_photograph(cut), InputError);
+  }
+}
+
+TEST_CASE("a progressive JPEG that is cut off is refused") {
+  const TemporaryFolder folder;
+  OIIO::ImageSpec spec(64, 48, 3, TypeDesc::UINT8);
+  spec.attribute("jpeg:progressive", 1);
+  write_stored(folder / "a.jpg", spec, TypeDesc::UINT8, position_pattern(64, 48, 8).rgb.data());
+  const std::string bytes = bytes_of(folder / "a.jpg");
+  CHECK(read_photograph(folder.with_file("padded.jpg", bytes + std::string(100, '\0'))).width == 64);
+  const fs::path cut = folder.with_file("cut.jpg", bytes.substr(0, bytes.size() - 2));
+  CHECK_THROWS_WITH(read_photograph(cut), cut.string() + ": the file is cut off after " +
+                                              std::to_string(bytes.size() - 2) + " bytes; copy it again");
+}
+
+TEST_CASE("a file that is no photograph gets a sentence that says so") {
+  const TemporaryFolder folder;
+  const auto check_both = [](const fs::path& path, const std::string& reason) {
+    CHECK_THROWS_WITH(photograph_size(path), path.string() + ": " + reason);
+    CHECK_THROWS_WITH(read_photograph(path), path.string() + ": " + reason);
+  };
+  check_both(folder / "missing.jpg", "no such file");
+  check_both(folder.path(), "is not a file");
+  check_both(folder.with_file("empty.png", ""), "is empty");
+  const std::string no_image = "not an image; its first bytes are not those of a known format";
+  check_both(folder.with_file("text.jpg", "hello, world"), no_image);
+  check_both(folder.with_file("text.txt", "hello, world"), no_image);
+  check_both(folder.with_file("text", "hello, world"), no_image);
+  const std::string unsound = "is damaged or cut off, a PNG without a sound header; copy it again";
+  const std::string signature = "\x89PNG\r\n\x1a\n";
+  CHECK_THROWS_WITH(photograph_size(folder.with_file("signature.png", signature)), Catch::EndsWith(unsound));
+  CHECK_THROWS_WITH(photograph_size(folder.with_file("claim.png", signature + "\xff\xff\xff\xffIHDRxx")),
+                    Catch::EndsWith(unsound));
+  write_image(folder / "whole.png", position_pattern(4, 3, 8));
+  const std::string whole = bytes_of(folder / "whole.png");
+  for (std::size_t byte = 8; byte < 33; ++byte) {  // IHDR, whatever bit of it is wrong
+    std::string damaged = whole;
+    damaged[byte] = static_cast<char>(damaged[byte] ^ 1 << byte % 8);
+    CHECK_THROWS_WITH(photograph_size(folder.with_file("damaged.png", damaged)), Catch::EndsWith(unsound));
+  }
+  check_both(folder.with_file("frameless.jpg", "\xff\xd8\xff\xd9"),
+             "is damaged or cut off, a JPEG without a frame header");
+}
+
+TEST_CASE("a JPEG header with any byte changed gives a size or is refused") {
+  const TemporaryFolder folder;
+  write_oriented(folder / "a.jpg", position_pattern(32, 16, 16), 6);
+  const std::string bytes = bytes_of(folder / "a.jpg");
+  for (std::size_t at = 3; at < bytes.size(); ++at) {
+    std::string changed = bytes;
+    changed[at] = static_cast<char>(~changed[at]);
+    const fs::path path = folder.with_file("b.jpg", changed);
+    CAPTURE(at);
+    try {
+      const ImageSize size = photograph_size(path);
+      CHECK(std::uint64_t{size.width} * size.height > 0);
+    } catch (const InputError& error) {
+      CHECK_THAT(error.what(), Catch::StartsWith(path.string() + ": "));
+    }
+  }
+}
+
+// A JPEG's frame header, of the given process, then nothing.
+std::string jpeg_that_claims(char process, const std::string& height_and_width) {
+  return "\xff\xd8\xff" + (process + std::string("\0\x11\x08", 3)) + height_and_width +
+         std::string("\x03\x01\x22\0\x02\x11\x01\x03\x11\x01\xff\xd9", 12);
+}
+
+TEST_CASE("a claimed size that the file cannot hold is refused before anything is allocated") {
+  const TemporaryFolder folder;
+  const char process = GENERATE('\xc0', '\xc2');  // baseline, progressive
+  const fs::path path = folder.with_file("a.jpg", jpeg_that_claims(process, "\xff\xdc\xff\xdc"));
+  CHECK_THROWS_WITH(photograph_size(path),
+                    path.string() + ": claims 65500x65500 pixels, which its 23 bytes cannot hold");
+  CHECK_THROWS_WITH(read_photograph(path), Catch::Contains("claims 65500x65500 pixels"));
+  const fs::path flat = folder.with_file("b.jpg", jpeg_that_claims(process, std::string("\0\0\0\x10", 4)));
+  CHECK_THROWS_WITH(photograph_size(flat), flat.string() + ": 16x0 pixels, there is nothing in it");
+}
+
+TEST_CASE("more than 65536 pixels a side are refused") {
+  const TemporaryFolder folder;
+  const std::vector<std::uint8_t> row(3 * 65537, 9);
+  write_stored(folder / "a.tif", OIIO::ImageSpec(65537, 1, 3, TypeDesc::UINT8), TypeDesc::UINT8, row.data());
+  CHECK_THROWS_WITH(photograph_size(folder / "a.tif"),
+                    (folder / "a.tif").string() + ": 65537x1 pixels, more than 65536 a side");
+}
+
+std::size_t files_in(const TemporaryFolder& folder) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder.path()), {}));
+}
+
+TEST_CASE("an image is written whole or not at all") {
+  const TemporaryFolder folder;
+  const Photograph image = position_pattern(5, 3);
+  write_image(folder / "a.png", position_pattern(2, 2));
+  write_image(folder / "a.png", image);
+  CHECK(read_photograph(folder / "a.png").rgb == image.rgb);
+  CHECK(files_in(folder) == 1);
+  fs::create_directory(folder / "taken.png");
+  CHECK_THROWS_AS(write_image(folder / "taken.png", image), InputError);
+  CHECK(files_in(folder) == 2);
+}
+
+TEST_CASE("an image that cannot be written is refused by name") {
+  const TemporaryFolder folder;
+  const Photograph image = position_pattern(5, 3);
+  CHECK_THROWS_WITH(write_image(folder / "a.xyz", image),
+                    (folder / "a.xyz").string() + ": no image format is known by the ending '.xyz'; use .png or .jpg");
+  CHECK_THROWS_WITH(write_image(folder / "none/a.png", image),
+                    (folder / "none/a.png").string() + ": cannot be written, its folder does not exist");
+  Photograph bad = image;
+  bad.rgb.pop_back();
+  CHECK_THROWS_MATCHES(write_image(folder / "a.png", bad), std::invalid_argument,
+                       Catch::Message("image.rgb has 44 bytes; it must have 45 (3 * width * height)"));
+  bad.width = 0;
+  CHECK_THROWS_MATCHES(write_image(folder / "a.png", bad), std::invalid_argument,
+                       Catch::Message("image size is 0x3; each side must be in [1, 65536]"));
+  CHECK(files_in(folder) == 0);
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,283 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photographs in tiles give the picture of whole photographs, without seams; coarser levels keep far pictures calm.
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "atlas/srgb.h"
+#include "blend/cubic_kernel.h"
+#include "blend/photograph_array.h"
+#include "blend/reference.h"
+#include "blend/renderer.h"
+#include "tests/support/gl_test_context.h"
+#include "tests/support/rendering_difference.h"
+#include "tests/support/small_scenes.h"
+#include "tests/support/wall_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+Camera between_views(std::size_t number) {
+  Camera camera = room_camera(number).scaled_to(240, 180);
+  const Camera next = room_camera(number + 1);
+  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * ((camera.center() + next.center()) / 2.0));
+  return camera;
+}
+
+TEST_CASE("tiles of any size show what whole photographs show") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  for (const std::uint32_t gutter : {1u, 2u, 4u, 8u}) {
+    BlendOptions options;
+    if (gutter == 1) options.sampling = BlendOptions::Sampling::linear;  // such tiles have no room for cubic
+    Renderer whole(*context);
+    whole.load(room_snapshot(10, {}, {0, gutter, 0}));
+    for (const std::uint32_t side : {8u, 32u, 128u}) {
+      Renderer tiles(*context);
+      tiles.load(room_snapshot(10, {}, {side, gutter, 0}));
+      for (std::size_t number = 0; number < 3; ++number) {
+        INFO("tiles of " << side << " pixels with a gutter of " << gutter);
+        const Camera camera = between_views(3 * number);
+        // A point within the occlusion tolerance behind another cell may be in a tile that no reference to that one
+        // needs.
+        CHECK(share_different(tiles.render(camera, options), whole.render(camera, options), 1) <= 0.0001);
+      }
+    }
+  }
+}
+
+TEST_CASE("the shader agrees with the CPU reference where only some tiles are resident") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot all = room_snapshot(12, {}, {16, 2, 0});
+  const std::uint32_t most = all.tiles.resident_tiles() / 3;
+  const Snapshot some = room_snapshot(12, {}, {16, 2, most});
+  REQUIRE(some.tiles.resident_tiles() == most);
+  const auto visibility = make_ray_visibility(some.surface->mesh);
+  Renderer renderer(*context);
+  renderer.load(some);
+  CHECK(array_bytes(some) >= most * slot_bytes({16, 2, 0}));
+  double different = 0, changed = 0;
+  for (std::size_t number = 0; number < 4; ++number) {
+    const Camera camera = between_views(2 * number);
+    const Rendering cpu = render_reference(some, camera, *visibility, {});
+    different += share_different(renderer.render(camera, {}), cpu, 2) / 4;
+    changed += share_different(render_reference(all, camera, *visibility, {}), cpu, 2) / 4;
+  }
+  CHECK(different <= 0.001);
+  CHECK(changed > 0.01);  // it is not the same picture
+}
+
+TEST_CASE("an array takes no more than its budget") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  for (const std::uint64_t budget : {20'000ull, 150'000ull, 1'000'000ull, 9'000'000ull}) {
+    TileOptions layout{16, 2, 0};
+    layout.max_tiles = slots_within(budget, layout);
+    const Snapshot snapshot = room_snapshot(8, {}, layout);
+    CHECK(array_bytes(snapshot) <= budget);
+    CHECK(array_bytes(snapshot) > budget * 3 / 4);
+  }
+}
+
+TEST_CASE("what stays resident is not copied again") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const auto atlas = room_atlas(9, {}, {16, 2, 0});
+  PhotographArray array;
+  const Snapshot first = atlas->snapshot();
+  array.load(first);
+  CHECK(array.uploaded_slots() == first.tiles.resident_tiles());
+  array.load(atlas->snapshot());
+  CHECK(array.uploaded_slots() == 0);
+  // Another photograph in the place of one view: its tiles are copied, and no others.
+  StoredView changed = *atlas->view(4);
+  changed.photograph.rgb[0] ^= 1;
+  const VisibilityBuffer visible = make_ray_visibility(atlas->surface().mesh)->trace(changed.camera);
+  std::vector<ShownCell> shown = shown_cells(changed, visible.face, atlas->surface().cells, atlas->layout());
+  atlas->replace(4, std::move(changed), std::move(shown));
+  const Snapshot second = atlas->snapshot();
+  array.load(second);
+  std::uint32_t tiles_of_view = 0;
+  for (std::uint32_t tile = second.tiles.first_tile[4]; tile < second.tiles.first_tile[5]; ++tile) {
+    tiles_of_view += second.tiles.slots[tile] != kNotResident;
+  }
+  CHECK(tiles_of_view > 0);
+  CHECK(array.uploaded_slots() == tiles_of_view);
+}
+
+// One view straight at a wall, everywhere in one cell, with a photograph of the caller's.
+template <typename Grey>
+Snapshot wall_with(const Camera& camera, const TileOptions& layout, const Grey& grey) {
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 4, 4, 4, 4);
+  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 10);
+  Photograph photograph{camera.width, camera.height, {}, {}};
+  for (std::uint32_t y = 0; y < camera.height; ++y) {
+    for (std::uint32_t x = 0; x < camera.width; ++x) {
+      photograph.rgb.insert(photograph.rgb.end(), 3, static_cast<std::uint8_t>(grey(x, y)));
+    }
+  }
+  Atlas atlas(surface, 1, layout);
+  TiledView tiled = make_tiled_view("wall", camera, std::move(photograph),
+                                    make_ray_visibility(surface->mesh)->trace(camera), surface->cells, layout, {});
+  atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+  atlas.set_references(0, {0});
+  return atlas.snapshot();
+}
+
+TEST_CASE("a gradient goes on over the borders of tiles") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Camera stored = forward_camera(128, 128);
+  for (const double away : {0.0, 1.5, 6.0}) {  // nearer footprints, and such of two and four pixels
+    const Snapshot snapshot =
+        wall_with(stored, {16, 4, 0}, [](std::uint32_t x, std::uint32_t y) { return 20 + x + y / 2; });
+    Renderer renderer(*context);
+    renderer.load(snapshot);
+    Camera camera = forward_camera(128, 128, {0, 0, -away});
+    const Rendering picture = renderer.render(camera, {});
+    for (std::uint32_t y = 50; y < 78; ++y) {
+      for (std::uint32_t x = 50; x < 77; ++x) {
+        const int step = picture.picture.rgb[3 * (128 * y + x + 1)] - picture.picture.rgb[3 * (128 * y + x)];
+        const double expected = (4 + away) / 4;  // levels from pixel to pixel
+        INFO("pixel " << x << ", " << y << ", camera back by " << away);
+        REQUIRE(std::abs(step - expected) <= 1.5);
+      }
+    }
+  }
+}
+
+TEST_CASE("a photograph taken from nearer is averaged, not sampled here and there") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Camera stored = forward_camera(256, 256);
+  const Snapshot snapshot =
+      wall_with(stored, {64, 4, 0}, [](std::uint32_t x, std::uint32_t y) { return (x ^ y) & 1 ? 255 : 0; });
+  Renderer renderer(*context);
+  renderer.load(snapshot);
+  Camera camera = forward_camera(256, 256, {0.013, 0.007, -12});  // four times as far
+  const auto error = [&](bool prefilter) {
+    BlendOptions options;
+    options.prefilter = prefilter;
+    const Rendering picture = renderer.render(camera, options);
+    double sum = 0;
+    int pixels = 0;
+    for (std::uint32_t y = 112; y < 144; ++y) {
+      for (std::uint32_t x = 112; x < 144; ++x, ++pixels) {
+        REQUIRE(picture.state[256 * y + x] == PixelState::textured);
+        sum += std::abs(linear_from_srgb8()[picture.picture.rgb[3 * (256 * y + x)]] - 0.5f);
+      }
+    }
+    return sum / pixels;
+  };
+  CHECK(error(true) < 0.01);
+  CHECK(error(false) > 0.05);
+}
+
+TEST_CASE("the cubic kernel is a mean about its place, as wide as the area that a pixel covers") {
+  for (const double width : {0.3, 1.0, 1.4, 1.9, 2.2}) {
+    for (const double f : {0.0, 0.2, 0.5, 0.9}) {
+      const std::array<double, 4> shares = cubic_shares(f, width);
+      double sum = 0, first = 0, second = 0;
+      for (int i = 0; i < 4; ++i) {
+        const double away = i - 1 - f;
+        sum += shares[static_cast<std::size_t>(i)];
+        first += shares[static_cast<std::size_t>(i)] * away;
+        second += shares[static_cast<std::size_t>(i)] * away * away;
+      }
+      INFO("width " << width << ", place " << f);
+      CHECK(sum == Approx(1).margin(1e-12));
+      CHECK(first == Approx(0).margin(1e-12));
+      CHECK(second == Approx(std::max(0.0, width * width - 1) / 12).margin(1e-12));
+    }
+  }
+}
+
+// Linear light of a picture whose pixels are half way between those of a photograph with stripes of two pixels, 0.5 and
+// 0.2: on a stripe, beside one.
+std::pair<float, float> between_stripes(const EglContext& context, std::uint32_t gutter,
+                                        BlendOptions::Sampling sampling) {
+  const Camera stored = forward_camera(128, 128);
+  const int bright = srgb8_from_linear(0.5);
+  const int dark = srgb8_from_linear(0.2);
+  const Snapshot snapshot =
+      wall_with(stored, {64, gutter, 0}, [&](std::uint32_t x, std::uint32_t) { return x % 4 < 2 ? bright : dark; });
+  Renderer renderer(context);
+  renderer.load(snapshot);
+  Camera camera = stored;
+  camera.cx -= 0.5;
+  BlendOptions options;
+  options.sampling = sampling;
+  const Rendering picture = renderer.render(camera, options);
+  const Rendering cpu = render_reference(snapshot, camera, *make_ray_visibility(snapshot.surface->mesh), options);
+  CHECK(share_different(picture, cpu, 1) == 0);
+  const auto at = [&](std::size_t x) { return linear_from_srgb8()[picture.picture.rgb[3 * (128 * 64 + x)]]; };
+  for (const std::size_t first : {60u, 64u}) {  // on either side of a border of tiles
+    CHECK(at(first) == at(56));
+    CHECK(at(first + 2) == at(58));
+  }
+  return {at(56), at(58)};
+}
+
+TEST_CASE("cubic sampling keeps fine detail that linear sampling blurs, and needs two pixels of gutter") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  using enum BlendOptions::Sampling;
+  // Shares -1/16, 9/16, 9/16, -1/16: stripes of 0.15 about 0.35 become such of 1.25 times that.
+  const auto [cubic_on, cubic_beside] = between_stripes(*context, 4, cubic);
+  CHECK(std::abs(cubic_on - (0.35 + 1.25 * 0.15)) < 0.01);
+  CHECK(std::abs(cubic_beside - (0.35 - 1.25 * 0.15)) < 0.01);
+  const auto [linear_on, linear_beside] = between_stripes(*context, 4, linear);
+  CHECK(std::abs(linear_on - 0.5) < 0.01);
+  CHECK(std::abs(linear_beside - 0.2) < 0.01);
+  CHECK(between_stripes(*context, 1, cubic) == between_stripes(*context, 1, linear));
+}
+
+TEST_CASE("cells beyond what 16 bits count are drawn from their own tiles") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 190, 190, 0.02f, 4);
+  REQUIRE(surface->mesh.faces.size() > (1u << 16));
+  std::vector<std::uint32_t> own(surface->mesh.faces.size());
+  for (std::uint32_t face = 0; face < own.size(); ++face) own[face] = face;
+  surface->cells = measure_cells(surface->mesh, std::move(own), 0.02);
+  const Camera camera = forward_camera(256, 256);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  const TileOptions layout{8, 1, 0};
+  Atlas atlas(surface, 2, layout);
+  for (int number = 0; number < 2; ++number) {
+    Photograph photograph{256, 256, std::vector<std::uint8_t>(3 * 256 * 256, number == 0 ? 60 : 200), {}};
+    TiledView tiled =
+        make_tiled_view("wall", camera, std::move(photograph), visibility->trace(camera), surface->cells, layout, {});
+    atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+  }
+  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
+    atlas.set_references(cell, {cell < (1u << 16) ? 0u : 1u});
+  }
+  Renderer renderer(*context);
+  renderer.load(atlas.snapshot());
+  const Camera novel = forward_camera(256, 256, {0.1, 0.05, 0});
+  const Rendering picture = renderer.render(novel, {});
+  const VisibilityBuffer visible = visibility->trace(novel);
+  std::set<int> values;
+  std::size_t wrong = 0, shown = 0;
+  for (std::size_t pixel = 0; pixel < picture.state.size(); ++pixel) {
+    if (picture.state[pixel] != PixelState::textured) continue;
+    ++shown;
+    wrong += picture.picture.rgb[3 * pixel] != (visible.face[pixel] < (1u << 16) ? 60 : 200);
+    values.insert(picture.picture.rgb[3 * pixel]);
+  }
+  CHECK(shown > 30'000);
+  CHECK(wrong * 100 < shown);  // at edges of faces, which GL and the rays may see differently
+  CHECK(values.count(60) == 1);
+  CHECK(values.count(200) == 1);
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <limits>
+#include <stdexcept>
+
+#include "mesh/cells.h"
+#include "tests/support/surfaces.h"
+
+namespace lumatlas {
+namespace {
+
+TEST_CASE("splitting a wall of two triangles keeps its area and bounds every edge") {
+  const Mesh wall = plane(1, 10);
+  for (const double max_edge : {20.0, 10.0, 3.0, 1.0, 0.37}) {
+    const Mesh split = split_large_faces(wall, max_edge);
+    CHECK(longest_edge_of(split) <= max_edge);
+    CHECK(area_of(split) == Approx(100).epsilon(1e-6));  // corners are floats
+    CHECK(is_manifold_and_oriented(split));
+    // Halving makes no edge shorter than half of the limit on the outline.
+    CHECK(static_cast<double>(boundary_edges(split)) <= 4 * std::ceil(10 / (max_edge / 2)));
+  }
+}
+
+TEST_CASE("split faces have their colours interpolated without drift") {
+  const Mesh split = split_large_faces(plane(1, 1), 0.02);
+  REQUIRE(split.colors.size() == split.positions.size());
+  for (std::size_t i = 0; i < split.positions.size(); ++i) {
+    CHECK(split.colors[i].r == std::lround(255 * split.positions[i].x));
+    CHECK(split.colors[i].g == std::lround(255 * split.positions[i].y));
+    CHECK(split.colors[i].b == 0);
+  }
+}
+
+TEST_CASE("a mesh without long edges is returned as it is") {
+  const Mesh mesh = plane(10, 1);
+  const Mesh same = split_large_faces(mesh, 0.2);
+  CHECK(same.positions == mesh.positions);
+  CHECK(same.colors == mesh.colors);
+  CHECK(same.faces == mesh.faces);
+}
+
+TEST_CASE("splitting a closed surface leaves it closed and its volume as it was") {
+  const Mesh coarse = joined(sphere(1), moved(sphere(0), {4, 0, 0}));
+  const Mesh split = split_large_faces(coarse, 0.1);
+  CHECK(longest_edge_of(split) <= 0.1);
+  CHECK(boundary_edges(split) == 0);
+  CHECK(is_manifold_and_oriented(split));
+  CHECK(split.colors.empty());
+  CHECK(area_of(split) == Approx(area_of(coarse)).epsilon(1e-6));
+  CHECK(volume_of(split) == Approx(volume_of(coarse)).epsilon(1e-6));
+}
+
+TEST_CASE("splitting touches only what is long and what lies beside it") {
+  const Mesh mesh = joined(plane(20, 1), moved(plane(1, 1), {2, 0, 0}));
+  const Mesh split = split_large_faces(mesh, 0.3);
+  for (std::size_t i = 0; i < 800; ++i) CHECK(split.faces[i] == mesh.faces[i]);
+}
+
+TEST_CASE("longest-edge bisection makes no needles") {
+  const Mesh split = split_large_faces(sphere(0), 0.05);
+  double smallest_sine = 1;
+  for (const glm::uvec3& face : split.faces) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::dvec3 at(split.positions[face[corner]]);
+      const glm::dvec3 u = glm::normalize(glm::dvec3(split.positions[face[(corner + 1) % 3]]) - at);
+      const glm::dvec3 v = glm::normalize(glm::dvec3(split.positions[face[(corner + 2) % 3]]) - at);
+      smallest_sine = std::min(smallest_sine, glm::length(glm::cross(u, v)));
+    }
+  }
+  CHECK(smallest_sine > std::sin(glm::radians(29.0)));  // half of an equilateral face's 60 degrees
+}
+
+TEST_CASE("max_edge must be positive") {
+  const Mesh mesh = plane(1, 1);
+  CHECK_THROWS_MATCHES(split_large_faces(mesh, 0), std::invalid_argument,
+                       Catch::Message("max_edge: is 0, must be above 0"));
+  CHECK_THROWS_MATCHES(split_large_faces(mesh, -2), std::invalid_argument,
+                       Catch::Message("max_edge: is -2, must be above 0"));
+  CHECK_THROWS_AS(split_large_faces(mesh, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+}
+
+TEST_CASE("a max_edge that no split can reach or no memory hold is refused") {
+  const Mesh far = moved(plane(1, 1), {1e6f, 0, 0});  // floats are 1/16 apart there
+  CHECK_THROWS_MATCHES(split_large_faces(far, 0.01), std::invalid_argument,
+                       Catch::Message("max_edge: is 0.01, must be at least 0.25, four times the resolution of the "
+                                      "positions of the faces to be split"));
+  CHECK(longest_edge_of(split_large_faces(far, 0.25)) <= 0.25);
+  CHECK_THROWS_MATCHES(split_large_faces(plane(1, 1), 1e-5), std::invalid_argument,
+                       Catch::Message("max_edge: is 1e-05, must be larger: it would split the mesh into at least "
+                                      "2.3094e+10 faces, the limit is 5e+08"));
+}
+
+TEST_CASE("a mesh that is not manifold is not split") {
+  Mesh fins{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}}, {}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
+  CHECK_THROWS_MATCHES(split_large_faces(fins, 0.5), std::invalid_argument,
+                       Catch::Message("mesh: face 2 makes an edge or a vertex non-manifold, must be repaired first"));
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,256 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/median_colors.h"
+
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/glm.hpp>
+
+#include "tests/support/relief_scenes.h"
+#include "tests/support/wall_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+// A photograph to be compared with a gallery's views, and where.
+struct Newcomer {
+  Newcomer(const Relief& relief, const Camera& where, const glm::dvec3& exposure = glm::dvec3(1.0))
+      : camera(where),
+        photograph(relief.photograph(where, exposure)),
+        pyramid(photograph),
+        samples(choose_surface_samples(camera, pyramid, relief.visibility->trace(camera.shrunk_to(160)), 500)) {}
+  [[nodiscard]] MedianColors compared_with(const Gallery& gallery, std::optional<std::uint32_t> except = {}) const {
+    return median_colors(camera, pyramid, samples, gallery.atlas, gallery.views, except);
+  }
+
+  Camera camera;
+  Photograph photograph;
+  Pyramid pyramid;
+  std::vector<SurfaceSample> samples;
+};
+
+void add_arc(Gallery& gallery, const std::vector<double>& degrees, const glm::dvec3& exposure = glm::dvec3(1.0)) {
+  for (const double angle : degrees) {
+    const Camera camera = camera_on_arc(angle);
+    gallery.add(camera, gallery.relief.photograph(camera, exposure));
+  }
+}
+
+Photograph flat_photograph(const Camera& camera, std::uint8_t value) {
+  return {
+      camera.width, camera.height, std::vector<std::uint8_t>(3 * std::size_t{camera.width} * camera.height, value), {}};
+}
+
+// Mean over points and channels of the difference from the surface's colour.
+double mean_error(const MedianColors& medians) {
+  double sum = 0;
+  for (std::size_t i = 0; i < medians.targets.positions.size(); ++i) {
+    const glm::dvec3 off = glm::dvec3(medians.targets.colors[0][i]) - relief_color(medians.targets.positions[i]);
+    sum += (std::abs(off.r) + std::abs(off.g) + std::abs(off.b)) / 3;
+  }
+  return sum / static_cast<double>(medians.targets.positions.size());
+}
+
+TEST_CASE("samples lie on the surface that the camera sees, where their pixels say") {
+  const Relief relief;
+  const Newcomer newcomer(relief, camera_on_arc(0));
+  REQUIRE(newcomer.samples.size() > 300);
+  REQUIRE(newcomer.samples.size() <= 600);
+  for (const SurfaceSample& sample : newcomer.samples) {
+    const glm::dvec3 cam = newcomer.camera.cam_from_world(sample.position);
+    REQUIRE(glm::length(newcomer.camera.image_from_cam(cam) - sample.image) < 1e-9);
+    REQUIRE(sample.face < relief.surface->mesh.faces.size());
+    REQUIRE(sample.position.z > 3.55);
+    REQUIRE(sample.position.z < 4.45);
+  }
+}
+
+TEST_CASE("no sample is on a depth edge, outside the lens's image, black or clipped") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(120, 120);
+  const VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
+  Photograph photograph = flat_photograph(camera, 120);
+  photograph.valid.assign(std::size_t{120} * 120, 255);
+  for (std::uint32_t y = 0; y < 120; ++y) {
+    for (std::uint32_t x = 0; x < 120; ++x) {
+      const std::size_t pixel = std::size_t{y} * 120 + x;
+      if (x < 20) photograph.valid[pixel] = 0;
+      if (y < 10) photograph.rgb[3 * pixel] = photograph.rgb[3 * pixel + 1] = photograph.rgb[3 * pixel + 2] = 5;
+      if (y >= 110) photograph.rgb[3 * pixel + 1] = 255;
+    }
+  }
+  const Pyramid pyramid(photograph);
+  const std::vector<SurfaceSample> samples = choose_surface_samples(camera, pyramid, visible, 2000);
+  REQUIRE(samples.size() > 500);
+  for (const SurfaceSample& sample : samples) {
+    REQUIRE(sample.image.x >= 20);
+    REQUIRE(sample.image.y >= 10);
+    REQUIRE(sample.image.y < 110);
+    // The panel's outline: half a unit wide at depth 2, so 30 pixels in the middle.
+    const glm::dvec2 off = glm::abs(sample.image - glm::dvec2(60));
+    REQUIRE(std::abs(std::max(off.x, off.y) - 15) > 0.5);
+  }
+}
+
+TEST_CASE("a camera that sees nothing has no samples, and no samples have no medians") {
+  Gallery gallery(2);
+  add_arc(gallery, {0, 5});
+  Camera away = camera_on_arc(0);
+  away.cam_from_world_translation = {500, 0, 500};
+  const Newcomer lost(gallery.relief, away);
+  CHECK(lost.samples.empty());
+  const MedianColors medians = lost.compared_with(gallery);
+  CHECK(medians.targets.positions.empty());
+  CHECK(medians.ratios.empty());
+  CHECK(medians.views_per_point == 0);
+}
+
+TEST_CASE("an empty gallery has no medians") {
+  const Gallery gallery(2);
+  const MedianColors medians = Newcomer(gallery.relief, camera_on_arc(0)).compared_with(gallery);
+  CHECK(medians.targets.positions.empty());
+  CHECK(medians.ratios.empty());
+}
+
+TEST_CASE("the medians are the surface's colours, at every level of the photograph") {
+  Gallery gallery(5);
+  add_arc(gallery, {-12, -6, 0, 6, 12});
+  const Newcomer newcomer(gallery.relief, camera_on_arc(3));
+  const MedianColors medians = newcomer.compared_with(gallery);
+  REQUIRE(medians.targets.positions.size() > 300);
+  REQUIRE(medians.targets.colors.size() == newcomer.pyramid.levels());
+  for (const auto& colors : medians.targets.colors) CHECK(colors.size() == medians.targets.positions.size());
+  CHECK(mean_error(medians) < 0.002);  // 8-bit values, bilinear
+  CHECK(medians.views_per_point > 4);
+  CHECK(medians.views_per_point <= 5);
+}
+
+TEST_CASE("two views of five that show something else leave the medians right") {
+  Gallery gallery(5);
+  add_arc(gallery, {-6, 0, 6});
+  gallery.add(camera_on_arc(4), flat_photograph(camera_on_arc(4), 200));
+  gallery.add(camera_on_arc(8), flat_photograph(camera_on_arc(8), 230));
+  CHECK(mean_error(Newcomer(gallery.relief, camera_on_arc(0)).compared_with(gallery)) < 0.02);
+}
+
+TEST_CASE("gains scale the medians and not the ratios") {
+  Gallery gallery(3);
+  for (const double angle : {-5.0, 0.0, 5.0}) {
+    const Camera camera = camera_on_arc(angle);
+    gallery.add(camera, gallery.relief.photograph(camera, glm::dvec3(0.5)), glm::dvec3(2.0));
+  }
+  const MedianColors medians = Newcomer(gallery.relief, camera_on_arc(2)).compared_with(gallery);
+  CHECK(mean_error(medians) < 0.002);
+  REQUIRE(medians.ratios.size() == 3);
+  for (const ExposureRatio& ratio : medians.ratios) CHECK(ratio.log_luminance.r == Approx(std::log(0.5)).margin(0.01));
+}
+
+TEST_CASE("a ratio says how much more light the view recorded than the photograph, channel by channel") {
+  Gallery gallery(3);
+  gallery.add(camera_on_arc(-4), gallery.relief.photograph(camera_on_arc(-4), {2, 1, 0.5}));
+  gallery.add(camera_on_arc(4), gallery.relief.photograph(camera_on_arc(4)));
+  const Newcomer newcomer(gallery.relief, camera_on_arc(0), glm::dvec3(0.5));
+  const MedianColors medians = newcomer.compared_with(gallery);
+  REQUIRE(medians.ratios.size() == 2);
+  CHECK(medians.ratios[0].slot == 0);
+  CHECK(medians.ratios[0].log_ratio.r == Approx(std::log(4)).margin(0.01));
+  CHECK(medians.ratios[0].log_ratio.g == Approx(std::log(2)).margin(0.01));
+  CHECK(medians.ratios[0].log_ratio.b == Approx(0).margin(0.01));
+  CHECK(medians.ratios[1].slot == 1);
+  CHECK(medians.ratios[1].log_luminance.g == Approx(std::log(2)).margin(0.01));
+  CHECK(medians.ratios[1].points > 300);
+}
+
+TEST_CASE("few points in common make no ratio") {
+  Gallery gallery(1);
+  add_arc(gallery, {0});
+  Newcomer newcomer(gallery.relief, camera_on_arc(2));
+  newcomer.samples.resize(19);
+  CHECK(newcomer.compared_with(gallery).ratios.empty());
+  const Newcomer whole(gallery.relief, camera_on_arc(2));
+  newcomer.samples.assign(whole.samples.begin() + 100, whole.samples.begin() + 140);
+  CHECK(newcomer.compared_with(gallery).ratios.size() == 1);
+}
+
+TEST_CASE("a slot that does not count, a free slot and a view that no cell refers to are left out") {
+  Gallery gallery(4);
+  add_arc(gallery, {-4, 0, 4});
+  const Newcomer newcomer(gallery.relief, camera_on_arc(1));
+  const MedianColors without = newcomer.compared_with(gallery, 1);
+  REQUIRE(without.ratios.size() == 2);
+  CHECK(without.ratios[0].slot == 0);
+  CHECK(without.ratios[1].slot == 2);
+  for (std::uint32_t cell = 0; cell < gallery.relief.surface->cells.cells.size(); ++cell) {
+    gallery.atlas.set_references(cell, {2});
+  }
+  const MedianColors referenced = newcomer.compared_with(gallery);
+  REQUIRE(referenced.ratios.size() == 1);
+  CHECK(referenced.ratios[0].slot == 2);
+  gallery.views[2].reset();
+  CHECK(newcomer.compared_with(gallery).targets.positions.empty());
+}
+
+TEST_CASE("pixels that are masked, clipped or black say nothing") {
+  Gallery gallery(4);
+  add_arc(gallery, {0});
+  const Camera camera = camera_on_arc(2);
+  gallery.add(camera, flat_photograph(camera, 255));
+  gallery.add(camera, flat_photograph(camera, 3));
+  gallery.add(camera, flat_photograph(camera, 200), glm::dvec3(1.0),
+              std::vector<std::uint8_t>(std::size_t{camera.width} * camera.height, 0));
+  const MedianColors medians = Newcomer(gallery.relief, camera_on_arc(1)).compared_with(gallery);
+  REQUIRE(medians.ratios.size() == 1);
+  CHECK(medians.ratios[0].slot == 0);
+  CHECK(medians.views_per_point == 1);
+}
+
+TEST_CASE("what a view shows of a point before it, behind something, beside its picture or behind itself") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(120, 120);
+  const auto stored =
+      std::make_shared<const StoredView>(traced_view(*surface, "wall", camera, flat_photograph(camera, 188)));
+  const ComparedView view{stored, Pyramid(stored->photograph), glm::dvec3(5.0)};
+  const std::optional<glm::dvec3> on_wall = color_in_view(view, {1, 0.4, 4}, 4.0 / 120);
+  REQUIRE(on_wall);
+  CHECK(on_wall->g == Approx(0.5).margin(0.01));  // without the gain
+  CHECK(color_in_view(view, {0.02, 0.03, 2}, 2.0 / 120));
+  CHECK_FALSE(color_in_view(view, {0.02, 0.03, 4}, 4.0 / 120));  // behind the panel
+  CHECK_FALSE(color_in_view(view, {3, 0, 4}, 4.0 / 120));
+  CHECK_FALSE(color_in_view(view, {0, 0, -1}, 4.0 / 120));
+  CHECK_FALSE(color_in_view(view, {0, 0, 0}, 4.0 / 120));
+  CHECK_FALSE(color_in_view(view, {0.25, 0, 2}, 2.0 / 120));  // on the panel's edge
+}
+
+TEST_CASE("a coarse comparison reads a coarse level") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(160, 160);
+  Photograph stripes = flat_photograph(camera, 0);
+  for (std::size_t pixel = 0; pixel < stripes.rgb.size() / 3; pixel += 2) {
+    for (std::size_t channel = 0; channel < 3; ++channel) stripes.rgb[3 * pixel + channel] = 255;
+  }
+  const auto stored = std::make_shared<const StoredView>(traced_view(*surface, "stripes", camera, stripes));
+  const ComparedView view{stored, Pyramid(stored->photograph), glm::dvec3(1.0)};
+  const glm::dvec3 centre_of_pixel = camera.center() + 4.0 * camera.ray({40.5, 50.5});
+  const double fine = color_in_view(view, centre_of_pixel, 4.0 / 160)->r;
+  CHECK((fine < 0.01 || fine > 0.99));
+  CHECK(color_in_view(view, centre_of_pixel, 2 * 4.0 / 160)->r == Approx(0.5).margin(0.01));
+}
+
+TEST_CASE("medians have the same bits on one thread as on four") {
+  Gallery gallery(4);
+  add_arc(gallery, {-9, -3, 3, 9});
+  const Newcomer newcomer(gallery.relief, camera_on_arc(1));
+  const auto medians = [&](std::size_t threads) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    return newcomer.compared_with(gallery);
+  };
+  const MedianColors one = medians(1), four = medians(4);
+  CHECK(one.targets.positions == four.targets.positions);
+  CHECK(one.targets.colors == four.targets.colors);
+  REQUIRE(one.ratios.size() == four.ratios.size());
+  for (std::size_t i = 0; i < one.ratios.size(); ++i) CHECK(one.ratios[i].log_ratio == four.ratios[i].log_ratio);
+}
+
+}  // namespace
+}  // namespace lumatlas

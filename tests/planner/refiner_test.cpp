@@ -1,0 +1,528 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Refinement as the planner uses it, on streams whose true poses and exposures are known.
+#include "planner/refiner.h"
+
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "planner/planner.h"
+#include "tests/support/refusal.h"
+#include "tests/support/relief_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+PlannerOptions options_for_relief() {
+  PlannerOptions options;
+  options.coverage.ideal_distance = 4;
+  options.min_view_gain = 0;  // keep whatever helps
+  options.visibility_px = 80;
+  options.refinement.samples = 800;
+  options.refinement.sample_px = 120;
+  options.refinement.trust.grid_px = 80;
+  return options;
+}
+
+PlannerOptions without_refinement() {
+  PlannerOptions options = options_for_relief();
+  options.refinement.alignment.pose = options.refinement.alignment.exposure = false;
+  return options;
+}
+
+// One photograph of a walk before the wall: the pose that the stream gives, and the truth.
+struct Frame {
+  std::string name;
+  Camera truth, given;
+  glm::dvec3 exposure{1.0};
+  std::vector<glm::dvec3> points;
+};
+
+struct Stream {
+  Stream(std::uint32_t capacity, const PlannerOptions& options)
+      : atlas(relief.surface, capacity), planner(atlas, *relief.visibility, options) {}
+
+  // The first four frames are right, so that "right" means something; the others are off by `px` and `stops`.
+  [[nodiscard]] Frame frame(std::size_t number, double px, double stops) const {
+    const double turn = 2.4 * static_cast<double>(number);
+    Frame result;
+    result.name = "view " + std::to_string(number);
+    result.truth = relief_camera({1.1 * std::cos(turn), 0.7 * std::sin(turn), 0.2 * std::sin(3 * turn)},
+                                 {0.5 * std::cos(turn + 1), 0.4 * std::sin(turn + 1), 4});
+    result.points = relief.points(result.truth, 16, 12);
+    const bool right = number < 4 || px == 0;
+    result.given =
+        right ? result.truth : disturbed(result.truth, px, static_cast<std::uint32_t>(number), result.points);
+    if (!right) result.exposure = glm::dvec3(std::exp2(stops * std::sin(5 * static_cast<double>(number))));
+    return result;
+  }
+  Verdict offer(const Frame& frame) {
+    return planner.offer(frame.name, frame.given, relief.photograph(frame.truth, frame.exposure));
+  }
+  std::vector<Frame> offer_all(std::size_t count, double px, double stops) {
+    std::vector<Frame> frames;
+    for (std::size_t i = 0; i < count; ++i) {
+      frames.push_back(frame(i, px, stops));
+      offer(frames.back());
+    }
+    return frames;
+  }
+  // Slot of the stored view with that name.
+  [[nodiscard]] std::optional<std::uint32_t> slot_of(const std::string& name) const {
+    for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+      if (atlas.view(slot) && atlas.view(slot)->name == name) return slot;
+    }
+    return std::nullopt;
+  }
+  // Root mean square over the stored views of how far their poses are from the truth.
+  [[nodiscard]] double stored_error_px(const std::vector<Frame>& frames) const {
+    double sum = 0, count = 0;
+    for (const Frame& f : frames) {
+      const auto slot = slot_of(f.name);
+      if (!slot) continue;
+      const double error = pose_error_px(atlas.view(*slot)->camera, f.truth, f.points);
+      sum += error * error;
+      count += 1;
+    }
+    return std::sqrt(sum / count);
+  }
+  // Largest deviation, as a logarithm, of gain times exposure from what it is on the average.
+  [[nodiscard]] double worst_exposure_error(const std::vector<Frame>& frames) const {
+    std::vector<double> logs;
+    for (const Frame& f : frames) {
+      if (const auto slot = slot_of(f.name)) logs.push_back(std::log(atlas.gain(*slot).g * f.exposure.g));
+    }
+    double mean = 0, worst = 0;
+    for (const double value : logs) mean += value / static_cast<double>(logs.size());
+    for (const double value : logs) worst = std::max(worst, std::abs(value - mean));
+    return worst;
+  }
+
+  Relief relief;
+  Atlas atlas;
+  Planner planner;
+};
+
+bool same_camera(const Camera& a, const Camera& b) {
+  return a.width == b.width && a.height == b.height && a.fx == b.fx && a.fy == b.fy && a.cx == b.cx && a.cy == b.cy &&
+         a.cam_from_world_rotation == b.cam_from_world_rotation &&
+         a.cam_from_world_translation == b.cam_from_world_translation;
+}
+
+void check_same_store(const Atlas& a, const Atlas& b) {
+  const Snapshot first = a.snapshot(), second = b.snapshot();
+  CHECK((first.references.offsets == second.references.offsets));
+  CHECK((first.references.views == second.references.views));
+  CHECK((first.gains == second.gains));
+  REQUIRE(first.views.size() == second.views.size());
+  for (std::size_t slot = 0; slot < first.views.size(); ++slot) {
+    REQUIRE((first.views[slot] == nullptr) == (second.views[slot] == nullptr));
+    if (!first.views[slot]) continue;
+    CHECK((first.views[slot]->name == second.views[slot]->name));
+    CHECK(same_camera(first.views[slot]->camera, second.views[slot]->camera));
+    CHECK((first.views[slot]->trust == second.views[slot]->trust));
+    CHECK((first.views[slot]->validity == second.views[slot]->validity));
+    CHECK((first.views[slot]->depth == second.views[slot]->depth));
+  }
+}
+
+TEST_CASE("disturbed poses end nearer to the truth than they were given, and gains make up for the exposures") {
+  Stream stream(16, options_for_relief());
+  const std::vector<Frame> frames = stream.offer_all(14, 3, 1);
+  REQUIRE(stream.atlas.size() >= 12);
+  double given = 0, count = 0;
+  for (const Frame& f : frames) {
+    const auto slot = stream.slot_of(f.name);
+    if (!slot) continue;
+    const double before = pose_error_px(f.given, f.truth, f.points);
+    given += before * before;
+    count += 1;
+    if (before == 0) continue;
+    CAPTURE(f.name);
+    CHECK(pose_error_px(stream.atlas.view(*slot)->camera, f.truth, f.points) < 0.5 * before);
+  }
+  given = std::sqrt(given / count);
+  CHECK(stream.stored_error_px(frames) < 0.2 * given);
+  // Gains differ by up to two stops; 3 % is what photographs of 8 bit and sub-pixel errors leave.
+  CHECK(stream.worst_exposure_error(frames) < 0.03);
+}
+
+TEST_CASE("each refined view has the depth and the mask of its refined pose") {
+  const PlannerOptions options = options_for_relief();
+  Stream stream(16, options);
+  stream.offer_all(8, 3, 1);
+  stream.planner.polish();
+  for (std::uint32_t slot = 0; slot < 16; ++slot) {
+    const auto view = stream.atlas.view(slot);
+    if (!view) continue;
+    CHECK_NOTHROW(check(view->camera));
+    CHECK(view->depth == stream.relief.visibility->trace(view->camera).depth);
+    CHECK(view->validity == validity_mask(view->photograph, view->depth, view->trust, options.validity));
+  }
+}
+
+// A frame of the walk that shows another part of the wall than its pose says, one of many.
+Frame misplaced_frame(const Stream& stream, std::size_t number) {
+  Frame lost = stream.frame(9, 0, 0);
+  const double turn = 0.61 * static_cast<double>(number);
+  const glm::dvec3 aside(std::cos(turn), std::sin(turn), 0);
+  lost.truth = relief_camera(glm::dvec3(1.9, 1.5, 0) * aside + glm::dvec3(0, 0, 0.3),
+                             glm::dvec3(2.2, 1.7, 0) * aside + glm::dvec3(0, 0, 4));
+  return lost;
+}
+
+TEST_CASE("views with the pose of another place are outliers and leave the store as it was") {
+  Stream stream(16, options_for_relief()), untouched(16, options_for_relief());
+  for (std::size_t i = 0; i < 8; ++i) {
+    stream.offer(stream.frame(i, 1, 0.5));
+    untouched.offer(untouched.frame(i, 1, 0.5));
+  }
+  const double coverage = stream.planner.summed_coverage();
+  for (std::size_t number = 0; number < 12; ++number) {
+    CAPTURE(number);
+    const Verdict verdict = stream.offer(misplaced_frame(stream, number));
+    CHECK(verdict.decision == Decision::outlier);
+    CHECK_FALSE(verdict.slot);
+    CHECK(verdict.replaced.empty());
+    REQUIRE(verdict.refinement);
+    CHECK(verdict.refinement->outlier);
+    REQUIRE(verdict.refinement->alignment.correlation);
+    CHECK(*verdict.refinement->alignment.correlation < options_for_relief().refinement.least_correlation);
+  }
+  CHECK(stream.planner.summed_coverage() == Approx(coverage).epsilon(1e-12));  // sums in another order
+  check_same_store(stream.atlas, untouched.atlas);
+  const Frame next = stream.frame(10, 1, 0.5);
+  CHECK(stream.offer(next).decision == untouched.offer(next).decision);
+  check_same_store(stream.atlas, untouched.atlas);
+}
+
+TEST_CASE("a view with the pose of another place is kept where too few others show what it should") {
+  PlannerOptions options = options_for_relief();
+  options.refinement.least_views = 5;
+  Stream stream(16, options);
+  for (std::size_t i = 0; i < 4; ++i) stream.offer(stream.frame(i, 0, 0));
+  CHECK(stream.offer(misplaced_frame(stream, 0)).decision == Decision::kept);
+}
+
+TEST_CASE("a view that no other overlaps is never an outlier") {
+  Stream stream(4, options_for_relief());
+  const Verdict first = stream.offer(stream.frame(0, 0, 0));
+  CHECK(first.decision == Decision::kept);
+  REQUIRE(first.refinement);
+  CHECK(first.refinement->points == 0);
+  CHECK_FALSE(first.refinement->outlier);
+  CHECK(same_camera(stream.atlas.view(0)->camera, stream.frame(0, 0, 0).given));
+  CHECK(stream.atlas.gain(0) == glm::dvec3(1));
+}
+
+TEST_CASE("refining changes neither the store nor what refining again says") {
+  Stream stream(8, options_for_relief()), untouched(8, options_for_relief());
+  for (std::size_t i = 0; i < 6; ++i) {
+    stream.offer(stream.frame(i, 2, 0.5));
+    untouched.offer(untouched.frame(i, 2, 0.5));
+  }
+  Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
+  const Frame next = stream.frame(7, 2, 0.5);
+  const Photograph photograph = stream.relief.photograph(next.truth, next.exposure);
+  const Refinement once = refiner.refine(next.given, photograph);
+  const Refinement twice = refiner.refine(next.given, photograph);
+  CHECK(same_camera(once.alignment.camera, twice.alignment.camera));
+  check_same_store(stream.atlas, untouched.atlas);
+}
+
+TEST_CASE("without refinement every kept view has the camera that it came with, a gain of one and no trust mask") {
+  Stream stream(5, without_refinement());
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < 12; ++i) {
+    frames.push_back(stream.frame(i, 3, 1));
+    const Verdict verdict = stream.offer(frames.back());
+    CHECK_FALSE(verdict.refinement);
+    CHECK(verdict.refine_ms == 0);
+    CHECK(verdict.decision != Decision::outlier);
+  }
+  std::size_t found = 0;
+  for (const Frame& f : frames) {
+    const auto slot = stream.slot_of(f.name);
+    if (!slot) continue;
+    ++found;
+    CHECK(same_camera(stream.atlas.view(*slot)->camera, f.given));
+    CHECK(stream.atlas.gain(*slot) == glm::dvec3(1));
+    CHECK(stream.atlas.view(*slot)->trust.empty());
+  }
+  CHECK(found == 5);
+}
+
+TEST_CASE("which views are kept, and where, does not depend on refinement, unless one is an outlier") {
+  Stream refined(5, options_for_relief()), plain(5, without_refinement());
+  for (std::size_t i = 0; i < 12; ++i) {
+    const Frame f = refined.frame(i, 2, 1);
+    const Verdict a = refined.offer(f), b = plain.offer(f);
+    CHECK(a.decision == b.decision);
+    CHECK(a.slot == b.slot);
+    CHECK(a.replaced == b.replaced);
+    CHECK(a.gain == b.gain);
+  }
+}
+
+TEST_CASE("exposure alone leaves the poses, and the pose alone leaves the gains") {
+  PlannerOptions options = options_for_relief();
+  options.refinement.alignment.pose = false;
+  Stream exposure_only(8, options);
+  const std::vector<Frame> frames = exposure_only.offer_all(7, 0.5, 1);
+  for (const Frame& f : frames) {
+    const auto slot = exposure_only.slot_of(f.name);
+    if (slot) CHECK(same_camera(exposure_only.atlas.view(*slot)->camera, f.given));
+  }
+  CHECK(exposure_only.worst_exposure_error(frames) < 0.03);
+
+  options = options_for_relief();
+  options.refinement.alignment.exposure = false;
+  Stream pose_only(8, options);
+  const std::vector<Frame> even = pose_only.offer_all(7, 3, 0);
+  for (const Frame& f : even) {
+    if (const auto slot = pose_only.slot_of(f.name)) CHECK(pose_only.atlas.gain(*slot) == glm::dvec3(1));
+  }
+  CHECK(pose_only.stored_error_px(even) < 1);
+}
+
+TEST_CASE("polishing lowers the mean residual and comes to rest") {
+  PlannerOptions options = options_for_relief();
+  Stream stream(16, options);
+  const std::vector<Frame> frames = stream.offer_all(12, 6, 1);
+  PolishStep last = stream.planner.polish();
+  const PolishStep first = last;
+  CHECK(first.residual_after <= first.residual_before);
+  for (int step = 0; step < 4; ++step) {
+    last = stream.planner.polish();
+    CHECK(last.residual_after <= last.residual_before);
+  }
+  CHECK(last.residual_after <= first.residual_before);
+  CHECK(last.residual_after < 0.02);
+  // As a set the views stay where their given poses put them, which is off by the mean of twelve errors of 6 px or
+  // less.
+  CHECK(stream.stored_error_px(frames) < 6 / std::sqrt(12.0));
+}
+
+TEST_CASE("polishing improves a store whose poses were stored as they came") {
+  Relief relief;
+  Atlas atlas(relief.surface, 10);
+  RefinementOptions refinement = options_for_relief().refinement;
+  refinement.trust.enabled = false;
+  Refiner refiner(atlas, *relief.visibility, refinement);
+  const Stream walk(1, options_for_relief());
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < 10; ++i) {
+    frames.push_back(walk.frame(i, 2, 0));
+    const Frame& f = frames.back();
+    const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
+                                                             relief.visibility->trace(f.given), ValidityOptions{}));
+    refiner.stored(slot, f.given, Refinement{}, ValidityOptions{});
+  }
+  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+    atlas.set_references(cell, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  }
+  const auto error = [&] {
+    double sum = 0;
+    for (std::uint32_t slot = 0; slot < 10; ++slot) {
+      sum += pose_error_px(atlas.view(slot)->camera, frames[slot].truth, frames[slot].points);
+    }
+    return sum / 10;
+  };
+  const double given = error();
+  const PolishStep first = refiner.polish(ValidityOptions{});
+  CHECK(first.moved_px > 0.3);
+  CHECK(first.residual_after < 0.9 * first.residual_before);
+  PolishStep last;
+  for (int step = 0; step < 3; ++step) last = refiner.polish(ValidityOptions{});
+  CHECK(last.residual_after < 0.6 * first.residual_before);
+  CHECK(error() < 0.5 * given);
+}
+
+TEST_CASE("a view that stays where it was given is not made anew, and one that moves is") {
+  PlannerOptions options = options_for_relief();
+  options.refinement.trust.enabled = false;  // so that only a pose can be the reason
+  const auto stored = [](const Stream& stream) {
+    std::vector<std::shared_ptr<const StoredView>> views;
+    for (std::uint32_t slot = 0; slot < 6; ++slot) views.push_back(stream.atlas.view(slot));
+    return views;
+  };
+  Stream right(16, options);
+  right.offer_all(6, 0, 0);
+  const auto before = stored(right);
+  CHECK(right.planner.polish().moved_px == 0);
+  for (std::size_t i = 6; i < 12; ++i) right.offer(right.frame(i, 0, 0));  // each of which visits two again
+  CHECK(stored(right) == before);
+
+  Stream wrong(16, options);
+  wrong.offer_all(6, 6, 0);
+  const auto given = stored(wrong);
+  CHECK(wrong.planner.polish().moved_px > 0);
+  CHECK(stored(wrong) != given);
+}
+
+TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
+  Stream right(40, options_for_relief());
+  right.offer_all(1, 0, 0);
+  CHECK(right.planner.revisited() == 0);  // there is no other
+  for (std::size_t i = 1; i < 30; ++i) right.offer(right.frame(i, 0, 0));
+  const std::uint64_t until_rest = right.planner.revisited();
+  CHECK(until_rest > 0);
+  CHECK(until_rest <= kComparisonsToRest);
+
+  const Stream walk(1, options_for_relief());
+  bool moved = false;
+  for (std::size_t i = 30; i < 36 && !moved; ++i) {
+    const std::uint64_t before = right.planner.revisited();
+    const Verdict verdict = right.offer(walk.frame(i, 4, 0));
+    if (verdict.decision != Decision::kept) continue;
+    REQUIRE(verdict.refinement);
+    moved = verdict.refinement->alignment.moved;
+    CHECK(right.planner.revisited() == before + (moved ? options_for_relief().refinement.revisits : 0));
+  }
+  CHECK(moved);
+
+  Stream wrong(40, options_for_relief());
+  wrong.offer_all(30, 4, 0);
+  CHECK(wrong.planner.revisited() > until_rest + 10);
+}
+
+TEST_CASE("polishing a store of one view, or of none, changes nothing") {
+  Stream stream(4, options_for_relief());
+  CHECK(stream.planner.polish().moved_px == 0);
+  const Frame only = stream.frame(0, 0, 0);
+  stream.offer(only);
+  const PolishStep step = stream.planner.polish();
+  CHECK(step.residual_after == 0);
+  CHECK(same_camera(stream.atlas.view(0)->camera, only.given));
+}
+
+TEST_CASE("the exposure of a view that has left says nothing about the one that takes its slot") {
+  Stream stream(2, options_for_relief());
+  Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
+  const auto store = [&](std::size_t number, std::vector<ExposureRatio> ratios) {
+    const Frame f = stream.frame(number, 0, 0);
+    const std::uint32_t slot =
+        stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
+                                             stream.relief.visibility->trace(f.given), ValidityOptions{}));
+    Refinement refinement;
+    refinement.ratios = std::move(ratios);
+    refiner.stored(slot, f.given, refinement, ValidityOptions{});
+    return slot;
+  };
+  REQUIRE(store(0, {}) == 0);
+  REQUIRE(store(1, {{0, glm::dvec3(0.5), glm::dvec3(0.5), 400}}) == 1);
+  CHECK(std::log(stream.atlas.gain(1).g / stream.atlas.gain(0).g) == Approx(0.5).margin(2e-3));
+  refiner.erased(0);
+  stream.atlas.erase(0);
+  REQUIRE(store(2, {}) == 0);
+  CHECK(stream.atlas.gain(0) == glm::dvec3(1));
+  CHECK(stream.atlas.gain(1) == glm::dvec3(1));
+}
+
+TEST_CASE("the exposures of views that leave for one say nothing about it, nor about those that take their slots") {
+  Stream stream(2, options_for_relief());
+  Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
+  const auto store = [&](std::size_t number, std::vector<ExposureRatio> ratios) {
+    const Frame f = stream.frame(number, 0, 0);
+    Refinement refinement;
+    refinement.ratios = std::move(ratios);
+    refiner.stored(stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
+                                                        stream.relief.visibility->trace(f.given), ValidityOptions{})),
+                   f.given, refinement, ValidityOptions{});
+  };
+  store(0, {});
+  store(1, {});
+  for (const std::uint32_t slot : {0u, 1u}) {
+    refiner.erased(slot);
+    stream.atlas.erase(slot);
+  }
+  // It was compared with both while they were there.
+  const glm::dvec3 brighter(0.5);
+  store(2, {{0, brighter, brighter, 400}, {1, brighter, brighter, 400}});
+  store(3, {});
+  CHECK(stream.atlas.gain(0) == glm::dvec3(1));
+  CHECK(stream.atlas.gain(1) == glm::dvec3(1));
+}
+
+TEST_CASE("a store of three views goes on refining while others are offered and take their places") {
+  Stream stream(3, options_for_relief());
+  std::vector<Frame> frames;
+  std::size_t replaced = 0;
+  for (std::size_t i = 0; i < 12; ++i) {
+    frames.push_back(stream.frame(i, 1, 0.5));
+    replaced += stream.offer(frames.back()).decision == Decision::replaced;
+    REQUIRE(stream.atlas.size() <= 3);
+  }
+  CHECK(replaced >= 1);
+  CHECK(stream.atlas.size() == 3);
+  CHECK(stream.worst_exposure_error(frames) < 0.05);
+  CHECK_NOTHROW(stream.planner.mask());
+  const PolishStep step = stream.planner.polish();
+  CHECK(step.residual_after <= step.residual_before);
+  for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK_NOTHROW(check(stream.atlas.view(slot)->camera));
+}
+
+TEST_CASE(
+    "a passer-by in one photograph is masked once enough others have come, and stays masked when they are polished") {
+  Stream stream(12, options_for_relief());
+  for (std::size_t i = 0; i < 8; ++i) {
+    const Frame f = stream.frame(i, 0, 0);
+    Photograph photograph = stream.relief.photograph(f.truth);
+    for (std::uint32_t y = 50; i == 1 && y < 120; ++y) {
+      for (std::uint32_t x = 90; x < 150; ++x) {
+        std::uint8_t* rgb = &photograph.rgb[3 * (std::size_t{y} * 240 + x)];
+        rgb[0] = 210, rgb[1] = 20, rgb[2] = 30;
+      }
+    }
+    stream.planner.offer(f.name, f.given, photograph);
+  }
+  const std::uint32_t slot = stream.slot_of("view 1").value();
+  REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
+  CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
+  stream.planner.polish();
+  stream.planner.mask();
+  REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
+  CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
+  for (std::uint32_t other = 0; other < 8; ++other) {
+    if (other != slot && stream.atlas.view(other)) CHECK(stream.atlas.view(other)->trust.empty());
+  }
+}
+
+TEST_CASE("the same stream with refinement, masks and polishing gives the same store on one thread as on four") {
+  const auto stream_on = [](std::size_t threads) {
+    const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
+    auto stream = std::make_unique<Stream>(5, options_for_relief());
+    stream->offer_all(9, 2, 1);
+    stream->planner.polish();
+    stream->planner.mask();
+    return stream;
+  };
+  const auto one = stream_on(1), four = stream_on(4);
+  check_same_store(one->atlas, four->atlas);
+}
+
+TEST_CASE("refinement options that break a rule are refused by name") {
+  const auto refusal_of = [](const auto& change) { return refusal<RefinementOptions>(change); };
+  CHECK(refusal_of([](RefinementOptions& o) { o.samples = 0; }) ==
+        "refinement: samples is 0.000000, must be at least 1");
+  CHECK(refusal_of([](RefinementOptions& o) { o.sample_px = 0; }) ==
+        "refinement: sample_px is 0.000000, must be at least 1");
+  CHECK(refusal_of([](RefinementOptions& o) { o.least_correlation = 1.5; }) ==
+        "refinement: least_correlation is 1.500000, must be in [-1, 1]");
+  CHECK(refusal_of([](RefinementOptions& o) { o.least_views = -1; }) ==
+        "refinement: least_views is -1.000000, must be not negative");
+  CHECK(refusal_of([](RefinementOptions& o) { o.alignment.levels = 0; }) ==
+        "alignment: levels is 0.000000, must be at least 1");
+  CHECK(refusal_of([](RefinementOptions&) {}) == "accepted");
+}
+
+}  // namespace
+}  // namespace lumatlas

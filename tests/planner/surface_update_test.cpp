@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The geometry changes while the stream runs: Planner::update_surface().
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <functional>
+#include <glm/glm.hpp>
+
+#include "mesh/cell_growth.h"
+#include "planner/planner.h"
+#include "tests/support/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+constexpr std::uint32_t kViews = 16;
+
+PlannerOptions options_for_room(bool refine, bool demand) {
+  PlannerOptions options;
+  options.coverage.demand = demand;
+  options.coverage.ideal_distance = 2;
+  options.coverage.max_references = kViews;  // every view has a place, whatever the order
+  options.visibility_px = 64;
+  options.refinement.alignment.pose = false;
+  options.refinement.alignment.exposure = refine;
+  options.refinement.trust.enabled = refine;
+  return options;
+}
+
+// The mesh with a free-standing panel, 0.8 wide and high, in the plane x = `x`.
+Mesh with_panel(Mesh mesh, float x) {
+  constexpr std::uint32_t kSteps = 8;
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  const bool colored = !mesh.colors.empty();
+  for (std::uint32_t row = 0; row <= kSteps; ++row) {
+    for (std::uint32_t column = 0; column <= kSteps; ++column) {
+      mesh.positions.emplace_back(x, -0.4f + 0.1f * static_cast<float>(column), 0.8f + 0.1f * static_cast<float>(row));
+      if (colored) mesh.colors.emplace_back(128);
+    }
+  }
+  for (std::uint32_t row = 0; row < kSteps; ++row) {
+    for (std::uint32_t column = 0; column < kSteps; ++column) {
+      const std::uint32_t corner = first + row * (kSteps + 1) + column;
+      mesh.faces.emplace_back(corner, corner + 1, corner + kSteps + 2);
+      mesh.faces.emplace_back(corner, corner + kSteps + 2, corner + kSteps + 1);
+    }
+  }
+  return mesh;
+}
+
+struct Grown {
+  std::shared_ptr<const Surface> surface;
+  CellGrowth growth;
+};
+
+Grown grown(const Surface& before, Mesh mesh, std::span<const std::uint32_t> previous_face) {
+  CellOptions options;
+  options.size = before.cells.size;
+  CellGrowth growth = grow_cells(before.mesh, before.cells, mesh, previous_face, options);
+  auto surface = std::make_shared<Surface>(Surface{std::move(mesh), growth.cells, before.offset});
+  return {std::move(surface), std::move(growth)};
+}
+
+Grown grown(const Surface& before, Mesh mesh) {
+  const std::vector<std::uint32_t> previous = match_faces(before.mesh, mesh);
+  return grown(before, std::move(mesh), previous);
+}
+
+struct Planned {
+  Planned(std::shared_ptr<const Surface> scene, bool refine, bool demand = true)
+      : surface(std::move(scene)),
+        visibility(make_ray_visibility(surface->mesh)),
+        atlas(surface, kViews),
+        planner(atlas, *visibility, options_for_room(refine, demand)) {}
+
+  void keep(std::size_t number) {
+    const Camera camera = room_camera(number);
+    planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
+  }
+  SurfaceUpdate become(const Grown& change) {
+    std::unique_ptr<Visibility> now = make_ray_visibility(change.surface->mesh);
+    const SurfaceUpdate update =
+        planner.update_surface(change.surface, *now, change.growth.previous_cell, change.growth.changed);
+    surface = change.surface;
+    visibility = std::move(now);
+    return update;
+  }
+
+  std::shared_ptr<const Surface> surface;
+  std::unique_ptr<Visibility> visibility;
+  Atlas atlas;
+  Planner planner;
+};
+
+std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> slots) {
+  std::sort(slots.begin(), slots.end());
+  return slots;
+}
+
+// As if the scene had been planned with this geometry from the start.
+void check_against_new_start(const Planned& scene) {
+  Planned fresh(scene.surface, false);
+  for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) fresh.keep(slot);
+  CHECK(scene.planner.summed_coverage() == Approx(fresh.planner.summed_coverage()).margin(1e-5));
+  std::size_t different = 0;
+  for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
+    different += sorted(scene.atlas.references(cell)) != sorted(fresh.atlas.references(cell));
+  }
+  CHECK(different == 0);
+  for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) {
+    CHECK(scene.atlas.view(slot)->depth == fresh.atlas.view(slot)->depth);
+    CHECK(scene.atlas.view(slot)->validity == fresh.atlas.view(slot)->validity);
+  }
+  // What was seen before something came in its way stays seen.
+  const std::vector<std::uint8_t> seen = scene.atlas.snapshot().cell_seen;
+  const std::vector<std::uint8_t> seen_fresh = fresh.atlas.snapshot().cell_seen;
+  CHECK(std::equal(seen.begin(), seen.end(), seen_fresh.begin(), std::greater_equal<>()));
+}
+
+TEST_CASE("a surface that appears, moves and disappears leaves the store as if it had been there from the start") {
+  Planned scene(room_surface(), false);
+  for (std::size_t i = 0; i < kViews; ++i) scene.keep(i);
+  const Mesh bare = scene.surface->mesh;
+
+  const Grown appeared = grown(*scene.surface, with_panel(bare, 0.5f));
+  REQUIRE(appeared.surface->cells.cells.size() > scene.surface->cells.cells.size());
+  const SurfaceUpdate appearing = scene.become(appeared);
+  CHECK(appearing.views_seen_again > 0);
+  CHECK(appearing.depths_made_again > 0);
+  check_against_new_start(scene);
+
+  // The same faces elsewhere: a mapping that is known, not found.
+  std::vector<std::uint32_t> same(scene.surface->mesh.faces.size());
+  for (std::uint32_t face = 0; face < same.size(); ++face) same[face] = face;
+  const SurfaceUpdate moving = scene.become(grown(*scene.surface, with_panel(bare, 0.9f), same));
+  CHECK(moving.depths_made_again > 0);
+  check_against_new_start(scene);
+
+  const SurfaceUpdate disappearing = scene.become(grown(*scene.surface, bare));
+  CHECK(disappearing.depths_made_again > 0);
+  check_against_new_start(scene);
+}
+
+TEST_CASE("views that cannot see a change are left alone") {
+  Planned scene(room_surface(), false);
+  for (std::size_t i = 0; i < kViews; ++i) scene.keep(i);
+  std::vector<std::shared_ptr<const StoredView>> before;
+  for (std::uint32_t slot = 0; slot < kViews; ++slot) before.push_back(scene.atlas.view(slot));
+  const SurfaceUpdate update = scene.become(grown(*scene.surface, with_panel(scene.surface->mesh, 1.8f)));
+  CHECK(update.views_seen_again < kViews);
+  std::uint32_t touched = 0;
+  for (std::uint32_t slot = 0; slot < kViews; ++slot) touched += scene.atlas.view(slot) != before[slot];
+  CHECK(touched == update.depths_made_again);
+  CHECK(touched >= 1);
+  CHECK(touched < kViews);
+}
+
+TEST_CASE("a surface that stays as it is costs nothing and changes nothing") {
+  Planned scene(room_surface(), false);
+  for (std::size_t i = 0; i < kViews; ++i) scene.keep(i);
+  const Snapshot before = scene.atlas.snapshot();
+  const SurfaceUpdate update = scene.become(grown(*scene.surface, scene.surface->mesh));
+  CHECK(update.views_seen_again == 0);
+  const Snapshot now = scene.atlas.snapshot();
+  CHECK(now.references.views == before.references.views);
+  CHECK(now.references.offsets == before.references.offsets);
+  CHECK(now.cell_seen == before.cell_seen);
+}
+
+TEST_CASE("the stream goes on after a change of the geometry, with refinement") {
+  Planned scene(room_surface(), true, false);  // without demand, only what is stored changes what the store is worth
+  for (std::size_t i = 0; i < kViews; ++i) {
+    const Camera camera = room_camera(i);
+    scene.planner.offer("view " + std::to_string(i), camera, pattern_photograph(camera, i));
+  }
+  scene.become(grown(*scene.surface, with_panel(scene.surface->mesh, 0.5f)));
+  double before = scene.planner.summed_coverage();
+  for (std::size_t i = kViews; i < 3 * kViews; ++i) {
+    const Camera camera = room_camera(i);
+    const Verdict verdict = scene.planner.offer("view " + std::to_string(i), camera, pattern_photograph(camera, i));
+    if (verdict.decision == Decision::kept || verdict.decision == Decision::replaced) {
+      CHECK(scene.planner.summed_coverage() - before == Approx(verdict.gain).margin(1e-5));
+    }
+    before = scene.planner.summed_coverage();
+  }
+  CHECK_NOTHROW(scene.planner.polish());
+}
+
+TEST_CASE("what is said of the cells must fit the surface") {
+  Planned scene(room_surface(), false);
+  scene.keep(0);
+  const Grown same = grown(*scene.surface, scene.surface->mesh);
+  const double before = scene.planner.summed_coverage();
+  const std::vector<std::uint8_t> none;
+  CHECK_THROWS_AS(scene.planner.update_surface(same.surface, *scene.visibility, same.growth.previous_cell, none),
+                  std::invalid_argument);
+  std::vector<std::uint32_t> unknown = same.growth.previous_cell;
+  unknown[3] = kNoCell;
+  CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, unknown, same.growth.changed),
+                    Catch::Contains("cell 3"));
+  std::vector<std::uint32_t> twice = same.growth.previous_cell;
+  twice[4] = twice[3];
+  CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
+                    Catch::Contains("cell 4") && Catch::Contains("another is already"));
+  CHECK(scene.planner.summed_coverage() == before);
+}
+
+}  // namespace
+}  // namespace lumatlas

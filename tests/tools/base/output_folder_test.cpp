@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/base/output_folder.h"
+
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+
+#include "mesh/base/errors.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+
+void write_text(const fs::path& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
+std::ptrdiff_t entries(const fs::path& folder) {
+  return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
+}
+
+void make_output(const fs::path& path, const std::string& content) {
+  OutputFolder out(path);
+  write_text(out.path() / "content", content);
+  out.commit({{"content", content}});
+}
+
+const std::string kNotOurs =
+    ": is not an earlier output of lumatlas (it has no lumatlas.json) and will not be replaced, name another folder or "
+    "remove it";
+
+TEST_CASE("a committed folder is in place with its marker and options, and nothing else is left") {
+  const TemporaryFolder folder;
+  OutputFolder out(folder.path() / "out");
+  write_text(out.path() / "content", "new");
+  CHECK_FALSE(fs::exists(folder.path() / "out"));
+  out.commit({{"hold", 8}});
+  CHECK(out.path() == folder.path() / "out");
+  CHECK(bytes_of(out.path() / "content") == "new");
+  const auto marker = nlohmann::json::parse(bytes_of(out.path() / "lumatlas.json"));
+  CHECK(marker["options"]["hold"] == 8);
+  CHECK(marker["lumatlas"].is_string());
+  CHECK(entries(folder.path()) == 1);
+}
+
+TEST_CASE("a folder that is not committed vanishes with the parents that were made for it") {
+  const TemporaryFolder folder;
+  {
+    const OutputFolder out(folder.path() / "a" / "b" / "out");
+    write_text(out.path() / "content", "half");
+    CHECK(entries(folder.path() / "a" / "b") == 1);
+  }
+  CHECK(entries(folder.path()) == 0);
+}
+
+TEST_CASE("an earlier output stays until commit and is replaced as a whole") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "out";
+  make_output(target, "old");
+  write_text(target / "only in the old one", "");
+  {
+    const OutputFolder abandoned(target);
+    write_text(abandoned.path() / "content", "half");
+  }
+  CHECK(bytes_of(target / "content") == "old");
+  make_output(target, "new");
+  CHECK(bytes_of(target / "content") == "new");
+  CHECK_FALSE(fs::exists(target / "only in the old one"));
+  CHECK(entries(folder.path()) == 1);
+}
+
+TEST_CASE("an empty folder is replaced") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder.path() / "out");
+  make_output(folder.path() / "out", "new");
+  CHECK(bytes_of(folder.path() / "out" / "content") == "new");
+}
+
+TEST_CASE("a folder that lumatlas did not write is refused at once and left alone") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "photographs";
+  fs::create_directory(target);
+  write_text(target / "DSC_0001.jpg", "precious");
+  CHECK_THROWS_WITH(OutputFolder(target), target.string() + kNotOurs);
+  for (const std::string marker : {"", "[]", "{}", "{\"lumatlas\"", "{\"mesh\": \"lumatlas\"}"}) {
+    write_text(target / "lumatlas.json", marker);
+    CHECK_THROWS_WITH(OutputFolder(target), target.string() + kNotOurs);
+  }
+  CHECK(bytes_of(target / "DSC_0001.jpg") == "precious");
+  CHECK(entries(folder.path()) == 1);
+}
+
+TEST_CASE("a folder that somebody else fills meanwhile is refused at commit") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "out";
+  {
+    OutputFolder out(target);
+    fs::create_directory(target);
+    write_text(target / "theirs", "precious");
+    CHECK_THROWS_WITH(out.commit({}), target.string() + kNotOurs);
+  }
+  CHECK(bytes_of(target / "theirs") == "precious");
+  CHECK(entries(folder.path()) == 1);
+}
+
+TEST_CASE("a file in the folder's place or in its parent's is refused") {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "out";
+  write_text(file, "precious");
+  CHECK_THROWS_WITH(OutputFolder(file), file.string() + ": is not a folder, name another output");
+  CHECK_THROWS_AS(OutputFolder(file / "below"), InputError);
+  CHECK(bytes_of(file) == "precious");
+}
+
+TEST_CASE("an output path that is empty or the root is refused") {
+  CHECK_THROWS_WITH(OutputFolder(""), "the output path is empty, name a file or folder");
+  CHECK_THROWS_WITH(OutputFolder("/"), "/" + kNotOurs);
+}
+
+TEST_CASE("a trailing slash and a link to an earlier output mean the folder itself") {
+  const TemporaryFolder folder;
+  make_output(folder.path() / "out/", "one");
+  CHECK(bytes_of(folder.path() / "out" / "content") == "one");
+  fs::create_directory_symlink("out", folder.path() / "latest");
+  make_output(folder.path() / "latest", "two");
+  CHECK(fs::is_symlink(folder.path() / "latest"));
+  CHECK(bytes_of(folder.path() / "out" / "content") == "two");
+}
+
+TEST_CASE("options with bytes that are not UTF-8 do not cost the output") {
+  const TemporaryFolder folder;
+  OutputFolder out(folder.path() / "out");
+  out.commit({{"mesh", "caf\xe9.ply"}});
+  CHECK_NOTHROW(check_replaceable(folder.path() / "out"));
+}
+
+TEST_CASE("a folder is committed only once") {
+  const TemporaryFolder folder;
+  OutputFolder out(folder.path() / "out");
+  out.commit({});
+  CHECK_THROWS_AS(out.commit({}), std::invalid_argument);
+}
+
+TEST_CASE("both ways to swap folders swap them, and renaming undoes itself if it fails") {
+  const TemporaryFolder folder;
+  const fs::path a = folder.path() / "a";
+  const fs::path b = folder.path() / "b";
+  make_output(a, "a");
+  make_output(b, "b");
+  swap_folders_by_renaming(a, b);
+  CHECK(bytes_of(a / "content") == "b");
+  CHECK(bytes_of(b / "content") == "a");
+  if (exchange_folders(a, b)) {
+    CHECK(bytes_of(a / "content") == "a");
+  } else {
+    WARN("this file system cannot exchange folders: not tested");
+  }
+  const std::string before = bytes_of(b / "content");
+  CHECK_THROWS_AS(swap_folders_by_renaming(folder.path() / "missing", b), InputError);
+  CHECK(bytes_of(b / "content") == before);
+  CHECK(entries(folder.path()) == 2);
+}
+
+TEST_CASE("a file appears at commit, replaces an earlier one, and vanishes without commit") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "result.json";
+  {
+    AtomicFile file(target);
+    file.stream() << "one";
+    CHECK_FALSE(fs::exists(target));
+    file.commit();
+    CHECK_THROWS_AS(file.commit(), std::invalid_argument);
+  }
+  CHECK(bytes_of(target) == "one");
+  {
+    AtomicFile file(target);
+    file.stream() << "half";
+  }
+  CHECK(bytes_of(target) == "one");
+  CHECK(entries(folder.path()) == 1);
+}
+
+TEST_CASE("a file that cannot be written is refused with the reason") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_WITH(AtomicFile(folder.path()), folder.path().string() + ": is not a regular file, name another output");
+  CHECK_THROWS_WITH(AtomicFile("/dev/null"), "/dev/null: is not a regular file, name another output");
+  const fs::path missing = folder.path() / "missing" / "file";
+  CHECK_THROWS_WITH(AtomicFile(missing), missing.string() + ": cannot be written, its folder does not exist");
+  AtomicFile broken(folder.path() / "file");
+  broken.stream().setstate(std::ios::badbit);
+  CHECK_THROWS_WITH(broken.commit(),
+                    (folder.path() / "file").string() + ": could not be written to the end, is the disk full?");
+}
+
+TEST_CASE("JSON with a name that is not UTF-8 is written all the same") {
+  const TemporaryFolder folder;
+  write_json(folder / "a.json", {{"name", "caf\xe9.jpg"}});
+  CHECK(bytes_of(folder / "a.json") == json_text({{"name", "caf\xef\xbf\xbd.jpg"}}));
+  CHECK(nlohmann::json::parse(bytes_of(folder / "a.json"))["name"] == "caf\xef\xbf\xbd.jpg");
+}
+
+}  // namespace
+}  // namespace lumatlas

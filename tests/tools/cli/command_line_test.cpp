@@ -1,0 +1,840 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The program as a user starts it, on a tiny synthetic scene: exit statuses, sentences, outputs that are whole or
+// absent.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "mesh/mesh_file.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+using Arguments = std::vector<std::string>;
+
+struct Outcome {
+  int status = 0;  // exit status, or minus the signal that ended it
+  std::string out;
+  std::string err;
+};
+
+// A program that is running, its streams going to files in a folder of its own.
+class Run {
+ public:
+  explicit Run(Arguments arguments) {
+    arguments.insert(arguments.begin(), LUMATLAS_PROGRAM);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string out = (streams_ / "out").string();
+    const std::string err = (streams_ / "err").string();
+    child_ = fork();
+    if (child_ == 0) {
+      dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
+      dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
+      dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
+      signal(SIGINT, SIG_DFL);  // a background job starts with it ignored
+      execv(argv[0], argv.data());
+      _exit(127);
+    }
+    REQUIRE(child_ > 0);
+  }
+  void interrupt() const { kill(child_, SIGINT); }
+  [[nodiscard]] Outcome wait() const {
+    int status = 0;
+    REQUIRE(waitpid(child_, &status, 0) == child_);
+    const int code = WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
+    return {code, bytes_of(streams_ / "out"), bytes_of(streams_ / "err")};
+  }
+
+ private:
+  TemporaryFolder streams_;
+  pid_t child_ = -1;
+};
+
+Outcome lumatlas(const Arguments& arguments) {
+  Outcome outcome = Run(arguments).wait();
+  INFO(outcome.err);
+  CHECK(outcome.status >= 0);
+  return outcome;
+}
+
+// One sentence for the user, that starts as every failure does.
+void check_failure(const Outcome& outcome, const std::string& part) {
+  CHECK(outcome.status == 1);
+  CHECK(outcome.out.empty());
+  CHECK_THAT(outcome.err, Catch::StartsWith("lumatlas: ") && Catch::Contains(part));
+  CHECK(outcome.err.find('\n') == outcome.err.size() - 1);
+}
+
+// The scene of all tests here, and a model of it built with --hold 4; made once.
+struct Made {
+  TemporaryFolder folder;
+  std::string scene = (folder / "scene").string();
+  std::string model = (folder / "model").string();
+  Outcome synth =
+      lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48", "--samples", "2",
+                "--triangles", "3000", "--path-frames", "3", "--test-views", "2", "--quiet"});
+  Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
+};
+const Made& made() {
+  static const Made once;
+  return once;
+}
+
+std::vector<std::string> names_in(const fs::path& folder) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
+  return names;
+}
+
+// The options in effect that the program wrote beside an output.
+nlohmann::json options_beside(const fs::path& output) {
+  return nlohmann::json::parse(bytes_of(output / "lumatlas.json"))["options"];
+}
+
+// Asks the program to stop as soon as its output grows, and checks that nothing remains of it in `folder`.
+void check_interrupted(const Arguments& arguments, const fs::path& folder) {
+  const std::vector<std::string> before = names_in(folder);
+  const Run run(arguments);
+  for (int wait = 0; wait < 2000 && names_in(folder) == before; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  run.interrupt();
+  const Outcome outcome = run.wait();
+  INFO(outcome.err);
+  CHECK(outcome.status == -SIGINT);
+  CHECK(outcome.out.empty());
+  CHECK(names_in(folder) == before);
+}
+
+TEST_CASE("a scene is made and built, quietly, and the summary is JSON and nothing else") {
+  CHECK(made().synth.status == 0);
+  CHECK(made().synth.err.empty());
+  REQUIRE(made().build.status == 0);
+  CHECK(made().build.err.empty());
+  const nlohmann::json summary = nlohmann::json::parse(made().build.out);
+  CHECK(summary["views"]["offered"] == 9);  // 12 less every fourth
+  // One tile holds a picture of 64x48 pixels, with a gutter of 2 around it.
+  CHECK(summary["texels"]["resident"].get<std::size_t>() == summary["views"]["kept"].get<std::size_t>() * 68 * 68);
+}
+
+// Of a folder of pictures, by name.
+std::vector<std::string> picture_bytes(const fs::path& folder) {
+  std::vector<std::string> names = names_in(folder), bytes;
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : names) {
+    if (name.ends_with(".png")) bytes.push_back(bytes_of(folder / name));
+  }
+  return bytes;
+}
+
+TEST_CASE("a model may be one file: it renders the same pictures as the folder, and tells how it was built") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "model.glb").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--quiet"}).status == 0);
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"model.glb"});
+  const std::string from_folder = (folder / "a").string(), from_file = (folder / "b").string();
+  REQUIRE(lumatlas({"render", made().model, "--views", made().scene, "-o", from_folder, "--quiet"}).status == 0);
+  REQUIRE(lumatlas({"render", file, "--views", made().scene, "-o", from_file, "--quiet"}).status == 0);
+  CHECK(picture_bytes(from_folder).size() == 12);
+  CHECK((picture_bytes(from_folder) == picture_bytes(from_file)));
+  const Outcome scored = lumatlas({"validate", file, "--views", made().scene, "--no-alignment", "--no-pictures",
+                                   "--baselines", "none", "--json", "--quiet"});
+  REQUIRE(scored.status == 0);
+  CHECK(nlohmann::json::parse(scored.out)["protocol"]["hold"] == 4);  // from the file
+  CHECK(fs::exists(folder / "model-report/index.html"));
+}
+
+TEST_CASE("inspect tells a model from a scene") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "model.glb").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--budget", "200kB", "--image", "jpeg",
+                    "--quality", "80", "--quiet"})
+              .status == 0);
+  const nlohmann::json summary = nlohmann::json::parse(made().build.out);
+  const nlohmann::json whole = nlohmann::json::parse(lumatlas({"inspect", made().model, "--json"}).out);
+  CHECK(whole["views"]["count"] == summary["views"]["stored"]);
+  CHECK(whole["references"]["per_cell"] == summary["references_per_cell"]);
+  CHECK(whole["texels"]["resident"] == summary["texels"]["resident"]);
+  CHECK(whole["bytes"]["resident"] == summary["bytes"]["resident"]);
+  CHECK(whole["bytes"]["budget"].is_null());
+  const nlohmann::json model = nlohmann::json::parse(lumatlas({"inspect", file, "--json"}).out);
+  CHECK(model["bytes"]["budget"] == 200000);
+  CHECK(model["bytes"]["resident"].get<std::size_t>() <= 200000);
+  CHECK(model["tiles"]["resident"].get<std::size_t>() < model["tiles"]["of"].get<std::size_t>());
+  CHECK(model["file"]["sum"].get<std::size_t>() <= fs::file_size(file));
+  CHECK(model["file"]["sum"].get<std::size_t>() > fs::file_size(file) * 99 / 100);
+  CHECK_THAT(lumatlas({"inspect", file}).out, Catch::Contains("of 0.2 MB"));
+}
+
+TEST_CASE("a model that is as small as a bound on the loss allows says what it gave up, and how much that may cost") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const Outcome built = lumatlas({"build", made().scene, "-o", model, "--budget", "auto", "--loss", "1.5", "--refine",
+                                  "none", "--json", "--quiet"});
+  REQUIRE(built.status == 0);
+  const nlohmann::json parsimony = nlohmann::json::parse(built.out)["parsimony"];
+  CHECK(parsimony["bound_db"] == 1.5);
+  CHECK(parsimony["predicted_loss_db"] > 0);
+  CHECK(parsimony["predicted_loss_db"] <= 1.5);
+  CHECK(parsimony["views"]["unbounded"] == 12);
+  CHECK(parsimony["views"]["stored"] < 12);
+  for (const char* what : {"references", "texels"}) {
+    CHECK(parsimony[what]["stored"].get<std::size_t>() < parsimony[what]["unbounded"].get<std::size_t>());
+  }
+  CHECK(nlohmann::json::parse(lumatlas({"inspect", model, "--json"}).out)["parsimony"] == parsimony);
+  CHECK_THAT(lumatlas({"inspect", model}).out, Catch::Contains("dB of at most 1.5 against all views"));
+  CHECK(nlohmann::json::parse(lumatlas({"inspect", made().model, "--json"}).out)["parsimony"].is_null());
+}
+
+TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") {
+  const Outcome outcome = lumatlas({"inspect", made().scene, "--json", "--quiet"});
+  REQUIRE(outcome.status == 0);
+  CHECK(outcome.err.empty());
+  const nlohmann::json scene = nlohmann::json::parse(outcome.out);
+  CHECK(scene["views"]["count"] == 12);
+  CHECK(scene["views"]["blind"].empty());
+}
+
+TEST_CASE("wrong usage ends with 2, before any output is made") {
+  const std::string out = (made().folder / "unused").string();
+  const std::vector<Arguments> wrong{
+      {},
+      {"paint"},
+      {"build", made().scene},
+      {"build", made().scene, "-o", out, "--unknown"},
+      {"build", made().scene, "-o", out, "--views", "0"},
+      {"build", made().scene, "-o", out, "--image", "gif"},
+      {"build", made().scene, "-o", out, "--quality", "90"},
+      {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "0"},
+      {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "101"},
+      {"inspect", made().model, "--mesh", "mesh.ply"},
+      {"build", made().scene, "-o", out, "--views", "-3"},
+      {"build", made().scene, "-o", out, "--views", "99999999999999999999"},
+      {"build", made().scene, "-o", out, "--block", "2"},
+      {"build", made().scene, "-o", out, "--refine", "all", "--refine-intrinsics"},
+      {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
+      {"build", made().scene, "-o", out, "--ideal-distance", "2"},
+      {"build", made().scene, "-o", out, "--demand-prior", "-1"},
+      {"build", made().scene, "-o", out, "--demand-prior", "inf"},
+      {"build", made().scene, "-o", out, "--coverage-lambda", "nan"},
+      {"build", made().scene, "-o", out, "--cell-size", "inf"},
+      {"build", made().scene, "-o", out, "--min-gain", "-1"},
+      {"build", made().scene, "-o", out, "--min-exchange-gain", "inf"},
+      {"build", made().scene, "-o", out, "--min-reference-gain", "nan"},
+      {"build", made().scene, "-o", out, "--victims", "-1"},
+      {"build", made().scene, "-o", out, "--directions", "0"},
+      {"build", made().scene, "-o", out, "--direction-width", "0"},
+      {"build", made().scene, "-o", out, "--direction-width", "181"},
+      {"build", made().scene, "-o", out, "--views-per-direction", "9"},
+      {"build", made().scene, "-o", out, "--metric", "paper"},
+      {"build", made().scene, "-o", out, "--depart", "share"},
+      {"build", made().scene, "-o", out, "--metric", "printed", "--depart", "sideways"},
+      {"build", made().scene, "-o", out, "--metric", "printed", "--depart", "earlier,others"},
+      {"build", made().scene, "-o", out, "--order", "backwards"},
+      {"build", made().scene, "-o", out, "--choice", "best"},
+      {"build", made().scene, "-o", out, "--seed", "1"},
+      {"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "-1"},
+      {"build", made().scene, "-o", out, "--budget", "0"},
+      {"build", made().scene, "-o", out, "--budget", "-5"},
+      {"build", made().scene, "-o", out, "--budget", "MB"},
+      {"build", made().scene, "-o", out, "--budget", "1.5GiB"},
+      {"build", made().scene, "-o", out, "--budget", "12 parsecs"},
+      {"build", made().scene, "-o", out, "--budget", "99999999999TiB"},
+      {"build", made().scene, "-o", out, "--budget", "0texels"},
+      {"build", made().scene, "-o", out, "--budget", "3texts"},
+      {"build", made().scene, "-o", out, "--budget", "automatic"},
+      {"build", made().scene, "-o", out, "--loss", "0.1"},
+      {"build", made().scene, "-o", out, "--budget", "1MiB", "--loss", "0.1"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "-0.1"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "nan"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "inf"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--choice", "offline"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--metric", "printed"},
+      {"build", made().scene, "-o", out, "--tile", "12"},
+      {"build", made().scene, "-o", out, "--gutter", "3"},
+      {"build", made().scene, "-o", out, "--layout", "quilt"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--tile", "64"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--photographs", "1MiB"},
+      {"build", made().scene, "-o", out, "--budget", "100"},
+      {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "0"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "5"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--antialias", "edges"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
+      {"render", made().model, "-o", out},
+      {"render", made().model, "-o", out, "--orbit", "--walk"},
+      {"render", made().model, "-o", out, "--views", made().scene, "--hilbert"},
+      {"render", made().model, "-o", out, "--views", made().scene, "--frames", "3"},
+      {"render", made().model, "-o", out, "--views", made().scene, "--width", "30"},
+      {"render", made().model, "-o", out, "--orbit", "--hold", "8"},
+      {"render", made().model, "-o", out, "--orbit", "--hilbert-order", "2"},
+      {"render", made().model, "-o", out, "--hilbert", "--hilbert-order", "9"},
+      {"render", made().model, "-o", out, "--orbit", "--frames", "0"},
+      {"render", made().model, "-o", out, "--orbit", "--width", "65537"},
+      {"render", made().model, "-o", out, "--orbit", "--height", "0"},
+      {"render", made().model, "-o", out, "--orbit", "--width", "65536", "--height", "65536"},
+      {"render", made().model, "-o", out, "--orbit", "--fov", "nan"},
+      {"render", made().model, "-o", out, "--orbit", "--fov", "171"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "xray"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "error"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "cells", "--range", "0", "1"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "depth", "--range", "1"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "depth", "--range", "2", "1"},
+      {"render", made().model, "-o", out, "--orbit", "--mode", "depth", "--range", "0", "inf"},
+      {"render", made().model, "-o", out, "--orbit", "--format", "gif"},
+      {"render", made().model, "-o", out, "--orbit", "--fps", "24"},
+      {"render", made().model, "-o", out, "--orbit", "--format", "mp4", "--fps", "0"},
+      {"synth", "apartment", "-o", out, "--fov", "nan"},
+      {"synth", "apartment", "-o", out, "--views", "0"},
+      {"synth", "apartment", "-o", out, "--passers-by", "1.5"},
+      {"synth", "apartment", "-o", out, "--pose-noise", "-1"},
+      {"synth", "apartment", "-o", out, "--noise", "-1"},
+      {"synth", "lab", "-o", out, "--blur", "nan"},
+      {"synth", "lab", "-o", out, "--mesh-noise", "2"},
+      {"synth", "lab", "-o", out, "--holes", "0.96"},
+      {"synth", "lab", "-o", out, "--decimate", "0"},
+      {"synth", "castle", "-o", out},
+  };
+  for (const Arguments& arguments : wrong) {
+    const Outcome outcome = lumatlas(arguments);
+    INFO(outcome.err);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.out.empty());
+    CHECK_FALSE(outcome.err.empty());
+    CHECK_FALSE(fs::exists(out));
+  }
+}
+
+TEST_CASE("visibility on the GPU gives the model that rays give, but for a few pixels") {
+  const TemporaryFolder folder;
+  const auto build = [&](const std::string& way) {
+    return lumatlas({"build", made().scene, "-o", (folder / way).string(), "--refine", "none", "--visibility-by", way,
+                     "--json", "--quiet"});
+  };
+  const Outcome gl = build("gl");
+  if (gl.err.find("no OpenGL 4.5") != std::string::npos) {
+    WARN("skipped: " << gl.err);
+    return;
+  }
+  REQUIRE(gl.status == 0);
+  CHECK(options_beside(folder / "gl")["visibility_by"] == "gl");
+  const auto by_gl = nlohmann::json::parse(gl.out);
+  const auto by_rays = nlohmann::json::parse(build("rays").out);
+  CHECK(options_beside(folder / "rays")["visibility_by"] == "rays");
+  CHECK(by_gl["views"]["offered"] == by_rays["views"]["offered"]);
+  for (const char* key : {"cells_seen", "references", "summed_coverage"}) {
+    CAPTURE(key);
+    CHECK(by_gl[key].get<double>() == Approx(by_rays[key].get<double>()).epsilon(0.02));
+  }
+}
+
+TEST_CASE("input that does not do ends with 1 and one sentence that says what to do") {
+  const std::string out = (made().folder / "unused").string();
+  check_failure(lumatlas({"build", "/nowhere", "-o", out}), "/nowhere: no such folder");
+  check_failure(lumatlas({"build", made().scene, "--mesh", "/no.ply", "-o", out}), "/no.ply: no such file");
+  check_failure(lumatlas({"validate", "/nowhere", "--views", made().scene}), "/nowhere: no such file: give a folder");
+  check_failure(lumatlas({"validate", made().scene, "--views", made().scene}),
+                "give a folder or a .glb that `lumatlas build`");
+  check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--path", "/nowhere"}), "/nowhere");
+  check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
+                "--hold and --block");
+  check_failure(lumatlas({"render", made().model, "--path", "/no.json", "-o", out}), "/no.json");
+  check_failure(lumatlas({"render", made().model, "--path", made().scene + "/mesh.ply", "-o", out}), "is not JSON");
+  check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
+  check_failure(lumatlas({"build", made().scene, "-o", out, "--layout", "layers", "--budget", "20KiB"}),
+                "takes 30720 bytes in the store, more than the budget of 20480");
+  CHECK_FALSE(fs::exists(out));
+  CHECK_FALSE(fs::exists(fs::path(made().model) / "report"));
+}
+
+TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told beside the model") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const std::uint64_t per_view = 64 * 48 * 10;
+  for (const auto& [size, bytes] : {std::pair<std::string, std::uint64_t>{"100000", 100000},
+                                    {"100kB", 100000},
+                                    {"97KiB", 97 * 1024},
+                                    {"1mb", 1000000}}) {
+    CAPTURE(size);
+    const Outcome outcome = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", size,
+                                      "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
+    REQUIRE(outcome.status == 0);
+    const nlohmann::json summary = nlohmann::json::parse(outcome.out);
+    CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
+    CHECK(options_beside(model)["budget"] == bytes);
+    CHECK(options_beside(model)["views"].is_null());
+  }
+  const Outcome both = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
+                                 "--views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
+  REQUIRE(both.status == 0);
+  CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("MB of 0.1\n"));
+}
+
+TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of them is what layers show") {
+  const TemporaryFolder folder;
+  const auto build = [&](const std::string& name, const Arguments& more) {
+    Arguments arguments{"build",      made().scene, "-o",       (folder / name).string(),
+                        "--min-gain", "0",          "--refine", "none",
+                        "--hold",     "3",          "--json",   "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = lumatlas(arguments);
+    REQUIRE(outcome.status == 0);
+    return nlohmann::json::parse(outcome.out);
+  };
+  const nlohmann::json all = build("tiles", {"--tile", "16", "--gutter", "2"});
+  const std::uint64_t slot_texels = 20 * 20, slot_size = 20 * 20 * 6 + 10 * 10 * 4;
+  CHECK(all["texels"]["resident"].get<std::uint64_t>() / slot_texels * slot_size == all["bytes"]["resident"]);
+  const nlohmann::json some = build("some", {"--tile", "16", "--gutter", "2", "--budget", "20ktexels"});
+  CHECK(some["texels"]["budget"] <= 20'000);
+  CHECK(some["texels"]["resident"] <= some["texels"]["budget"]);
+  CHECK(some["texels"]["resident"] > 10'000);
+  CHECK(options_beside(folder / "some")["budget"] == 20'000 / slot_texels * slot_size);
+  CHECK(options_beside(folder / "some")["photographs"] == 4 * (20'000 / slot_texels * slot_size));
+  CHECK(options_beside(folder / "some")["layout"] == "tiles");
+  CHECK(build("bytes", {"--budget", "100kB"})["bytes"]["resident"] <= 100'000);
+  build("layers", {"--layout", "layers", "--gutter", "2"});
+  const auto score = [&](const std::string& name) {
+    const Outcome outcome = lumatlas({"validate", (folder / name).string(), "--views", made().scene, "--hold", "3",
+                                      "--baselines", "none", "--no-alignment", "--json", "--quiet"});
+    return outcome.status == 0 ? nlohmann::json::parse(outcome.out)["methods"]["store"]["raw"]["psnr"].get<double>()
+                               : 0;
+  };
+  CHECK(score("tiles") == Approx(score("layers")).margin(0.01));
+}
+
+TEST_CASE(
+    "views may be offered in another order, chosen otherwise, and by another measure, which is told beside them") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const Arguments base{"build", made().scene, "-o", model, "--views", "3", "--refine", "none", "--json", "--quiet"};
+  const auto with = [&](const Arguments& more) {
+    Arguments arguments = base;
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome outcome = lumatlas(arguments);
+    REQUIRE(outcome.status == 0);
+    return options_beside(model);
+  };
+  CHECK(with({})["metric"] == "directions");
+  CHECK(with({})["order"] == "given");
+  CHECK(with({"--order", "shuffled", "--seed", "7"})["seed"] == 7);
+  for (const char* const choice : {"offline", "uniform", "random"}) {
+    CHECK(with({"--choice", choice})["choice"] == choice);
+    CHECK(nlohmann::json::parse(bytes_of(fs::path(model) / "plan.json"))["summary"]["views"]["stored"] == 3);
+  }
+  CHECK(with({})["demand"] == true);
+  CHECK(with({"--no-demand"})["demand"] == false);
+  CHECK(with({"--no-demand", "--ideal-distance", "2"})["ideal_distance"] == 2);
+  CHECK(with({"--demand-prior", "3"})["demand_prior"] == 3);
+  CHECK(with({"--metric", "printed", "--ideal-distance", "2"})["ideal_distance"] == 2);
+  CHECK(with({"--metric", "printed"})["depart"].empty());
+  CHECK(with({"--metric", "departures"})["depart"].size() == 5);
+  const nlohmann::json two = with({"--metric", "departures", "--depart", "others,first-view"});
+  CHECK(two["depart"] == nlohmann::json{"first-view", "others"});
+  CHECK(with({"--metric", "printed", "--depart", "others,first-view"})["depart"] == two["depart"]);
+}
+
+TEST_CASE("a folder that is not an earlier output is refused and left as it is") {
+  const TemporaryFolder foreign;
+  (void)foreign.with_file("letter.txt", "dear");
+  const std::string out = foreign.path().string();
+  check_failure(lumatlas({"synth", "apartment", "-o", out}), "will not be replaced");
+  check_failure(lumatlas({"build", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
+  CHECK(names_in(foreign.path()) == std::vector<std::string>{"letter.txt"});
+}
+
+TEST_CASE("an output that would take the place of its own input is refused, and the input left as it is") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "outer");
+  const std::string scene = (folder / "outer/scene").string(), model = (folder / "outer/model").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::copy(made().model, model, fs::copy_options::recursive);
+  fs::copy(fs::path(model) / "lumatlas.json", folder / "outer/lumatlas.json");  // an earlier output, by the look of it
+  fs::create_directory_symlink(scene, folder / "link");
+  const std::string outer = (folder / "outer").string(), link = (folder / "link").string();
+  const std::vector<std::string> before = names_in(scene), model_before = names_in(model);
+  const std::string part = "would be replaced, with the input ";
+  for (const std::string& out : {scene, scene + "/", link, outer}) {
+    CAPTURE(out);
+    check_failure(lumatlas({"build", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas({"render", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas({"validate", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
+  }
+  check_failure(lumatlas({"build", link, "-o", scene, "--quiet"}), part + link);
+  check_failure(lumatlas({"build", made().scene, "--mesh", scene + "/mesh.ply", "-o", outer}), part + scene);
+  check_failure(lumatlas({"render", model, "--orbit", "-o", model, "--quiet"}), part + model);
+  check_failure(lumatlas({"validate", model, "--views", scene, "-o", outer, "--quiet"}), part + model);
+  CHECK(names_in(scene) == before);
+  CHECK(names_in(model) == model_before);
+}
+
+TEST_CASE("spaces, other scripts and line breaks in names are names") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "my scene \xc3\xbc \xe2\x98\x83").string();
+  const std::string model = (folder / "ein modell \xc3\xbc").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  const Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
+  REQUIRE(build.status == 0);
+  CHECK_THAT(build.out, Catch::StartsWith(model + ": "));
+  const nlohmann::json inspected = nlohmann::json::parse(lumatlas({"inspect", scene, "--json", "--quiet"}).out);
+  CHECK(inspected["views"]["count"] == 12);
+  check_failure(lumatlas({"build", "no\nscene", "-o", model, "--quiet"}), "no scene: no such folder");
+}
+
+TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const std::string header = bytes_of(fs::path(made().scene) / "images/0001.png").substr(0, 33);
+  std::string other_size = bytes_of(fs::path(made().scene) / "images/0001.png");
+  other_size[19] = 1;  // and so another checksum than its own
+  for (const std::string& bytes : {std::string(), header.substr(0, 20), header, std::string("hello"), other_size}) {
+    CAPTURE(bytes.size());
+    const TemporaryFolder copy;
+    const std::string scene = (copy / "scene").string(), model = (copy / "model").string();
+    fs::copy(made().scene, scene, fs::copy_options::recursive);
+    fs::copy(made().model, model, fs::copy_options::recursive);
+    const fs::path photograph = fs::path(scene) / "images/0001.png";
+    std::ofstream(photograph, std::ios::binary) << bytes;
+    check_failure(lumatlas({"build", scene, "-o", out, "--quiet"}), photograph.string() + ": ");
+    check_failure(lumatlas({"inspect", scene, "--quiet"}), photograph.string() + ": ");
+    const fs::path stored = fs::path(model) / "images/00001.png";
+    std::ofstream(stored, std::ios::binary) << bytes;
+    check_failure(lumatlas({"render", model, "--orbit", "--mode", "depth", "-o", out, "--quiet"}), stored.string());
+  }
+  CHECK_FALSE(fs::exists(out));
+}
+
+TEST_CASE("a model that was built from every view is not validated, but built anew with advice") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", model, "--quiet"}).status == 0);
+  check_failure(lumatlas({"validate", model, "--views", made().scene, "--quiet"}), "build it with --hold 8");
+}
+
+TEST_CASE("a mesh that no camera sees is named") {
+  const TemporaryFolder folder;
+  const fs::path mesh = folder / "far.ply";
+  write_ply(mesh, {{{1e6f, 0, 0}, {1e6f, 1, 0}, {1e6f, 0, 1}}, {}, {{0, 1, 2}}});
+  check_failure(lumatlas({"build", made().scene, "--mesh", mesh.string(), "-o", (folder / "model").string()}),
+                mesh.string() + ": none of the cameras sees the mesh");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"far.ply"});
+}
+
+// Four points on one tiny scene.
+constexpr const char* kTinySweep = R"({
+  "name": "tiny", "title": "Tiny", "expected": "It works.", "label": "references",
+  "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "views": 8, "width": 60, "height": 45, "samples": 1,
+                                                  "triangles": 2000}}],
+             "full": [{"name": "room", "synth": {"kind": "apartment"}}]},
+  "build": {"hold": 4, "refine": "none", "cell-size": "=diameter/20"},
+  "validate": {"baselines": "none", "no-alignment": true, "time-frames": 2, "frame-width": 32, "frame-height": 24},
+  "option": {"build": "references"}, "values": {"small": [1, 4], "full": [16]},
+  "series": [{"label": "ours", "mark": "default"}, {"label": "printed", "mark": "printed", "build": {"metric": "printed"}}],
+  "metrics": ["psnr.fitted", "frame.cpu"],
+  "plots": [{"x": "value", "y": ["psnr.fitted", "frame.wall"], "log": "x"}]
+})";
+
+std::size_t points_in(const fs::path& out) {
+  if (!fs::exists(out / "points")) return 0;
+  std::size_t count = 0;
+  for (const std::string& name : names_in(out / "points")) count += name.starts_with('.') ? 0 : 1;
+  return count;
+}
+
+TEST_CASE("charts: a run that is killed goes on where it was, and ends with a page, CSV and JSON") {
+  const TemporaryFolder folder;
+  const std::string sweep = folder.with_file("tiny.json", kTinySweep).string(), out = (folder / "out").string();
+  const Arguments chart{"chart", sweep, "-o", out, "--scale", "small", "--quiet"};
+  const Run killed(chart);
+  for (int wait = 0; wait < 20000 && points_in(out) < 1; ++wait) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  killed.interrupt();
+  const Outcome stopped = killed.wait();
+  INFO(stopped.err);
+  const std::size_t before = points_in(out);
+  REQUIRE(before >= 1);
+  const Outcome ended = lumatlas(chart);
+  INFO(ended.err);
+  if (ended.err.find("no OpenGL 4.5") != std::string::npos) {
+    WARN("skipped: " << ended.err);
+    return;
+  }
+  REQUIRE(ended.status == 0);
+  if (stopped.status == -SIGINT) {
+    CHECK_THAT(ended.out, Catch::Contains("4 of 4 points, made now " + std::to_string(4 - before)));
+  }
+  CHECK_THAT(lumatlas(chart).out, Catch::Contains("4 of 4 points, made now 0"));
+  const nlohmann::json results = nlohmann::json::parse(bytes_of(fs::path(out) / "tiny.json"));
+  CHECK(results["points"].size() == 4);
+  for (const nlohmann::json& point : results["points"]) {
+    CHECK(point["figures"]["psnr.fitted"].get<double>() > 5);
+    CHECK(point["figures"]["frame.wall"].get<double>() > 0);
+    CHECK(point["figures"]["load.read"].get<double>() > 0);
+  }
+  CHECK_THAT(bytes_of(fs::path(out) / "index.html"), Catch::Contains("Tiny") && Catch::Contains("ours"));
+  CHECK(fs::exists(fs::path(out) / "tiny.csv"));
+}
+
+TEST_CASE("charts: a point that fails is told, with exit status 1, and the page has the others") {
+  const TemporaryFolder folder;
+  nlohmann::json description = nlohmann::json::parse(kTinySweep);
+  description["series"][1] = {{"label", "fails"}, {"build", {{"layout", "layers"}, {"budget", 10}}}};
+  description["values"]["small"] = {2};
+  const std::string sweep = folder.with_file("tiny.json", description.dump()).string();
+  const fs::path out = folder / "out";
+  const Outcome outcome = lumatlas({"chart", sweep, "-o", out.string(), "--scale", "small", "--quiet"});
+  CHECK(outcome.status == 1);
+  CHECK(outcome.out.empty());
+  CHECK_THAT(outcome.err, Catch::Contains("lumatlas: 1 of 2 points failed"));
+  CHECK_THAT(bytes_of(out / "index.html"), Catch::Contains("<b>failed</b>: build: "));
+}
+
+TEST_CASE("charts: options that the program refuses are refused before anything is made") {
+  const TemporaryFolder folder;
+  const auto chart = [&](const std::string& from, const std::string& to) {
+    std::string text = kTinySweep;
+    text.replace(text.find(from), from.size(), to);
+    return lumatlas({"chart", folder.with_file("tiny.json", text).string(), "-o", (folder / "out").string()});
+  };
+  check_failure(chart("\"refine\"", "\"refne\""), "tiny.json: build.refne: `lumatlas build` has no option --refne");
+  check_failure(chart("\"none\", \"cell", "\"some\", \"cell"), "tiny.json: room/ours/16: build: --refine");
+  check_failure(chart("[16]", "[70000]"), "tiny.json: room/ours/70000: build: --references");
+  check_failure(chart("=diameter/20", "=diameter/0"), "room/ours/16: --cell-size is \"=diameter/0\", must be");
+  check_failure(chart("\"baselines\": \"none\"", "\"baselines\": \"nothing\""), "validate: --baselines");
+  check_failure(chart("{\"kind\": \"apartment\"}", "{\"kind\": \"castle\"}"), "room/ours/16: synth: ");
+  check_failure(lumatlas({"chart", folder.with_file("tiny.json", kTinySweep).string(), "-o", folder.path().string()}),
+                "tiny.json: would be replaced, with the input");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"tiny.json"});
+}
+
+TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, at every scale") {
+  Arguments chart{"chart", "--list"};
+  for (const auto& entry : fs::directory_iterator(fs::path(LUMATLAS_DATA) / "sweeps")) chart.push_back(entry.path());
+  CHECK(chart.size() > 12);
+  for (const char* const scale : {"small", "medium", "full"}) {
+    Arguments at_scale = chart;
+    at_scale.push_back(std::string("--scale=") + scale);
+    const Outcome outcome = lumatlas(at_scale);
+    INFO(outcome.err);
+    CHECK(outcome.status == 0);
+    CHECK_THAT(outcome.out, Catch::Contains("cell-size: apartment/clusters/1/60"));
+  }
+}
+
+// For the programs that are started as long as it lives.
+class Environment {
+ public:
+  Environment(const char* name, const char* value) : name_(name) { setenv(name, value, 1); }
+  ~Environment() { unsetenv(name_); }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  const char* name_;
+};
+
+TEST_CASE("a driver without OpenGL 4.5, or without an extension that is part of it, is named with what it has") {
+  const TemporaryFolder folder;
+  const std::string pictures = (folder / "pictures").string();
+  const Arguments render{"render", made().model, "--orbit", "--frames", "1",      "--width",
+                         "16",     "--height",   "12",      "-o",       pictures, "--quiet"};
+  // Both are Mesa's; another driver draws the picture.
+  const auto check_too_old = [&](const char* variable, const char* value) {
+    const Environment old(variable, value);
+    const Outcome outcome = lumatlas(render);
+    if (outcome.status == 0) {
+      WARN("skipped: " << variable << " does nothing here");
+      return;
+    }
+    check_failure(outcome, "no OpenGL 4.5 through EGL (");
+    CHECK_THAT(outcome.err, Catch::Contains(": only OpenGL 3.3") || Catch::Contains(": only OpenGL 4."));
+    CHECK_THAT(outcome.err, Catch::Contains("install a newer driver"));
+    CHECK_FALSE(fs::exists(pictures));
+  };
+  check_too_old("MESA_GL_VERSION_OVERRIDE", "3.3");
+  check_too_old("MESA_EXTENSION_OVERRIDE", "-GL_ARB_clip_control");
+}
+
+TEST_CASE("a model is rendered from another scene's cameras, and its scores are JSON and nothing else") {
+  const TemporaryFolder folder;
+  const std::string other = (folder / "other").string();
+  const std::string pictures = (folder / "pictures").string();
+  const std::string report = (folder / "report").string();
+  REQUIRE(lumatlas({"synth", "apartment", "-o", other, "--views", "5", "--width", "40", "--height", "30", "--samples",
+                    "1", "--triangles", "2000", "--quiet"})
+              .status == 0);
+  const Outcome render = lumatlas({"render", made().model, "--views", other, "-o", pictures, "--quiet"});
+  if (render.err.find("no OpenGL 4.5 through EGL") != std::string::npos) {
+    WARN("skipped: " << render.err);
+    return;
+  }
+  REQUIRE(render.status == 0);
+  CHECK(render.err.empty());
+  for (const char* const name : {"0000.png", "0004.png"}) CHECK(fs::file_size(fs::path(pictures) / name) > 100);
+  CHECK(options_beside(pictures)["exposure"] == "nearby");
+  const std::string printed = (folder / "printed").string();
+  REQUIRE(
+      lumatlas({"render", made().model, "--views", other, "-o", printed, "--weights", "printed", "--quiet"}).status ==
+      0);
+  CHECK(options_beside(printed)["exposure"] == "model");
+  const Outcome validate = lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report,
+                                     "--exposure", "model", "--path", made().scene + "/path", "--json", "--quiet"});
+  REQUIRE(validate.status == 0);
+  CHECK(validate.err.empty());
+  const nlohmann::json scores = nlohmann::json::parse(validate.out);
+  CHECK(scores == nlohmann::json::parse(bytes_of(fs::path(report) / "scores.json")));
+  CHECK(scores["protocol"]["hold"] == 4);  // as the model was built
+  CHECK(scores["held"] == 3);
+  CHECK(scores["methods"]["store"]["seams"].is_number());
+  CHECK(scores["methods"]["vertex"]["flicker"]["followed"] > 1000);
+  CHECK(options_beside(report)["path"] == made().scene + "/path");
+  CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
+  CHECK(options_beside(report)["exposure"] == "model");
+  CHECK(names_in(folder.path()).size() == 4);
+  const Outcome tested = lumatlas({"validate", made().model, "--views", made().scene, "--test", made().scene + "/test",
+                                   "-o", (folder / "tested").string(), "--no-pictures", "--json", "--quiet"});
+  REQUIRE(tested.status == 0);
+  const nlohmann::json test_scores = nlohmann::json::parse(tested.out);
+  CHECK(test_scores["protocol"]["test"] == made().scene + "/test");
+  CHECK(test_scores["held"] == 2);
+  CHECK(test_scores["methods"]["store"]["raw"]["psnr"] > 10);  // as the random views of an apartment are to be known
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--test", made().scene + "/.", "-o",
+                          (folder / "same").string(), "--quiet"}),
+                "name other views as a test");
+  check_interrupted({"validate", made().model, "--views", made().scene, "-o", (folder / "cut").string()},
+                    folder.path());
+}
+
+// Width and height in the header of a PNG file.
+std::pair<std::uint32_t, std::uint32_t> png_size(const fs::path& path) {
+  const std::string bytes = bytes_of(path);
+  REQUIRE(bytes.substr(1, 3) == "PNG");
+  const auto number = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    for (std::size_t i = 0; i < 4; ++i) value = value << 8 | static_cast<unsigned char>(bytes[at + i]);
+    return value;
+  };
+  return {number(16), number(20)};
+}
+
+bool has_opengl() {
+  const TemporaryFolder folder;
+  const Outcome outcome = lumatlas({"render", made().model, "--orbit", "--frames", "1", "--width", "8", "--height", "8",
+                                    "-o", (folder / "out").string(), "--quiet"});
+  if (outcome.status == 0) return true;
+  WARN("skipped: " << outcome.err);
+  return false;
+}
+
+TEST_CASE("every mode is shown with its colour bar or without, from the cameras of a scene") {
+  const bool opengl = has_opengl();
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  for (const std::string mode :
+       {"coverage", "references", "cells", "depth", "valid-views", "winner", "weights", "error"}) {
+    if (!opengl && mode == "valid-views") break;
+    CAPTURE(mode);
+    const Arguments arguments{"render", made().model, "--views", made().scene, "--hold", "4",
+                              "--mode", mode,         "-o",      out,          "--quiet"};
+    const Outcome barred = lumatlas(arguments);
+    REQUIRE(barred.status == 0);
+    CHECK(barred.err.empty());
+    CHECK(barred.out == out + ": 3 pictures\n");
+    CHECK(png_size(fs::path(out) / "0004.png").second > 48 + 20);
+    CHECK(options_beside(out)["mode"] == mode);
+    Arguments bare = arguments;
+    bare.emplace_back("--no-color-bar");
+    REQUIRE(lumatlas(bare).status == 0);
+    CHECK(png_size(fs::path(out) / "0004.png") == std::pair{64u, 48u});
+    Arguments numbers = arguments;
+    numbers.insert(numbers.end(), {"--format", "exr"});
+    REQUIRE(lumatlas(numbers).status == 0);
+    CHECK(bytes_of(fs::path(out) / "0004.exr").starts_with("\x76\x2f\x31\x01"));
+  }
+}
+
+TEST_CASE("every kind of path gives the frames that were asked for, at their size") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  // The last key frame looks where nothing is.
+  const fs::path keys = folder.with_file("path.json", R"({"keys": [{"position": [2, 2, 1.5], "look_at": [3, 2, 1]},
+    {"position": [2, 3, 1.5], "look_at": [900, 3, 1], "fov": 30},
+    {"position": [700, 3, 1.5], "look_at": [900, 3, 1]}]})");
+  for (const Arguments& path : std::vector<Arguments>{
+           {"--orbit"}, {"--walk"}, {"--hilbert"}, {"--hilbert", "--hilbert-order", "1"}, {"--path", keys.string()}}) {
+    CAPTURE(path.back());
+    Arguments arguments{"render",   made().model, "--frames", "5",       "--width",       "40",
+                        "--height", "30",         "--mode",   "depth",   "--range",       "0",
+                        "8",        "-o",         out,        "--quiet", "--no-color-bar"};
+    arguments.insert(arguments.end(), path.begin(), path.end());
+    const Outcome outcome = lumatlas(arguments);
+    INFO(outcome.err);
+    REQUIRE(outcome.status == 0);
+    CHECK(outcome.out == out + ": 5 pictures\n");
+    CHECK(names_in(out).size() == 6);
+    CHECK(png_size(fs::path(out) / "00004.png") == std::pair{40u, 30u});
+    CHECK("--" + options_beside(out)["cameras"].get<std::string>() == path.front());
+    CHECK(bytes_of(fs::path(out) / "00000.png") != bytes_of(fs::path(out) / "00004.png"));
+  }
+}
+
+TEST_CASE("a video is written by the ffmpeg on PATH, and refused with a sentence where there is none") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const Arguments arguments{"render", made().model, "--orbit",       "--frames", "4",   "--width", "30", "--height",
+                            "20",     "--mode",     "depth",         "--format", "mp4", "--fps",   "12", "-o",
+                            out,      "--quiet",    "--no-color-bar"};
+  const std::string path = std::getenv("PATH");
+  const TemporaryFolder bin;
+  setenv("PATH", bin.path().c_str(), 1);
+  const Outcome without = lumatlas(arguments);
+  const fs::path fake = bin.with_file("ffmpeg", "#!/bin/sh\nfor last; do :; done\n" + std::string("PATH='") + path +
+                                                    "'\nexec cat > \"${last#file:}\"\n");
+  fs::permissions(fake, fs::perms::owner_all);
+  const Outcome with = lumatlas(arguments);
+  (void)bin.with_file("ffmpeg", "#!/bin/sh\necho 'no such encoder' >&2\nexit 1\n");
+  const Outcome broken = lumatlas(arguments);
+  setenv("PATH", path.c_str(), 1);
+  check_failure(without, "ffmpeg: PATH has no such program");
+  REQUIRE(with.status == 0);
+  CHECK(with.out == out + ": 4 pictures in one video\n");
+  CHECK(fs::file_size(fs::path(out) / "video.mp4") == 4 * 3 * 30 * 20);
+  CHECK(options_beside(out)["fps"] == 12);
+  check_failure(broken, "no such encoder");
+  CHECK(fs::exists(fs::path(out) / "video.mp4"));  // the earlier one
+}
+
+TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  check_interrupted({"synth", "apartment", "-o", out, "--views", "5000"}, folder.path());
+  check_interrupted({"build", made().scene, "-o", out}, folder.path());
+  check_interrupted({"render", made().model, "--walk", "--mode", "depth", "--frames", "100000", "-o", out},
+                    folder.path());
+}
+
+}  // namespace
+}  // namespace lumatlas

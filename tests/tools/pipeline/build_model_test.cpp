@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/build_model.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+
+#include "mesh/base/errors.h"
+#include "planner/predicted_loss.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/pipeline/build_summary.h"
+#include "tools/synth/synth.h"
+
+namespace lumatlas {
+namespace {
+
+using Names = std::vector<std::string>;
+
+constexpr std::uint32_t kViews = 24;
+constexpr std::uint64_t kBytesPerView = 64 * 48 * 10;  // colour 3, depth 4, trust, validity and rim 1 each
+
+// An apartment of 24 views of 64 x 48.
+const std::filesystem::path& small_scene() {
+  static const TemporaryFolder folder;
+  static const bool made = [] {
+    SynthOptions options;
+    options.views = kViews;
+    options.width = 64;
+    options.height = 48;
+    options.samples = 1;
+    options.triangles = 3000;
+    write_synthetic_scene(options, folder.path());
+    return true;
+  }();
+  REQUIRE(made);
+  return folder.path();
+}
+
+BuildOptions options_for(std::uint32_t max_views, ViewChoice choice = ViewChoice::online) {
+  BuildOptions options;
+  options.max_views = max_views;
+  options.choice = choice;
+  options.refine = RefineMode::none;
+  options.planner.min_view_gain = 0;
+  options.tiles = kWholeViews;
+  options.quiet = true;
+  return options;
+}
+
+Names offered(const BuildResult& result) {
+  Names names;
+  for (const PlannedView& view : result.planned) names.push_back(view.name);
+  return names;
+}
+
+Names stored(const BuildResult& result) {
+  Names names;
+  for (const auto& view : result.snapshot.views) {
+    if (view) names.push_back(view->name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+// The second half of a file is lost; its header is not.
+void cut_off(const std::filesystem::path& file) {
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
+}
+
+TEST_CASE("options that break a rule are refused before anything is read") {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const auto complaint = [](const BuildOptions& options) -> std::string {
+    try {
+      (void)build_model("/nowhere", options);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return {};
+  };
+  BuildOptions options;
+  CHECK_THROWS_AS(build_model("/nowhere", options), InputError);  // good options: only the scene is missing
+  options.planner.coverage.ideal_distance = kNan;
+  CHECK(complaint(options) == "coverage: ideal_distance is nan, must be finite and above 0");
+  options = {};
+  options.planner.min_view_gain = kNan;
+  CHECK(complaint(options) == "planner: min_view_gain is nan, must be finite and not negative");
+  options = {};
+  options.cells.size = std::numeric_limits<double>::infinity();
+  CHECK(complaint(options) == "cells: size is inf, must be finite and not negative");
+  options = {};
+  options.max_views = 0;
+  CHECK(complaint(options) == "build: max_views is 0, must be at least 1");
+  options = {};
+  options.hold_out = HoldOut{1, 1};
+  CHECK(complaint(options) == "hold is 1, must be at least 2");
+}
+
+TEST_CASE("the order of the stream changes which views come when, and nothing that is found beforehand") {
+  BuildOptions options = options_for(6);
+  const BuildResult given = build_model(small_scene(), options);
+  options.order = StreamOrder::reversed;
+  const BuildResult reversed = build_model(small_scene(), options);
+  options.order = StreamOrder::shuffled;
+  options.seed = 5;
+  const BuildResult shuffled = build_model(small_scene(), options);
+  const Names names = offered(given);
+  REQUIRE(names.size() == kViews);
+  CHECK(std::is_sorted(names.begin(), names.end()));
+  CHECK(offered(reversed) == Names(names.rbegin(), names.rend()));
+  CHECK(offered(shuffled) != names);
+  CHECK(std::is_permutation(names.begin(), names.end(), offered(shuffled).begin()));
+  CHECK(offered(shuffled) == offered(build_model(small_scene(), options)));
+  for (const BuildResult* other : {&reversed, &shuffled}) {
+    CHECK(other->effective.coverage.ideal_distance == given.effective.coverage.ideal_distance);
+    CHECK(other->snapshot.surface->cells.size == given.snapshot.surface->cells.size);
+  }
+}
+
+TEST_CASE("whoever chooses, the store holds so many views, and those that were chosen") {
+  const BuildResult uniform = build_model(small_scene(), options_for(6, ViewChoice::uniform));
+  CHECK(stored(uniform) == Names{"0002.png", "0006.png", "0010.png", "0014.png", "0018.png", "0022.png"});
+  BuildOptions options = options_for(6, ViewChoice::random);
+  const BuildResult random = build_model(small_scene(), options);
+  CHECK(stored(random).size() == 6);
+  CHECK(stored(random) == stored(build_model(small_scene(), options)));
+  options.seed = 1;
+  CHECK(stored(random) != stored(build_model(small_scene(), options)));
+  const BuildResult offline = build_model(small_scene(), options_for(6, ViewChoice::offline));
+  REQUIRE(offline.offline);
+  Names chosen;
+  for (const std::uint32_t view : offline.offline->choice.views) chosen.push_back(offline.planned[view].name);
+  CHECK(stored(offline) == chosen);
+  // The planner that stored them, in another order, came to the same coverage.
+  CHECK(offline.summed_coverage == Approx(offline.offline->choice.summed_coverage).epsilon(1e-9));
+  const BuildResult online = build_model(small_scene(), options_for(6));
+  CHECK(stored(online).size() == 6);
+  for (const BuildResult* other : {&uniform, &random, &online}) {
+    CHECK(offline.summed_coverage >= other->summed_coverage);
+    CHECK_FALSE(other->offline);
+  }
+  CHECK(online.summed_coverage > uniform.summed_coverage);
+}
+
+TEST_CASE("a store that all views fit into holds the same whoever chooses") {
+  for (const ViewChoice choice : {ViewChoice::uniform, ViewChoice::random, ViewChoice::offline}) {
+    CHECK(stored(build_model(small_scene(), options_for(100, choice))).size() == kViews);
+  }
+}
+
+TEST_CASE("the stored views never take more than the budget, whoever chooses, and use what they may") {
+  BuildOptions options = options_for(100);
+  options.max_views.reset();
+  options.planner.max_bytes = 5 * kBytesPerView + kBytesPerView / 2;
+  for (const ViewChoice choice : {ViewChoice::online, ViewChoice::uniform, ViewChoice::random, ViewChoice::offline}) {
+    options.choice = choice;
+    const BuildResult result = build_model(small_scene(), options);
+    CHECK(stored(result).size() == 5);
+    CHECK(result.snapshot.views.size() == 5);  // no slot that can never be filled
+    CHECK(result.stored_bytes == 5 * kBytesPerView);
+    const nlohmann::json totals = summary(result, options);
+    CHECK(totals["bytes"]["resident"] == 5 * kBytesPerView);
+    CHECK(totals["bytes"]["budget"] <= options.planner.max_bytes);
+    CHECK(totals["bytes"]["budget"] > options.planner.max_bytes - 9);
+  }
+  options.choice = ViewChoice::online;
+  options.max_views = 3;  // the tighter bound counts
+  CHECK(stored(build_model(small_scene(), options)).size() == 3);
+}
+
+TEST_CASE("the texture array of tiles never takes more than its budget, and photographs have theirs") {
+  BuildOptions options = options_for(100);
+  options.tiles = {16, 2, 0};
+  const BuildResult unbounded = build_model(small_scene(), options);
+  const std::uint64_t needed = slot_bytes(options.tiles) * unbounded.snapshot.tiles.resident_tiles();
+  CHECK(summary(unbounded, options)["bytes"]["resident"] == needed);
+  CHECK(summary(unbounded, options)["bytes"]["budget"].is_null());
+  for (const std::uint64_t share : {2, 5, 50}) {
+    options.array_bytes = needed / share;
+    const BuildResult result = build_model(small_scene(), options);
+    const nlohmann::json bytes = summary(result, options)["bytes"];
+    CHECK(stored(result).size() == kViews);  // the photographs stay, so that tiles can be chosen from them
+    CHECK(bytes["budget"] == options.array_bytes);
+    CHECK(bytes["resident"] <= options.array_bytes);
+    CHECK(bytes["resident"] > options.array_bytes / 2);
+    CHECK(bytes["photographs"] == kViews * kBytesPerView);
+  }
+  options.planner.max_bytes = 3 * kBytesPerView;
+  CHECK(stored(build_model(small_scene(), options)).size() == 3);
+  options.array_bytes = slot_bytes(options.tiles) - 1;
+  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("must be at least what a tile takes"));
+}
+
+TEST_CASE("a view that is larger than the budget is named with its bytes before anything is planned") {
+  BuildOptions options = options_for(100);
+  options.planner.max_bytes = kBytesPerView - 1;
+  CHECK_THROWS_WITH(build_model(small_scene(), options),
+                    (small_scene() / "images" / "0000.png").string() +
+                        ": takes 30720 bytes in the store, more than the budget of 30719: give at least that as "
+                        "--budget");
+  options.planner.max_bytes = kBytesPerView;
+  CHECK(stored(build_model(small_scene(), options)).size() == 1);
+}
+
+TEST_CASE("only photographs that are to be stored are read, and one of those that is cut off is named") {
+  const TemporaryFolder folder;
+  const std::filesystem::path scene = folder / "scene";
+  std::filesystem::copy(small_scene(), scene, std::filesystem::copy_options::recursive);
+  const BuildResult whole = build_model(scene, options_for(6));
+  for (const PlannedView& view : whole.planned) {
+    const bool was_stored = view.verdict.decision == Decision::kept || view.verdict.decision == Decision::replaced;
+    CHECK((view.read_ms > 0) == was_stored);
+  }
+  const auto rejected = std::find_if(whole.planned.begin(), whole.planned.end(), [](const PlannedView& view) {
+    return view.verdict.decision == Decision::rejected;
+  });
+  REQUIRE(rejected != whole.planned.end());
+  cut_off(scene / "images" / rejected->name);
+  CHECK(stored(build_model(scene, options_for(6))) == stored(whole));
+  const std::filesystem::path first = scene / "images" / whole.planned.front().name;  // an empty store takes it
+  cut_off(first);
+  try {
+    (void)build_model(scene, options_for(6));
+    FAIL("a photograph that was cut off was stored");
+  } catch (const InputError& error) {
+    CHECK_THAT(error.what(), Catch::StartsWith(first.string() + ": "));
+  }
+}
+
+TEST_CASE("the summary adds up") {
+  BuildOptions options = options_for(6);
+  options.planner.coverage.max_references = 2;
+  const BuildResult result = build_model(small_scene(), options);
+  const nlohmann::json totals = summary(result, options);
+  const nlohmann::json& views = totals["views"];
+  CHECK(views["offered"] == kViews);
+  CHECK(views["stored"] == 6);
+  CHECK(views["kept"].get<int>() + views["replaced"].get<int>() + views["rejected"].get<int>() +
+            views["outliers"].get<int>() ==
+        kViews);
+  const auto by_references = totals["references_per_cell"].get<std::vector<std::size_t>>();
+  REQUIRE(by_references.size() == 3);
+  std::size_t cells = 0, references = 0;
+  for (std::size_t count = 0; count < by_references.size(); ++count) {
+    cells += by_references[count];
+    references += count * by_references[count];
+  }
+  CHECK(totals["cells"] == cells);
+  CHECK(totals["references"] == references);
+  CHECK(totals["cells_full"] == by_references[2]);
+  CHECK(totals["cells_full"] > 0);
+  CHECK(totals["cells_referenced"] == cells - by_references[0]);
+  CHECK(totals["cells_referenced"].get<std::size_t>() + totals["cells_not_referenced"].get<std::size_t>() +
+            totals["cells_never_seen"].get<std::size_t>() ==
+        cells);
+  CHECK(totals["cells_seen"].get<std::size_t>() + totals["cells_never_seen"].get<std::size_t>() == cells);
+  const nlohmann::json& times = totals["time_ms"]["per_view"];
+  CHECK(times["visibility"]["views"] == kViews);
+  CHECK(times["read"]["views"] == views["kept"].get<int>() + views["replaced"].get<int>());
+  CHECK(times["refine"]["views"] == 0);
+  for (const char* const stage : {"visibility", "plan", "read", "store"}) {
+    CHECK(times[stage]["median"] > 0);
+    CHECK(times[stage]["p95"] >= times[stage]["median"]);
+  }
+  const std::string text = summary_text(totals, "out");
+  CHECK_THAT(text, Catch::StartsWith("out: 6 of 24 views stored (") && Catch::Contains(": 0.2 MB of 0.2\n") &&
+                       Catch::Contains(" seen but not referenced, ") && Catch::Contains("visibility ") &&
+                       !Catch::Contains("refine "));
+}
+
+TEST_CASE("the plan tells the coverage after each view, which without demand never falls") {
+  BuildOptions options = options_for(6);
+  options.planner.coverage.demand = false;
+  const BuildResult result = build_model(small_scene(), options);
+  const nlohmann::json plan = plan_json(result)["views"];
+  REQUIRE(plan.size() == kViews);
+  double before = 0;
+  for (const nlohmann::json& view : plan) {
+    const double now = view["summed_coverage"];
+    if (view["decision"] == "rejected") CHECK(now == before);
+    if (view["decision"] != "rejected") CHECK(now - before == Approx(view["gain"].get<double>()).margin(1e-9));
+    CHECK(view.contains("in_place_of") == (view["decision"] == "replaced"));
+    before = now;
+  }
+  CHECK(before == result.summed_coverage);
+}
+
+TEST_CASE("a built model says of each cell how well it is covered") {
+  BuildOptions options = options_for(6);
+  options.planner.coverage.demand = false;  // so that all cells count alike
+  const BuildResult result = build_model(small_scene(), options);
+  const Snapshot& snapshot = result.snapshot;
+  REQUIRE(snapshot.cell_coverage.size() == snapshot.surface->cells.cells.size());
+  double sum = 0;
+  for (std::size_t cell = 0; cell < snapshot.cell_coverage.size(); ++cell) {
+    sum += static_cast<double>(snapshot.cell_coverage[cell]);
+    if (snapshot.cell_coverage[cell] == 0) CHECK(snapshot.references.of_cell(cell).empty());
+    if (snapshot.cell_seen[cell] == 0) CHECK(snapshot.cell_coverage[cell] == 0);
+  }
+  CHECK(sum == Approx(result.summed_coverage).epsilon(1e-5));  // each is rounded to a float
+  options.planner.coverage.demand = true;
+  const BuildResult with_demand = build_model(small_scene(), options);
+  const std::vector<float>& coverage = with_demand.snapshot.cell_coverage;
+  CHECK(*std::min_element(coverage.begin(), coverage.end()) >= 0);
+  CHECK(*std::max_element(coverage.begin(), coverage.end()) <= 1.0001f);
+  CHECK(*std::max_element(coverage.begin(), coverage.end()) > 0.1f);
+}
+
+TEST_CASE("the options in effect say all that a build depends on, and name the departures from the print") {
+  BuildOptions options = options_for(6, ViewChoice::random);
+  options.order = StreamOrder::shuffled;
+  options.seed = 9;
+  options.planner.max_bytes = 100 * kBytesPerView;
+  options.planner.coverage.metric = CoverageOptions::Metric::paper;
+  options.planner.coverage.departures = CoverageDepartures::none();
+  options.planner.coverage.departures.hemisphere = true;
+  const nlohmann::json effective = effective_options(build_model(small_scene(), options), options);
+  CHECK(effective["order"] == "shuffled");
+  CHECK(effective["choice"] == "random");
+  CHECK(effective["seed"] == 9);
+  CHECK(effective["budget"] == 100 * kBytesPerView);
+  CHECK(effective["views"] == 6);
+  CHECK(effective["metric"] == "departures");
+  CHECK(effective["depart"] == nlohmann::json{"hemisphere"});
+  for (const char* const key : {"mesh",
+                                "hold_out",
+                                "partition",
+                                "cell_size",
+                                "references",
+                                "coverage_lambda",
+                                "ideal_distance",
+                                "distance_sigma",
+                                "max_cell_coverage",
+                                "directions",
+                                "direction_width",
+                                "views_per_direction",
+                                "demand",
+                                "demand_prior",
+                                "min_view_gain",
+                                "min_exchange_gain",
+                                "min_reference_gain",
+                                "victims",
+                                "visibility",
+                                "fade",
+                                "refine",
+                                "refine_points",
+                                "revisits",
+                                "prior",
+                                "max_move",
+                                "outlier",
+                                "masks",
+                                "white_balance",
+                                "refine_intrinsics"}) {
+    CAPTURE(key);
+    CHECK(effective.contains(key));
+  }
+}
+
+TEST_CASE("what the photographs say about intrinsics is one sentence, and none if it is not significant") {
+  IntrinsicsEstimate estimate;
+  estimate.correction = {1.008, {-1.25, 0.5}, -0.0123};
+  estimate.residual_before = 0.043;
+  estimate.residual_after = 0.041;
+  estimate.corner_px = 2.6;
+  CHECK(intrinsics_advice(estimate, false).empty());
+  estimate.significant = true;
+  const std::string says =
+      "The photographs agree better with a focal length 0.80 % longer, the principal point moved by (-1.2, 0.5) px and "
+      "a radial coefficient of -0.0123 (a corner moves 2.6 px; residual 0.0430 -> 0.0410): ";
+  CHECK(intrinsics_advice(estimate, false) ==
+        says + "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
+  CHECK(intrinsics_advice(estimate, true) ==
+        says +
+            "focal length and principal point were applied, the radial coefficient was not, because the photographs "
+            "would have to be undistorted again.");
+}
+
+TEST_CASE("a bound on the loss takes views away, tells which, and keeps the number of views if one is given") {
+  BuildOptions options = options_for(1000);
+  options.max_views.reset();
+  options.planner.coverage = parsimony_coverage(options.planner.coverage);
+  options.planner.coverage.max_references = 64;
+  options.planner.max_loss_db = 0;
+  const BuildResult all = build_model(small_scene(), options);
+  REQUIRE(all.parsimony);
+  CHECK(stored(all).size() == kViews);
+  CHECK(all.parsimony->predicted.loss_db == 0);
+  CHECK(all.parsimony->views == kViews);
+  CHECK(all.parsimony->texels == std::uint64_t{kViews} * 64 * 48);
+
+  options.planner.max_loss_db = 1;
+  const BuildResult thinned = build_model(small_scene(), options);
+  Names kept;
+  for (const PlannedView& view : thinned.planned) {
+    if (view.verdict.decision == Decision::kept) kept.push_back(view.name);
+  }
+  for (const std::string& gone : thinned.parsimony->taken_away) std::erase(kept, gone);
+  CHECK(stored(thinned) == kept);
+  CHECK(kept.size() < kViews);
+  CHECK_FALSE(thinned.parsimony->taken_away.empty());
+  CHECK(thinned.parsimony->predicted.loss_db <= 1);
+  CHECK(thinned.snapshot.references.views.size() < all.snapshot.references.views.size());
+
+  options.max_views = 3;
+  const BuildResult few = build_model(small_scene(), options);
+  CHECK(stored(few).size() <= 3);
+  CHECK(few.parsimony->predicted.short_of_room);
+  CHECK(summary(few, options)["parsimony"]["short_of_room"] == true);
+  CHECK_THAT(parsimony_text(summary(few, options)["parsimony"]), Catch::Contains("more views were needed than"));
+
+  CHECK_FALSE(build_model(small_scene(), options_for(6)).parsimony);
+  options.choice = ViewChoice::uniform;
+  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("choice must be ViewChoice::online"));
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Outputs that appear complete or not at all: they grow beside their place, on the same file system, and are moved into
+// it by commit(). Without commit() nothing remains of them, and what was there before stays as it was. (A program
+// killed at once leaves a folder or file named .lumatlas-* behind, which can be removed.)
+//
+// A path through a symbolic link stands for what the link points to. Everything here throws InputError when the file
+// system refuses something: one sentence with the path and the reason.
+#pragma once
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "mesh/base/pending_file.h"
+
+namespace lumatlas {
+
+// A folder's file that says that lumatlas wrote it, so that it may be replaced, and with which options.
+inline constexpr const char* kMarkerFile = "lumatlas.json";
+
+// A folder may be replaced if it is empty or holds a marker file. Throws InputError for any other existing path.
+void check_replaceable(const std::filesystem::path& folder);
+
+// Throws InputError if an output at `output` would take the place of one of the inputs, because it is that or a folder
+// around it. Empty paths among the inputs, for what was not given, are left out.
+void check_apart(const std::filesystem::path& output, std::span<const std::filesystem::path> inputs);
+
+class OutputFolder {
+ public:
+  // Missing parents are made, and removed again if nothing is committed. Refuses at once what commit() would refuse.
+  explicit OutputFolder(const std::filesystem::path& path);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  // Where to write until commit(); afterwards where the output is.
+  [[nodiscard]] const std::filesystem::path& path() const { return committed_ ? target_ : temporary_; }
+
+  // Writes the marker file {"lumatlas": version, "options": effective_options} and moves the folder into its place; the
+  // earlier output, if there is one, is exchanged with it in one step and removed. Throws std::invalid_argument if
+  // called twice, Interrupted if the user has asked the program to stop.
+  void commit(const nlohmann::json& effective_options);
+
+ private:
+  std::filesystem::path target_;
+  std::filesystem::path temporary_;
+  std::vector<std::filesystem::path> made_parents_;  // outermost first
+  bool committed_ = false;
+};
+
+// A PendingFile to stream into. An existing regular file is replaced, anything else that exists is refused.
+class AtomicFile {
+ public:
+  explicit AtomicFile(const std::filesystem::path& path);
+
+  [[nodiscard]] std::ofstream& stream() { return stream_; }  // binary; commit() checks for failed writes
+  void commit();                                             // throws std::invalid_argument if called twice
+
+ private:
+  std::filesystem::path target_;
+  PendingFile pending_;
+  std::ofstream stream_;
+  bool committed_ = false;
+};
+
+// The text of a JSON file or result. Names of files may hold bytes that are not UTF-8: they become U+FFFD, rather than
+// cost the whole output.
+[[nodiscard]] std::string json_text(const nlohmann::json& value);
+void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // as an AtomicFile
+
+// The two ways in which commit() puts `fresh` in the place of the existing folder `target`; `fresh` then holds what
+// `target` held. Exchanging is one step, but some file systems (NFS) cannot: then it returns false and nothing has
+// changed. Renaming leaves no folder at `target` for a moment, and puts the old one back if it fails.
+[[nodiscard]] bool exchange_folders(const std::filesystem::path& fresh, const std::filesystem::path& target);
+void swap_folders_by_renaming(const std::filesystem::path& fresh, const std::filesystem::path& target);
+
+}  // namespace lumatlas

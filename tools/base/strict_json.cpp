@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/base/strict_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+
+#include "mesh/base/errors.h"
+
+namespace lumatlas {
+
+using nlohmann::json;
+
+namespace {
+
+bool contains(std::initializer_list<std::string_view> words, std::string_view word) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string listed(std::initializer_list<std::string_view> words) {
+  std::string text;
+  for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
+  return text;
+}
+
+}  // namespace
+
+void JsonPlace::refuse(const std::string& complaint) const {
+  throw InputError(file_ + ": " + (place_.empty() ? "" : place_ + ": ") + complaint);
+}
+
+void JsonPlace::expect(bool holds, const char* type) const {
+  if (!holds) refuse(std::string("must be ") + type + ", not " + value_->type_name());
+}
+
+void JsonPlace::expect_keys(std::initializer_list<std::string_view> required,
+                            std::initializer_list<std::string_view> optional) const {
+  for (const auto& [key, member] : members()) {
+    if (contains(required, key) || contains(optional, key)) continue;
+    member.refuse("is not known here: there are " + listed(required) +
+                  (optional.size() == 0 ? "" : ", and optionally " + listed(optional)));
+  }
+  for (const std::string_view key : required) {
+    if (!has(key)) refuse("has no \"" + std::string(key) + "\"");
+  }
+}
+
+bool JsonPlace::has(std::string_view key) const {
+  return value_->is_object() && value_->contains(std::string(key));
+}
+
+JsonPlace JsonPlace::at(std::string_view key) const {
+  const std::string name(key);
+  if (!has(key)) refuse("has no \"" + name + "\"");
+  return {file_, place_.empty() ? name : place_ + "." + name, value_->at(name)};
+}
+
+std::vector<std::pair<std::string, JsonPlace>> JsonPlace::members() const {
+  expect(value_->is_object(), "an object");
+  std::vector<std::pair<std::string, JsonPlace>> all;
+  for (const auto& [key, member] : value_->items()) all.emplace_back(key, at(key));
+  return all;
+}
+
+std::vector<JsonPlace> JsonPlace::elements() const {
+  expect(value_->is_array(), "an array");
+  std::vector<JsonPlace> all;
+  for (std::size_t i = 0; i < value_->size(); ++i) {
+    all.emplace_back(file_, place_ + "[" + std::to_string(i) + "]", (*value_)[i]);
+  }
+  return all;
+}
+
+std::string JsonPlace::text() const {
+  expect(value_->is_string(), "a text");
+  std::string text = value_->get<std::string>();
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  if (text.empty() || std::any_of(text.begin(), text.end(), is_control)) refuse("must be a text of one line");
+  return text;
+}
+
+std::string JsonPlace::one_of(std::initializer_list<std::string_view> words) const {
+  std::string word = text();
+  if (!contains(words, word)) refuse("is \"" + word + "\", must be one of " + listed(words));
+  return word;
+}
+
+double JsonPlace::number() const {
+  expect(value_->is_number(), "a number");
+  const double number = value_->get<double>();
+  if (!std::isfinite(number)) refuse("must be a finite number");
+  return number;
+}
+
+std::size_t JsonPlace::count(std::size_t least, std::size_t most) const {
+  if (!value_->is_number_unsigned() || value_->get<std::size_t>() < least || value_->get<std::size_t>() > most) {
+    refuse("is " + value_->dump() + ", must be a whole number from " + std::to_string(least) + " to " +
+           std::to_string(most));
+  }
+  return value_->get<std::size_t>();
+}
+
+bool JsonPlace::boolean() const {
+  expect(value_->is_boolean(), "true or false");
+  return value_->get<bool>();
+}
+
+json read_json_with_comments(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(path)) throw InputError(path.string() + ": there is no such file");
+  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  const auto refuse_repetition = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
+    if (event == json::parse_event_t::object_start) keys.emplace_back();
+    if (event == json::parse_event_t::object_end) keys.pop_back();
+    if (event == json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
+      throw InputError(path.string() + ": has \"" + parsed.get<std::string>() + "\" twice in one object");
+    }
+    return true;
+  };
+  try {
+    return json::parse(file, refuse_repetition, true, true);
+  } catch (const json::exception& error) {
+    std::string reason = error.what();  // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
+    if (const std::size_t start = reason.find("] "); start != std::string::npos) reason.erase(0, start + 2);
+    std::replace(reason.begin(), reason.end(), '\n', ' ');
+    throw InputError(path.string() + ": is not JSON: " + reason);
+  }
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+#include "tools/base/output_folder.h"
+#include "tools/cli/cell_flags.h"
+#include "tools/cli/commands.h"
+#include "tools/pipeline/model_inspection.h"
+#include "tools/scene/inspection.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+struct InspectFlags {
+  std::filesystem::path scene, mesh;
+  CellFlags cells;
+  bool json_output = false;
+  bool quiet = false;
+};
+
+void print_mesh(const json& mesh) {
+  std::cout << "mesh       " << mesh["file"].get<std::string>() << ": " << mesh["file_vertices"] << " vertices, "
+            << mesh["file_faces"] << " faces" << (mesh["colors"] ? ", with colours" : ", without colours") << '\n';
+  for (const auto& [what, count] : mesh["repairs"].items()) {
+    if (count != 0) std::cout << "  repaired " << count << " " << what << '\n';
+  }
+  if (mesh["split_faces"] != 0)
+    std::cout << "  split    faces larger than a cell: " << mesh["split_faces"] << " more\n";
+  std::cout << "  in use   " << mesh["vertices"] << " vertices, " << mesh["faces"] << " faces, area "
+            << mesh["area"].get<double>() << ", diameter " << mesh["diameter"].get<double>() << " (scene units)\n";
+}
+
+void print_views(const json& views) {
+  std::cout << "views      " << views["count"] << '\n';
+  for (const auto& [lens, count] : views["lenses"].items()) std::cout << "  " << count << " " << lens << '\n';
+  std::cout << "  distance to the surface: median " << views["median_distance"].get<double>() << " (scene units)\n";
+}
+
+void print(const json& scene) {
+  print_mesh(scene["mesh"]);
+  const json& cells = scene["cells"];
+  std::cout << "cells      " << cells["count"] << " of size " << cells["size"].get<double>() << "; area / size^2: 5% "
+            << cells["area_share"]["p5"].get<double>() << ", median " << cells["area_share"]["median"].get<double>()
+            << ", 95% " << cells["area_share"]["p95"].get<double>() << "; " << cells["unseen"] << " seen by no view\n";
+  print_views(scene["views"]);
+  for (const json& warning : scene["warnings"]) std::cout << "warning    " << warning.get<std::string>() << '\n';
+}
+
+void inspect_as_model(const InspectFlags& flags) {
+  if (!flags.mesh.empty()) throw CLI::ValidationError("--mesh", "is for scenes, a model has its own mesh");
+  const json model = inspect_model(flags.scene);
+  std::cout << (flags.json_output ? json_text(model) : inspection_text(model));
+}
+
+}  // namespace
+
+void add_inspect_command(CLI::App& program) {
+  auto flags = std::make_shared<InspectFlags>();
+  CLI::App* command = program.add_subcommand(
+      "inspect", "What is in a scene, what is wrong with it, what was repaired; or what is in a model");
+  command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
+      ->required();
+  command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
+  flags->cells.add_to(*command);
+  command->add_flag("--json", flags->json_output, "Print it as JSON");
+  command->add_flag("--quiet", flags->quiet, "No progress");
+  command->callback([flags] {
+    if (is_model(flags->scene)) return inspect_as_model(*flags);
+    std::optional<std::filesystem::path> mesh;
+    if (!flags->mesh.empty()) mesh = flags->mesh;
+    const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet);
+    if (flags->json_output) {
+      std::cout << json_text(scene);
+    } else {
+      print(scene);
+    }
+  });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The program. Results go to stdout or files, progress and errors to stderr. Exit status: 0, 1 (it failed, one sentence
+// says why), 2 (wrong usage).
+#include <algorithm>
+#include <exception>
+#include <iostream>
+#include <new>
+#include <string>
+
+#include "tools/base/interrupt.h"
+#include "tools/cli/commands.h"
+
+namespace {
+
+// One line, whatever characters are in the name of a file.
+int fail(std::string sentence) {
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+  std::replace_if(sentence.begin(), sentence.end(), is_control, ' ');
+  std::cerr << "lumatlas: " << sentence << '\n';
+  return 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program("lumatlas turns a mesh and posed photographs into a view-dependent textured scene");
+  program.set_version_flag("--version", "lumatlas " LUMATLAS_VERSION);
+  program.option_defaults()->always_capture_default();
+  program.require_subcommand(1);
+  lumatlas::add_inspect_command(program);
+  lumatlas::add_build_command(program);
+  lumatlas::add_render_command(program);
+  lumatlas::add_validate_command(program);
+  lumatlas::add_synth_command(program);
+  lumatlas::add_chart_command(program);
+  lumatlas::install_interrupt_handler();
+  try {
+    program.parse(argc, argv);
+    if (!std::cout.flush()) return fail("the result cannot be written to standard output, is the disk full?");
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return program.exit(error) == 0 ? 0 : 2;
+  } catch (const lumatlas::Interrupted& interrupted) {
+    lumatlas::die_of(interrupted);
+  } catch (const std::bad_alloc&) {
+    return fail("out of memory: use fewer or smaller photographs (--views), or a smaller mesh");
+  } catch (const std::exception& error) {
+    return fail(error.what());
+  }
+}

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "atlas/model_file.h"
+#include "blend/renderer.h"
+#include "mesh/base/errors.h"
+#include "tools/base/output_folder.h"
+#include "tools/base/percentile.h"
+#include "tools/base/progress.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/render_flags.h"
+#include "tools/paths/camera_tours.h"
+#include "tools/paths/path_file.h"
+#include "tools/picture/stored_depths.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Wall time since the command began, and where it went until the first picture.
+class FirstPicture {
+ public:
+  explicit FirstPicture(bool told) : told_(told) {}
+
+  void has_read(const ReadTimes& times) { read_ = times; }
+  void begins_to_load() { load_start_ = Clock::now(); }
+  void has_loaded() { load_ms_ = ms_since(load_start_); }
+  // Of every picture; the first counts.
+  void is_drawn() {
+    if (told_ && total_ms_ == 0) std::cerr << text(total_ms_ = ms_since(start_));
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  static double ms_since(Clock::time_point start) {
+    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  }
+
+  [[nodiscard]] std::string text(double total_ms) const {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(0) << "first picture after " << total_ms << " ms: tables " << read_.tables
+         << ", views " << read_.views << " (summed over threads: images " << read_.images << ", depth " << read_.depth
+         << ", masks " << read_.masks << "), upload " << load_ms_ << '\n';
+    return text.str();
+  }
+
+  bool told_;
+  Clock::time_point start_ = Clock::now();
+  Clock::time_point load_start_ = start_;
+  ReadTimes read_;
+  double load_ms_ = 0;  // with the context and its shaders
+  double total_ms_ = 0;
+};
+
+struct Shot {
+  Camera camera;
+  std::filesystem::path file;     // in the output folder
+  std::optional<SceneView> view;  // whose camera it is
+};
+
+std::vector<Shot> shots_of_scene(const RenderFlags& flags, const Snapshot& snapshot, PictureOutput& output) {
+  const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
+  std::vector<std::size_t> ranks(scene.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  if (const auto protocol = flags.hold.protocol()) ranks = split_to_score(scene, *protocol).scored;
+  std::vector<Shot> shots;
+  for (const std::size_t rank : ranks) {
+    const SceneView& view = scene.views[rank];
+    shots.push_back({view.camera, output.file_for_view(view.name), view});
+  }
+  return shots;
+}
+
+// Of the model's views, by name: the order in which a video was taken.
+std::vector<Camera> stored_cameras(const Snapshot& snapshot) {
+  std::vector<const StoredView*> views;
+  for (const auto& view : snapshot.views) {
+    if (view) views.push_back(view.get());
+  }
+  std::sort(views.begin(), views.end(), [](const StoredView* a, const StoredView* b) { return a->name < b->name; });
+  std::vector<Camera> cameras;
+  cameras.reserve(views.size());
+  for (const StoredView* view : views) cameras.push_back(view->camera);
+  return cameras;
+}
+
+std::vector<Vantage> tour(const RenderFlags& flags, const Snapshot& snapshot) {
+  const std::vector<Camera> stored = stored_cameras(snapshot);
+  if (stored.empty() && flags.path.empty()) {
+    throw InputError(flags.model.string() + ": holds no views that say where to fly: give key frames (--path)");
+  }
+  if (!flags.path.empty()) {
+    PathDefaults defaults;
+    defaults.offset = snapshot.surface->offset;
+    if (!stored.empty()) defaults.up = upward(stored);
+    defaults.fov_deg = flags.fov_deg;
+    return CameraPath(read_path(flags.path, defaults)).evenly(flags.frames);
+  }
+  if (flags.hilbert) {
+    return hilbert_flight(snapshot.surface->mesh, stored, flags.hilbert_order, flags.frames, flags.fov_deg);
+  }
+  std::vector<double> depths = sampled_depths(snapshot);
+  const double depth = depths.empty() ? 1 : percentile(std::move(depths), 0.5);
+  return flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
+                     : walk(stored, depth, flags.frames, flags.fov_deg);
+}
+
+std::vector<Shot> shots_of_path(const RenderFlags& flags, const Snapshot& snapshot, const PictureOutput& output) {
+  std::vector<Shot> shots;
+  for (const Vantage& vantage : tour(flags, snapshot)) {
+    shots.push_back({camera_at(vantage, flags.width, flags.height), output.file_for_frame(shots.size(), flags.frames),
+                     std::nullopt});
+  }
+  return shots;
+}
+
+void render(const RenderFlags& flags, const std::vector<Shot>& shots, FrameRenderer& frames, PictureOutput& output,
+            FirstPicture& first) {
+  Progress progress("rendering", shots.size(), ProgressOptions::standard_error(flags.quiet));
+  for (const Shot& shot : shots) {
+    std::optional<Photograph> photograph;
+    if (flags.mode == Mode::error) photograph = load_photograph(*shot.view);
+    const Photograph* const compared = photograph ? &*photograph : nullptr;
+    if (flags.format == PictureFormat::exr) {
+      const auto numbers = frames.numbers(shot.camera, compared);
+      first.is_drawn();
+      output.write(shot.file, numbers);
+    } else {
+      const auto picture = frames.picture(shot.camera, compared);
+      first.is_drawn();
+      output.write(shot.file, picture);
+    }
+    progress.tick();
+  }
+}
+
+void run(const RenderFlags& flags) {
+  flags.check();
+  const FrameOptions options = flags.frame_options();
+  check_apart(flags.output, std::array{flags.model, flags.views, flags.path});
+  OutputFolder folder(flags.output);
+  PictureOutput output(folder.path(), flags.format, flags.frames_per_second);
+  FirstPicture first(flags.verbose);
+  const Model model = read_model(flags.model);
+  const Snapshot& snapshot = model.snapshot;
+  first.has_read(model.times);
+  const std::vector<Shot> shots =
+      flags.views.empty() ? shots_of_path(flags, snapshot, output) : shots_of_scene(flags, snapshot, output);
+  std::optional<EglContext> context;
+  std::optional<Renderer> renderer;
+  first.begins_to_load();
+  if (needs_renderer(flags.mode)) {
+    context.emplace();
+    if (!flags.quiet) std::cerr << "renderer: " << context->description() << '\n';
+    renderer.emplace(*context);
+    renderer->load(snapshot);
+  }
+  first.has_loaded();
+  FrameRenderer frames(snapshot, options, renderer ? &*renderer : nullptr);
+  render(flags, shots, frames, output, first);
+  output.finish();
+  folder.commit(flags.json());
+  std::cout << flags.output.string() << ": " << shots.size()
+            << (flags.format == PictureFormat::mp4 ? " pictures in one video\n" : " pictures\n");
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& program) {
+  auto flags = std::make_shared<RenderFlags>();
+  CLI::App* command = program.add_subcommand(
+      "render", "Render pictures or videos of a model, or what it knows of itself, from given cameras or along a path");
+  flags->add_to(*command);
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

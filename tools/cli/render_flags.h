@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The options of `lumatlas render`: from where, what is shown, and as which files.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/cli/blend_flags.h"
+#include "tools/cli/commands.h"
+#include "tools/picture/frame_renderer.h"
+#include "tools/picture/picture_output.h"
+
+namespace lumatlas {
+
+struct RenderFlags {
+  std::filesystem::path model, output;
+  // From where: exactly one of these.
+  std::filesystem::path views, path;
+  bool orbit = false, walk = false, hilbert = false;
+  HoldFlags hold;
+  std::uint32_t hilbert_order = 3;
+  std::size_t frames = 120;
+  std::uint32_t width = 1280, height = 720;  // pixels
+  double fov_deg = 70;
+  // What is shown.
+  Mode mode = Mode::picture;
+  std::vector<double> range;  // none, or least and most
+  bool no_color_bar = false;
+  BlendFlags blend;
+  // As which files.
+  PictureFormat format = PictureFormat::png;
+  double frames_per_second = 30;
+  CLI::Option* frames_per_second_option = nullptr;
+  bool verbose = false;
+  bool quiet = false;
+
+  void add_to(CLI::App& command);
+  // Throws CLI::ValidationError for options that do not go together.
+  void check() const;
+  [[nodiscard]] FrameOptions frame_options() const;
+  [[nodiscard]] nlohmann::json json() const;  // those in effect
+
+ private:
+  void add_cameras_to(CLI::App& command);
+  void add_mode_to(CLI::App& command);
+  void add_files_to(CLI::App& command);
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iomanip>
+#include <iostream>
+#include <limits>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "atlas/model_file.h"
+#include "mesh/base/errors.h"
+#include "tools/base/output_folder.h"
+#include "tools/cli/blend_flags.h"
+#include "tools/cli/commands.h"
+#include "tools/pipeline/model_output.h"
+#include "tools/score/frame_time.h"
+#include "tools/score/report_refinements.h"
+#include "tools/score/validation.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+struct ValidateFlags {
+  std::filesystem::path model, views, test, path, output;
+  HoldFlags hold;
+  BlendFlags blend;
+  std::vector<std::string> baselines{"unbounded", "vertex"};
+  bool no_alignment = false;
+  bool no_pictures = false;
+  std::size_t time_frames = 0;  // 0: no frame is timed
+  FrameSize frame_size;
+  bool json_output = false;
+  bool quiet = false;
+};
+
+// In the model's folder, or beside its file.
+std::filesystem::path report_of(const std::filesystem::path& model) {
+  if (std::filesystem::is_directory(model)) return model / "report";
+  return model.parent_path() / (model.stem().string() + "-report");
+}
+
+// The protocol that was asked for, else the one that the model was built with: none if it was built from every view.
+std::optional<HoldOut> protocol(const ValidateFlags& flags, const json& built) {
+  if (const std::optional<HoldOut> asked = flags.hold.protocol()) return asked;
+  if (!built.contains("hold_out")) {
+    throw InputError(flags.model.string() +
+                     ": does not say which views were held out: name a model that `lumatlas build` wrote, or give the "
+                     "--hold that it was built with");
+  }
+  const json& recorded = built["hold_out"];
+  if (recorded.is_object() && recorded.value("hold", json()).is_number_unsigned() &&
+      recorded.value("block", json()).is_number_unsigned()) {
+    return HoldOut{recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
+  }
+  if (!flags.test.empty()) return std::nullopt;
+  throw InputError(
+      flags.model.string() +
+      ": was built from every view, so none is left to score: build it with --hold 8, for example, or name others "
+      "with --test");
+}
+
+// Frames in the order of their names.
+SceneViews read_path(const std::filesystem::path& folder, const glm::dvec3& offset) {
+  SceneViews path = read_scene_views(folder, offset);
+  if (path.views.size() < 2) {
+    throw InputError(folder.string() + ": has " + std::to_string(path.views.size()) +
+                     " frames, flicker needs at least 2: `lumatlas synth --path-frames` writes some");
+  }
+  return path;
+}
+
+// How long the model takes to be read, to be loaded to a renderer, and to be drawn from new places.
+json measured_speed(const Model& model, const ValidateFlags& flags, const EglContext& context) {
+  const std::vector<Camera> cameras = cameras_between_views(model.snapshot, flags.time_frames, flags.frame_size);
+  if (cameras.empty()) throw InputError(flags.model.string() + ": stores no view, there is no frame to time");
+  Renderer renderer(context);
+  const auto start = std::chrono::steady_clock::now();
+  renderer.load(model.snapshot);
+  const auto upload = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start);
+  const FrameTime time = frame_time(renderer, cameras, flags.blend.options());
+  return {{"frames", cameras.size()},
+          {"width", flags.frame_size.width},
+          {"height", flags.frame_size.height},
+          {"renderer", context.description()},
+          {"read_ms", model.times.tables + model.times.views},
+          {"upload_ms", upload.count()},
+          {"frame_ms", {{"median", time.wall}, {"p95", time.wall_p95}}},
+          {"frame_cpu_ms", {{"median", time.processor}, {"p95", time.processor_p95}}}};
+}
+
+std::string speed_text(const json& speed) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << speed["frame_ms"]["median"].get<double>() << " ms ("
+       << speed["frame_cpu_ms"]["median"].get<double>() << " ms of processor time), median of " << speed["frames"]
+       << " frames of " << speed["width"] << "x" << speed["height"];
+  return text.str();
+}
+
+void print_table(const Report& report) {
+  const std::vector<MethodScores> means = method_means(report);
+  std::cout << report.views.size();
+  if (report.test.empty()) {
+    std::cout << " held-out views (--hold " << report.protocol->hold << " --block " << report.protocol->block << ")\n";
+  } else {
+    std::cout << " views of " << report.test << '\n';
+  }
+  std::cout << "                raw            fitted           aligned      textured    seams  flicker\n"
+            << std::fixed;
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    const MethodScores& m = means[i];
+    std::cout << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2)
+              << std::setw(7) << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim
+              << std::setprecision(2) << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6)
+              << m.fitted.ssim;
+    if (m.aligned) {
+      std::cout << std::setprecision(2) << std::setw(8) << m.aligned->psnr << " dB " << std::setprecision(3)
+                << std::setw(6) << m.aligned->ssim;
+    } else {
+      std::cout << std::setw(18) << "";
+    }
+    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setprecision(2);
+    std::cout << std::setw(9) << report.methods[i].seams.value_or(std::numeric_limits<double>::quiet_NaN());
+    if (report.methods[i].flicker) std::cout << std::setw(9) << report.methods[i].flicker->rms;
+    std::cout << '\n';
+  }
+}
+
+void run(const ValidateFlags& flags) {
+  const ModelNotes notes = read_model_notes(flags.model);
+  const json& built = notes.options;
+  ValidationOptions options;
+  options.protocol = protocol(flags, built);
+  options.blend = flags.blend.options();
+  const auto wants = [&](const char* name) {
+    return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end();
+  };
+  options.unbounded = wants("unbounded");
+  options.vertex = wants("vertex");
+  options.aligned = !flags.no_alignment;
+  options.pictures = !flags.no_pictures;
+  options.quiet = flags.quiet;
+  const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
+  check_apart(target, std::array{flags.model, flags.views, flags.path});
+  OutputFolder output(target);
+  const Model model = read_model(flags.model);
+  options.validity = model.validity;
+  const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);
+  if (!flags.test.empty()) options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
+  if (!flags.path.empty()) options.path = read_path(flags.path, model.snapshot.surface->offset);
+  const EglContext context;
+  Report report = validate_model(model.snapshot, scene, context, options, output.path());
+  report.facts.emplace_back("model", flags.model.string());
+  report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));
+  report.facts.emplace_back("renderer", context.description());
+  report.refinements = read_refinements(notes.plan);
+  json scores = report_json(report);
+  if (flags.time_frames > 0) {
+    scores["speed"] = measured_speed(model, flags, context);
+    report.facts.emplace_back("frame time", speed_text(scores["speed"]));
+  }
+  write_report(output.path() / "index.html", report);
+  write_json(output.path() / "scores.json", scores);
+  json effective = flags.blend.json();
+  effective["command"] = "validate";
+  effective["views"] = flags.views.string();
+  if (!flags.test.empty()) effective["test"] = flags.test.string();
+  if (!flags.path.empty()) effective["path"] = flags.path.string();
+  effective["protocol"] = scores["protocol"];
+  effective["built_with"] = built;
+  output.commit(effective);
+  if (flags.json_output) {
+    std::cout << json_text(scores);
+  } else {
+    print_table(report);
+    if (flags.time_frames > 0) std::cout << "frame time: " << speed_text(scores["speed"]) << '\n';
+  }
+  if (!flags.quiet) std::cerr << "report: " << (target / "index.html").string() << '\n';
+}
+
+}  // namespace
+
+void add_validate_command(CLI::App& program) {
+  auto flags = std::make_shared<ValidateFlags>();
+  CLI::App* command = program.add_subcommand("validate", "Score a model on held-out photographs, with an HTML report");
+  command->add_option("MODEL", flags->model, "Folder or .glb that `lumatlas build` wrote")->required();
+  command->add_option("--views", flags->views, "COLMAP workspace that the model was built from")->required();
+  command->add_option("-o,--output", flags->output,
+                      "Folder of the report; without it, report/ in the model, or NAME-report beside NAME.glb");
+  command->add_option("--test", flags->test,
+                      "COLMAP workspace of other views of the same scene, as synth's --test-views writes it: score all "
+                      "of them instead of held-out ones");
+  command->add_option("--path", flags->path,
+                      "COLMAP workspace of consecutive frames with their true pictures, by name, as synth's "
+                      "--path-frames writes it: also measure flicker along them");
+  flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
+  flags->blend.add_to(*command);
+  command
+      ->add_option(
+          "--baselines", flags->baselines,
+          "What to compare with: unbounded (all input views, in memory at once), vertex (averaged colours), or none")
+      ->check(CLI::IsMember({"unbounded", "vertex", "none"}))
+      ->delimiter(',');
+  command->add_flag("--no-alignment", flags->no_alignment,
+                    "Leave out the aligned score, which takes up to nine renderings a photograph");
+  command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
+  CLI::Option* timed = command->add_option(
+      "--time-frames", flags->time_frames,
+      "Also time so many frames from between the stored views, and how long the model takes to be read and loaded");
+  timed->check(CLI::Range(1u, 100000u))->default_str("");
+  command->add_option("--frame-width", flags->frame_size.width, "Of the frames that are timed: pixels")
+      ->check(CLI::Range(1u, 65536u))
+      ->needs(timed);
+  command->add_option("--frame-height", flags->frame_size.height, "Of the frames that are timed: pixels")
+      ->check(CLI::Range(1u, 65536u))
+      ->needs(timed);
+  command->add_flag("--json", flags->json_output, "Print the scores as JSON");
+  command->add_flag("--quiet", flags->quiet, "No progress");
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/picture/ffmpeg_pipe.h"
+
+#include <fcntl.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cmath>
+#include <csignal>
+#include <cstring>
+#include <stdexcept>
+#include <string_view>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "tools/base/child_process.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string text_of(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.9g", value);
+  return text.data();
+}
+
+// A relative name could begin with what ffmpeg takes for an option or a protocol.
+std::vector<std::string> arguments(const fs::path& ffmpeg, const fs::path& file, std::uint32_t width,
+                                   std::uint32_t height, double frames_per_second) {
+  return {ffmpeg.string(),
+          "-hide_banner",
+          "-nostdin",
+          "-loglevel",
+          "error",
+          "-y",
+          "-f",
+          "rawvideo",
+          "-pixel_format",
+          "rgb24",
+          "-video_size",
+          std::to_string(width) + "x" + std::to_string(height),
+          "-framerate",
+          text_of(frames_per_second),
+          "-i",
+          "pipe:0",
+          "-vf",
+          "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv",
+          "-c:v",
+          "libx264",
+          "-crf",
+          "16",
+          "-pix_fmt",
+          "yuv420p",
+          "-colorspace",
+          "bt709",
+          "-color_primaries",
+          "bt709",
+          "-color_trc",
+          "iec61966-2-1",
+          "-color_range",
+          "tv",
+          "-movflags",
+          "+faststart",
+          "file:" + fs::absolute(file).string()};
+}
+
+struct FileActions {
+  posix_spawn_file_actions_t actions{};
+  FileActions() { posix_spawn_file_actions_init(&actions); }
+  ~FileActions() { posix_spawn_file_actions_destroy(&actions); }
+  FileActions(const FileActions&) = delete;
+  FileActions& operator=(const FileActions&) = delete;
+};
+
+}  // namespace
+
+fs::path find_ffmpeg() {
+  if (fs::path program = find_program("ffmpeg"); !program.empty()) return program;
+  throw InputError("ffmpeg: PATH has no such program, which videos need: install it, or write pictures (--format png)");
+}
+
+FfmpegPipe::FfmpegPipe(const fs::path& ffmpeg, const fs::path& file, std::uint32_t width, std::uint32_t height,
+                       double frames_per_second)
+    : file_(file), width_(width), height_(height), words_(std::tmpfile()) {
+  if (width < 1 || height < 1) throw std::invalid_argument("video: its size must be at least 1x1");
+  if (!(std::isfinite(frames_per_second) && frames_per_second > 0)) {
+    throw std::invalid_argument("video: frames_per_second is " + std::to_string(frames_per_second) +
+                                ", must be finite and positive");
+  }
+  // A pair of sockets and not a pipe: writing to one whose reader has gone can be asked for without a signal.
+  std::array<int, 2> ends{};
+  if (!words_ || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    throw InputError(file.string() + ": cannot be written, no pipe to ffmpeg: " + std::strerror(errno));
+  }
+  input_ = ends[0];
+  FileActions files;
+  posix_spawn_file_actions_adddup2(&files.actions, ends[1], STDIN_FILENO);
+  posix_spawn_file_actions_addopen(&files.actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&files.actions, fileno(words_.get()), STDERR_FILENO);
+  std::vector<std::string> texts = arguments(ffmpeg, file, width, height, frames_per_second);
+  std::vector<char*> argv;
+  argv.reserve(texts.size() + 1);
+  for (std::string& text : texts) argv.push_back(text.data());
+  argv.push_back(nullptr);
+  const int error = posix_spawn(&child_, ffmpeg.c_str(), &files.actions, nullptr, argv.data(), environ);
+  close(ends[1]);
+  if (error != 0) {
+    close(input_);
+    throw InputError(ffmpeg.string() + ": cannot be started: " + std::strerror(error));
+  }
+}
+
+FfmpegPipe::~FfmpegPipe() {
+  if (child_ <= 0) return;
+  kill(child_, SIGKILL);
+  wait();
+}
+
+int FfmpegPipe::wait() {
+  close(input_);
+  int status = 0;
+  while (waitpid(child_, &status, 0) < 0 && errno == EINTR) {
+  }
+  child_ = -1;
+  return status;
+}
+
+// Waits for it, so that its last words are there.
+void FfmpegPipe::fail(const std::string& what) {
+  if (child_ > 0) wait();
+  std::rewind(words_.get());
+  std::string last;
+  std::array<char, 1024> line{};
+  while (std::fgets(line.data(), static_cast<int>(line.size()), words_.get()) != nullptr) {
+    std::string_view text(line.data());
+    while (!text.empty() && std::strchr(" \r\n", text.back()) != nullptr) text.remove_suffix(1);
+    if (!text.empty()) last = text;
+  }
+  throw InputError(file_.string() + ": " + what + (last.empty() ? "" : " (" + last + ")"));
+}
+
+void FfmpegPipe::write(const Photograph& frame) {
+  if (frame.width != width_ || frame.height != height_) {
+    throw std::invalid_argument("video: a frame is " + std::to_string(frame.width) + "x" +
+                                std::to_string(frame.height) + ", must be " + std::to_string(width_) + "x" +
+                                std::to_string(height_) + " as the first");
+  }
+  const char* bytes = reinterpret_cast<const char*>(frame.rgb.data());
+  for (std::size_t left = frame.rgb.size(); left > 0;) {
+    const ssize_t sent = send(input_, bytes, left, MSG_NOSIGNAL);
+    if (sent < 0 && errno == EINTR) continue;
+    if (sent <= 0) fail("ffmpeg takes no more frames");
+    bytes += sent;
+    left -= static_cast<std::size_t>(sent);
+  }
+}
+
+void FfmpegPipe::finish() {
+  const int status = wait();
+  if (WIFSIGNALED(status)) fail("ffmpeg was ended by signal " + std::to_string(WTERMSIG(status)));
+  if (WEXITSTATUS(status) != 0) fail("ffmpeg has failed with exit status " + std::to_string(WEXITSTATUS(status)));
+  std::error_code ignored;
+  if (!fs::is_regular_file(file_, ignored)) fail("ffmpeg has written no file");
+}
+
+}  // namespace lumatlas

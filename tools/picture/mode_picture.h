@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A mode's numbers as colours, and the colour bar that says what they mean.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/picture/color_bar.h"
+#include "tools/picture/mode_frame.h"
+
+namespace lumatlas {
+
+// Numbers below and above have the colours of the ends.
+struct ValueRange {
+  double least = 0;
+  double most = 1;
+};
+
+// Colours of all frames of a run, so that they can be compared.
+class ModeColors {
+ public:
+  // Without a range, the mode's own: coverage from 0 to 1, or to the best cell's if that is more; references and valid
+  // views from 0 to the most references of a cell; depth from 0 to what 98 % of the stored views' pixels are nearer
+  // than; error from 0 to kErrorFullScale. Throws std::invalid_argument for Mode::picture, for a range that is empty or
+  // not finite, and for one where the mode has none (see has_range()).
+  ModeColors(const Snapshot& snapshot, Mode mode, const std::optional<ValueRange>& range);
+
+  [[nodiscard]] Photograph paint(const ModeFrame& frame) const;
+  [[nodiscard]] const ColorBar& bar() const { return bar_; }
+
+ private:
+  [[nodiscard]] Rgb8 color(const float* values) const;
+
+  Mode mode_;
+  ColorBar bar_;
+  std::vector<Rgb8> ramp_;  // of a scale, in equal steps
+};
+
+[[nodiscard]] bool has_range(Mode mode);
+
+}  // namespace lumatlas

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where rendered pictures go: files of their own, or frames of a video.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "atlas/float_image.h"
+#include "atlas/photograph.h"
+#include "tools/picture/ffmpeg_pipe.h"
+
+namespace lumatlas {
+
+enum class PictureFormat {
+  png,  // 8-bit sRGB
+  exr,  // 32-bit floats: linear light, or a mode's numbers
+  mp4,  // all in one file, video.mp4
+};
+
+class PictureOutput {
+ public:
+  // Throws InputError at once if a video is asked for and ffmpeg is not there.
+  PictureOutput(std::filesystem::path folder, PictureFormat format, double frames_per_second);
+
+  // The file that a view's picture is written to: its name in the scene with another ending. Two photographs may differ
+  // in nothing but their ending: the second keeps it before the new one.
+  [[nodiscard]] std::filesystem::path file_for_view(const std::string& name);
+  // The same for a frame of a path: its number, padded to five digits or to what the last one of `count` needs.
+  [[nodiscard]] std::filesystem::path file_for_frame(std::size_t index, std::size_t count) const;
+
+  // Of png and mp4, which does not look at `file`; all frames of a video must have one size (InputError).
+  void write(const std::filesystem::path& file, const Photograph& picture);
+  void write(const std::filesystem::path& file, const FloatImage& image);  // of exr
+  void finish();                                                           // once, after the last
+
+ private:
+  void write_frame(const Photograph& picture);
+
+  std::filesystem::path folder_;
+  PictureFormat format_;
+  double frames_per_second_;
+  std::filesystem::path ffmpeg_;
+  std::unique_ptr<FfmpegPipe> video_;
+  std::uint32_t video_width_ = 0, video_height_ = 0;
+  std::set<std::filesystem::path> taken_;
+};
+
+}  // namespace lumatlas

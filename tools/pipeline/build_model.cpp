@@ -1,0 +1,297 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/build_model.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <random>
+#include <stdexcept>
+
+#include "blend/gl_visibility.h"
+#include "mesh/base/errors.h"
+#include "tools/base/progress.h"
+#include "tools/scene/surface_input.h"
+
+namespace lumatlas {
+
+namespace {
+
+std::vector<Camera> cameras_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks) {
+  std::vector<Camera> cameras;
+  cameras.reserve(ranks.size());
+  for (const std::size_t rank : ranks) cameras.push_back(views[rank].camera);
+  return cameras;
+}
+
+std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optional<HoldOut>& hold_out) {
+  std::vector<std::size_t> ranks;
+  if (hold_out) {
+    ranks = split(scene.views.size(), *hold_out).input;
+  } else {
+    for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
+  }
+  if (ranks.empty()) {
+    throw InputError(scene.root.string() + ": none of its " + std::to_string(scene.views.size()) +
+                     " views is left to build from: check --hold and --block");
+  }
+  return ranks;
+}
+
+// The views in the order in which they are offered.
+using Stream = std::vector<const SceneView*>;
+
+Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks) {
+  Stream stream;
+  stream.reserve(ranks.size());
+  for (const std::size_t rank : ranks) stream.push_back(&views[rank]);
+  return stream;
+}
+
+void require_room_for_each(const Stream& stream, const BuildOptions& options) {
+  const std::uint64_t max_bytes = options.planner.max_bytes;
+  if (max_bytes == 0) return;
+  const bool whole_views = options.tiles.whole_views();
+  for (const SceneView* view : stream) {
+    const std::uint64_t bytes = stored_bytes(view->camera);
+    if (bytes <= max_bytes) continue;
+    throw InputError(view->image.string() + ": takes " + std::to_string(bytes) + " bytes in the store, more than the " +
+                     (whole_views ? "budget of " : "") + std::to_string(max_bytes) +
+                     (whole_views ? "" : " for photographs") + ": give at least that as " +
+                     (whole_views ? "--budget" : "--photographs"));
+  }
+}
+
+// The most views that the store can come to hold: no slot is reserved for what the bounds rule out.
+std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options) {
+  std::uint64_t capacity = std::min<std::uint64_t>(stream.size(), options.max_views.value_or(~0u));
+  if (const std::uint64_t budget = options.planner.max_bytes; budget > 0) {
+    const auto [least, most] = std::minmax_element(
+        stream.begin(), stream.end(),
+        [](const SceneView* a, const SceneView* b) { return stored_bytes(a->camera) < stored_bytes(b->camera); });
+    const SceneView& measure = options.choice == ViewChoice::online ? **least : **most;
+    capacity = std::min(capacity, budget / stored_bytes(measure.camera));
+  }
+  return static_cast<std::uint32_t>(capacity);
+}
+
+TileOptions layout_of(const BuildOptions& options) {
+  TileOptions layout = options.tiles;
+  if (options.array_bytes > 0) layout.max_tiles = slots_within(options.array_bytes, options.tiles);
+  return layout;
+}
+
+double ms_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+std::unique_ptr<Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
+  return by == VisibilityBy::gl ? make_gl_visibility(surface.mesh, surface.cells) : make_ray_visibility(surface.mesh);
+}
+
+double median_distance(const std::filesystem::path& mesh_file, const std::vector<Camera>& cameras,
+                       const Visibility& visibility) {
+  try {
+    return median_surface_distance(cameras, visibility);
+  } catch (const InputError& error) {
+    throw InputError(mesh_file.string() + ": " + error.what());
+  }
+}
+
+void restrict(RefinementOptions& refinement, RefineMode mode) {
+  const bool masks = mode == RefineMode::all || mode == RefineMode::joint;
+  refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
+  refinement.alignment.pose = refinement.alignment.pose && (masks || mode == RefineMode::pose);
+  refinement.trust.enabled = refinement.trust.enabled && masks;
+}
+
+OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stream& stream,
+                                const PlannerOptions& options, bool quiet) {
+  OfflinePlan plan;
+  auto start = std::chrono::steady_clock::now();
+  std::vector<std::vector<CellPart>> parts;
+  Progress progress("looking through all cameras", stream.size(), ProgressOptions::standard_error(quiet));
+  for (const SceneView* view : stream) {
+    parts.push_back(planner.parts_of(view->camera));
+    std::vector<CellPixels> seen;
+    for (const CellPart& entry : parts.back()) seen.push_back({entry.cell, 1});
+    atlas.mark_seen(seen);
+    progress.tick();
+  }
+  plan.look_ms = ms_since(start);
+  start = std::chrono::steady_clock::now();
+  plan.choice = plan_offline(atlas.surface(), parts, atlas.capacity(), {options.coverage, options.min_reference_gain});
+  plan.choose_ms = ms_since(start);
+  return plan;
+}
+
+// The places in the stream of the views that are to be stored, ascending; none: the planner decides view by view.
+std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, Atlas& atlas, const Stream& stream,
+                                                      const BuildOptions& options, std::mt19937_64& random,
+                                                      BuildResult& result) {
+  switch (options.choice) {
+    case ViewChoice::offline: {
+      result.offline = plan_with_hindsight(planner, atlas, stream, result.effective, options.quiet);
+      const std::vector<std::uint32_t>& views = result.offline->choice.views;
+      return std::vector<std::size_t>(views.begin(), views.end());
+    }
+    case ViewChoice::uniform:
+      return evenly_spaced(atlas.capacity(), stream.size());
+    case ViewChoice::random:
+      return random_choice(atlas.capacity(), stream.size(), random);
+    case ViewChoice::online:
+      break;
+  }
+  return std::nullopt;
+}
+
+void run_stream(Planner& planner, const Stream& stream, const std::optional<std::vector<std::size_t>>& chosen,
+                bool quiet, BuildResult& result) {
+  Progress progress("planning views", stream.size(), ProgressOptions::standard_error(quiet));
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    const SceneView& view = *stream[place];
+    PlannedView& planned = result.planned.emplace_back();
+    planned.name = view.name;
+    const PhotographSource photograph = [&] {
+      const auto start = std::chrono::steady_clock::now();
+      Photograph read = load_photograph(view);
+      planned.read_ms = ms_since(start);
+      return read;
+    };
+    if (!chosen) {
+      planned.verdict = planner.offer(view.name, view.camera, photograph);
+    } else if (std::binary_search(chosen->begin(), chosen->end(), place)) {
+      planned.verdict = planner.keep(view.name, view.camera, photograph);
+    } else {
+      planner.pass_by(view.camera);
+    }
+    planned.summed_coverage = planner.summed_coverage();
+    progress.tick();
+  }
+}
+
+// What a view would take with all of its tiles resident.
+std::uint64_t texels_of(const Camera& camera, const TileOptions& layout) {
+  if (layout.whole_views()) return std::uint64_t{camera.width} * camera.height;
+  const std::uint64_t tiles = TileGrid(camera.width, camera.height, layout.tile_px).tiles();
+  return tiles * layout.slot_px() * layout.slot_px();
+}
+
+Parsimony thin(Planner& planner, const Stream& stream, const TileOptions& layout,
+               const std::vector<PlannedView>& planned) {
+  Parsimony parsimony;
+  parsimony.taken_away = planner.thin();
+  parsimony.predicted = planner.predicted_loss();
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    if (planned[place].verdict.decision == Decision::outlier) continue;
+    ++parsimony.views;
+    parsimony.references += planned[place].verdict.cells_seen;
+    parsimony.texels += texels_of(stream[place]->camera, layout);
+  }
+  return parsimony;
+}
+
+// A step that lowers the mean residual by less than this share is the last.
+constexpr double kRestingShare = 0.002;
+
+// The estimate's time grows with the cube of this: some ten seconds.
+constexpr std::uint32_t kMostViewsForIntrinsics = 400;
+
+// Of a view, for a sentence about intrinsics; what is applied is estimated from all.
+constexpr std::size_t kPointsForReport = 500;
+
+// A radial coefficient is only reported: photographs would have to be warped again. What the others are without it is
+// estimated anew, because they make up for each other.
+void consider_intrinsics(Planner& planner, IntrinsicsUse use, BuildResult& result) {
+  if (use == IntrinsicsUse::ignore || !result.effective.refinement.any()) return;
+  if (planner.stored_views() > kMostViewsForIntrinsics) return;
+  IntrinsicsOptions intrinsics;
+  if (use == IntrinsicsUse::report) intrinsics.most_points = kPointsForReport;
+  result.intrinsics = planner.estimate_intrinsics(intrinsics);
+  if (use != IntrinsicsUse::apply || !result.intrinsics->significant) return;
+  const IntrinsicsEstimate pinhole = planner.estimate_intrinsics({.radial = false});
+  if (!pinhole.significant) return;
+  planner.set_cameras(pinhole);
+  planner.polish();
+  result.intrinsics_applied = true;
+}
+
+// What is left to do once the stream has ended.
+void finish(Planner& planner, const BuildOptions& options, BuildResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  if (options.refine == RefineMode::joint) {
+    Progress progress("polishing jointly", 0, ProgressOptions::standard_error(options.quiet));
+    double last = std::numeric_limits<double>::infinity();
+    for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
+      result.polish.push_back(planner.polish());
+      progress.tick();
+      if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
+      const double residual = result.polish.back().residual_after;
+      if (!(residual < (1 - kRestingShare) * last)) break;
+      last = residual;
+    }
+  }
+  consider_intrinsics(planner, options.intrinsics, result);
+  if (result.effective.refinement.trust.enabled) planner.mask();
+  result.polish_ms = ms_since(start);
+}
+
+}  // namespace
+
+void check(const BuildOptions& options) {
+  check(options.cells);
+  PlannerOptions planner = options.planner;
+  if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
+  check(planner);
+  if (planner.max_loss_db && options.choice != ViewChoice::online) {
+    throw std::invalid_argument("build: planner.max_loss_db is given, choice must be ViewChoice::online");
+  }
+  if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
+  if (options.max_views == 0u) throw std::invalid_argument("build: max_views is 0, must be at least 1");
+  if (options.hold_out) check(*options.hold_out);
+  check(options.tiles);
+  if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
+  if (options.array_bytes == 0) return;
+  if (options.tiles.whole_views()) throw std::invalid_argument("build: array_bytes is given, but no tiles");
+  if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {
+    throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
+                                ", must be at least what a tile takes, " + std::to_string(least));
+  }
+}
+
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  check(options);
+  BuildResult result;
+  const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
+  result.mesh_file = input.mesh_file;
+  const SceneViews views = read_scene_views(scene, input.surface->offset);
+  const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
+  std::mt19937_64 random(options.seed);
+  const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
+  require_room_for_each(stream, options);
+  const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
+  result.effective = options.planner;
+  restrict(result.effective.refinement, options.refine);
+  if (result.effective.coverage.ideal_distance == 0) {
+    // Of the cameras by name, so that it is the same for any order of the stream.
+    result.effective.coverage.ideal_distance =
+        median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
+  }
+  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options));
+  Planner planner(atlas, *visibility, result.effective);
+  const auto chosen = chosen_places(planner, atlas, stream, options, random, result);
+  run_stream(planner, stream, chosen, options.quiet, result);
+  if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
+  result.revisited = planner.revisited();
+  finish(planner, options, result);
+  result.summed_coverage = planner.summed_coverage();
+  result.stored_bytes = planner.stored_bytes();
+  result.snapshot = atlas.snapshot();
+  result.snapshot.cell_coverage = planner.cell_coverage();
+  result.total_ms = ms_since(start);
+  return result;
+}
+
+}  // namespace lumatlas

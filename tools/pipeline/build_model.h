@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The main job: a scene's photographs, offered to the planner one by one, become a model.
+//
+// Only photographs that are to be stored are read. Of the others the size is looked at and no more: one of them that is
+// cut off or damaged behind its header is not noticed, and does no harm.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/cells.h"
+#include "planner/offline_planner.h"
+#include "planner/planner.h"
+#include "tools/pipeline/view_stream.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+// What is made to agree before a view is stored: see planner/refiner.h.
+enum class RefineMode {
+  none,
+  exposure,  // gains
+  pose,      // poses, gains stay 1
+  all,       // gains, poses, and masks of what the other views contradict
+  joint,     // and afterwards all stored views together, until they rest
+};
+
+// What to do about the intrinsics that the stored views ask for, after polishing.
+enum class IntrinsicsUse { ignore, report, apply };
+
+// Who chooses the views that are stored. All but the first are there to compare it with: they choose before anything is
+// stored.
+enum class ViewChoice {
+  online,   // the planner, view by view
+  offline,  // the offline planner, which looks through all cameras first: see planner/offline_planner.h
+  uniform,  // nobody: views evenly spaced along the stream
+  random,   // nobody: by chance
+};
+
+// What finds the visible surface; the two agree but at silhouettes.
+enum class VisibilityBy {
+  rays,  // mesh/visibility.h, on the processor
+  gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
+};
+
+struct BuildOptions {
+  std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
+  CellOptions cells;
+  VisibilityBy visibility_by = VisibilityBy::rays;
+  // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
+  PlannerOptions planner;
+  RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
+  std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
+  IntrinsicsUse intrinsics = IntrinsicsUse::ignore;
+  std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
+  TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
+  std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
+  std::optional<HoldOut> hold_out;               // none: every view is offered
+  StreamOrder order = StreamOrder::given;
+  // With another choice than online, planner.max_bytes counts as so many of the largest view.
+  ViewChoice choice = ViewChoice::online;
+  std::uint64_t seed = 0;  // of StreamOrder::shuffled and ViewChoice::random
+  bool quiet = false;
+};
+
+// What became of one view that was offered.
+struct PlannedView {
+  std::string name;
+  Verdict verdict;             // of a view that nobody looked at: rejected, and nothing else
+  double read_ms = 0;          // wall time of reading the photograph; 0: it was not read
+  double summed_coverage = 0;  // scov afterwards, in cells
+};
+
+// The choice that the offline planner made, and what it cost.
+struct OfflinePlan {
+  OfflineChoice choice;  // views by their place in the stream
+  double look_ms = 0;    // through all cameras
+  double choose_ms = 0;
+};
+
+// Of PlannerOptions::max_loss_db: what was given up, and what all offered views but outliers would have been.
+struct Parsimony {
+  PredictedLoss predicted;
+  std::vector<std::string> taken_away;  // once the stream had ended, in that order
+  std::size_t views = 0;
+  std::uint64_t references = 0;  // of each cell to each view that sees it
+  std::uint64_t texels = 0;      // of whole photographs; of tiles, all of them, gutters included
+};
+
+struct BuildResult {
+  Snapshot snapshot;
+  std::vector<PlannedView> planned;  // in the order of the stream
+  std::filesystem::path mesh_file;
+  PlannerOptions effective;                      // with every automatic value filled in
+  std::optional<OfflinePlan> offline;            // of ViewChoice::offline
+  std::optional<Parsimony> parsimony;            // of planner.max_loss_db
+  std::optional<IntrinsicsEstimate> intrinsics;  // none: ignored
+  bool intrinsics_applied = false;
+  double summed_coverage = 0;
+  std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
+  std::vector<PolishStep> polish;  // of RefineMode::joint
+  double polish_ms = 0;
+  std::uint64_t revisited = 0;  // see Refiner::revisited()
+  double total_ms = 0;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const BuildOptions& options);
+
+// Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans
+// anything. Throws InputError, what check() throws, and with VisibilityBy::gl GlError.
+[[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
+
+}  // namespace lumatlas

@@ -1,0 +1,410 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/build_summary.h"
+
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tools/base/percentile.h"
+#include "tools/pipeline/coverage_names.h"
+#include "tools/pipeline/refinement_json.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+// Of the values above 0: a stage that was not done took no time.
+json spread_of_times(std::vector<double> values) {
+  std::erase(values, 0.0);
+  if (values.empty()) return {{"median", 0}, {"p95", 0}, {"views", 0}};
+  return {{"median", percentile(values, 0.5)}, {"p95", percentile(values, 0.95)}, {"views", values.size()}};
+}
+
+template <typename Time>
+json spread_of(const std::vector<PlannedView>& planned, const Time& time) {
+  std::vector<double> values;
+  values.reserve(planned.size());
+  for (const PlannedView& view : planned) values.push_back(time(view));
+  return spread_of_times(std::move(values));
+}
+
+json times_per_view(const std::vector<PlannedView>& planned) {
+  return {{"visibility", spread_of(planned, [](const PlannedView& view) { return view.verdict.visibility_ms; })},
+          {"plan", spread_of(planned, [](const PlannedView& view) { return view.verdict.plan_ms; })},
+          {"read", spread_of(planned, [](const PlannedView& view) { return view.read_ms; })},
+          {"refine", spread_of(planned, [](const PlannedView& view) { return view.verdict.refine_ms; })},
+          {"store", spread_of(planned, [](const PlannedView& view) { return view.verdict.store_ms; })}};
+}
+
+std::size_t count(const std::vector<PlannedView>& planned, Decision decision) {
+  return static_cast<std::size_t>(std::count_if(
+      planned.begin(), planned.end(), [&](const PlannedView& view) { return view.verdict.decision == decision; }));
+}
+
+std::uint64_t peak_resident_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+const char* name_of(Decision decision) {
+  switch (decision) {
+    case Decision::kept:
+      return "kept";
+    case Decision::replaced:
+      return "replaced";
+    case Decision::outlier:
+      return "outlier";
+    case Decision::rejected:
+      break;
+  }
+  return "rejected";
+}
+
+const char* name_of(StreamOrder order) {
+  switch (order) {
+    case StreamOrder::reversed:
+      return "reversed";
+    case StreamOrder::shuffled:
+      return "shuffled";
+    case StreamOrder::given:
+      break;
+  }
+  return "given";
+}
+
+const char* name_of(ViewChoice choice) {
+  switch (choice) {
+    case ViewChoice::offline:
+      return "offline";
+    case ViewChoice::uniform:
+      return "uniform";
+    case ViewChoice::random:
+      return "random";
+    case ViewChoice::online:
+      break;
+  }
+  return "online";
+}
+
+std::uint64_t bytes_per_texel() {
+  Camera one;
+  one.width = one.height = 1;
+  return stored_bytes(one);
+}
+
+// What the stored views take, and may take.
+struct Holding {
+  std::size_t views = 0;
+  std::uint64_t texels = 0;                    // resident, those of gutters included
+  std::optional<std::uint64_t> texels_budget;  // none: unbounded
+  std::uint64_t bytes = 0;
+  std::optional<std::uint64_t> bytes_budget;
+};
+
+// Whole views; a bound by count allows so many of the largest.
+void hold_layers(const BuildResult& result, const BuildOptions& options, Holding& holding) {
+  std::uint64_t largest = 0;
+  for (const auto& view : result.snapshot.views) {
+    if (!view) continue;
+    const std::uint64_t pixels = std::uint64_t{view->camera.width} * view->camera.height;
+    holding.texels += pixels;
+    largest = std::max(largest, pixels);
+  }
+  holding.bytes = result.stored_bytes;
+  if (options.max_views) holding.texels_budget = largest * *options.max_views;
+  if (const std::uint64_t bytes = options.planner.max_bytes; bytes > 0) {
+    holding.texels_budget = std::min(holding.texels_budget.value_or(bytes), bytes / bytes_per_texel());
+  }
+  if (holding.texels_budget) holding.bytes_budget = *holding.texels_budget * bytes_per_texel();
+}
+
+void hold_tiles(const BuildResult& result, const BuildOptions& options, Holding& holding) {
+  const TileTable& tiles = result.snapshot.tiles;
+  const std::uint64_t slot_texels = std::uint64_t{options.tiles.slot_px()} * options.tiles.slot_px();
+  holding.texels = slot_texels * tiles.resident_tiles();
+  holding.bytes = slot_bytes(options.tiles) * tiles.resident_tiles();
+  if (options.array_bytes == 0) return;
+  holding.texels_budget = slot_texels * tiles.options.max_tiles;
+  holding.bytes_budget = options.array_bytes;
+}
+
+Holding holding_of(const BuildResult& result, const BuildOptions& options) {
+  Holding holding;
+  holding.views = static_cast<std::size_t>(std::count_if(result.snapshot.views.begin(), result.snapshot.views.end(),
+                                                         [](const auto& view) { return view != nullptr; }));
+  options.tiles.whole_views() ? hold_layers(result, options, holding) : hold_tiles(result, options, holding);
+  return holding;
+}
+
+json or_null(const std::optional<std::uint64_t>& value) {
+  return value ? json(*value) : json();
+}
+
+json bytes_json(const BuildResult& result, const Holding& holding) {
+  return {{"resident", holding.bytes},
+          {"budget", or_null(holding.bytes_budget)},
+          {"photographs", result.stored_bytes},
+          {"peak_rss", peak_resident_bytes()}};
+}
+
+json offline_json(const BuildResult& result) {
+  if (!result.offline) return nullptr;
+  const OfflineChoice& choice = result.offline->choice;
+  return {{"summed_coverage", choice.summed_coverage}, {"greedy_coverage", choice.greedy_coverage},
+          {"evaluations", choice.evaluations},         {"exchanges", choice.exchanges},
+          {"look_ms", result.offline->look_ms},        {"choose_ms", result.offline->choose_ms}};
+}
+
+json parsimony_json(const BuildResult& result, const Holding& holding) {
+  if (!result.parsimony) return nullptr;
+  const Parsimony& p = *result.parsimony;
+  const auto against = [](std::uint64_t stored, std::uint64_t unbounded) -> json {
+    return {{"stored", stored}, {"unbounded", unbounded}};
+  };
+  return {{"bound_db", *result.effective.max_loss_db},
+          {"predicted_loss_db", p.predicted.loss_db},
+          {"gap", p.predicted.gap},
+          {"reference_gap", p.predicted.reference_gap},
+          {"references_given_up", p.predicted.references_given_up},
+          {"short_of_room", p.predicted.short_of_room},
+          {"taken_away", p.taken_away},
+          {"views", against(holding.views, p.views)},
+          {"references", against(result.snapshot.references.views.size(), p.references)},
+          {"texels", against(holding.texels, p.texels)}};
+}
+
+json intrinsics_json(const BuildResult& result) {
+  if (!result.intrinsics) return nullptr;
+  const IntrinsicsEstimate& e = *result.intrinsics;
+  const auto parameters = [](const Intrinsics& i) -> json {
+    return {{"focal", i.focal}, {"principal_px", {i.principal.x, i.principal.y}}, {"radial", i.radial}};
+  };
+  return {{"correction", parameters(e.correction)},
+          {"deviation", parameters(e.deviation)},
+          {"residual", {{"before", e.residual_before}, {"after", e.residual_after}}},
+          {"corner_px", e.corner_px},
+          {"views", e.views},
+          {"points", e.points},
+          {"significant", e.significant},
+          {"applied", result.intrinsics_applied}};
+}
+
+std::string printed(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string megabytes(const json& bytes) {
+  return printed("%.1f", bytes.get<double>() / 1e6);
+}
+
+std::string views_line(const json& s) {
+  const json& views = s["views"];
+  const json& bytes = s["bytes"];
+  std::string line = views["stored"].dump() + " of " + views["offered"].dump() + " views stored (" +
+                     views["replaced"].dump() + " took another's place, " + views["rejected"].dump() + " rejected, " +
+                     views["outliers"].dump() + " outliers): " + megabytes(bytes["resident"]) + " MB";
+  if (!bytes["budget"].is_null()) line += " of " + megabytes(bytes["budget"]);
+  return line;
+}
+
+std::string cells_line(const json& s) {
+  return s["cells"].dump() + " cells: " + s["cells_referenced"].dump() + " referenced, " +
+         s["cells_not_referenced"].dump() + " seen but not referenced, " + s["cells_never_seen"].dump() +
+         " never seen; " + s["references"].dump() + " references, " + s["cells_full"].dump() +
+         " cells full; coverage " + printed("%.4g", s["summed_coverage"].get<double>());
+}
+
+std::string times_line(const json& s) {
+  std::string line = "ms a view, median / p95:";
+  const char* separator = " ";
+  for (const char* const stage : {"visibility", "plan", "read", "refine", "store"}) {
+    const json& time = s["time_ms"]["per_view"][stage];
+    if (time["views"] == 0) continue;
+    line += separator + std::string(stage) + printed(" %.1f", time["median"].get<double>()) +
+            printed(" / %.1f", time["p95"].get<double>());
+    separator = ", ";
+  }
+  return line + printed("; %.0f s in all", s["time_ms"]["total"].get<double>() / 1000);
+}
+
+json coverage_options_json(const CoverageOptions& coverage) {
+  return {{"metric", metric_name(coverage)},
+          {"depart", coverage.metric == CoverageOptions::Metric::paper ? json(departure_names(coverage.departures))
+                                                                       : json::array()},
+          {"references", coverage.max_references},
+          {"coverage_lambda", coverage.lambda},
+          {"ideal_distance", coverage.ideal_distance},
+          {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
+          {"max_cell_coverage",
+           coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
+          {"demand", coverage.demand},
+          {"demand_prior", coverage.demand_prior},
+          {"directions", coverage.directions},
+          {"direction_width", coverage.direction_width},
+          {"reference_width", coverage.reference_width},
+          {"reference_lambda", coverage.reference_lambda},
+          {"views_per_direction", coverage.views_per_direction}};
+}
+
+json refinement_options_json(const RefinementOptions& refinement, const BuildOptions& options) {
+  return {{"refine", name_of(options.refine)},
+          {"refine_intrinsics", options.intrinsics == IntrinsicsUse::apply},
+          {"white_balance", refinement.alignment.white_balance},
+          {"masks", refinement.trust.enabled},
+          {"refine_points", refinement.samples},
+          {"revisits", refinement.revisits},
+          {"prior", refinement.alignment.prior},
+          {"max_move", refinement.alignment.max_move},
+          {"outlier", refinement.least_correlation}};
+}
+
+json budget_of(const BuildOptions& options) {
+  const std::uint64_t bytes = options.tiles.whole_views() ? options.planner.max_bytes : options.array_bytes;
+  return bytes > 0 ? json(bytes) : json();
+}
+
+}  // namespace
+
+std::vector<std::size_t> cells_by_references(const ReferenceTable& references) {
+  std::vector<std::size_t> histogram(1, 0);
+  for (std::size_t cell = 0; cell + 1 < references.offsets.size(); ++cell) {
+    const std::size_t count = references.of_cell(cell).size();
+    if (count >= histogram.size()) histogram.resize(count + 1, 0);
+    ++histogram[count];
+  }
+  return histogram;
+}
+
+std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) {
+  if (!estimate.significant) return {};
+  const Intrinsics& c = estimate.correction;
+  const std::string radial = printed("%.4f", c.radial);
+  return "The photographs agree better with a focal length " + printed("%.2f %% ", 100 * std::abs(c.focal - 1)) +
+         (c.focal < 1 ? "shorter" : "longer") + ", the principal point moved by (" + printed("%.1f", c.principal.x) +
+         ", " + printed("%.1f", c.principal.y) + ") px and a radial coefficient of " + radial + " (a corner moves " +
+         printed("%.1f", estimate.corner_px) + " px; residual " + printed("%.4f", estimate.residual_before) + " -> " +
+         printed("%.4f", estimate.residual_after) + "): " +
+         (applied ? "focal length and principal point were applied, the radial coefficient was not, because the "
+                    "photographs would have to be undistorted again."
+                  : "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
+}
+
+std::string parsimony_text(const json& p) {
+  const auto against = [&](const char* what) {
+    return p[what]["stored"].dump() + " of " + p[what]["unbounded"].dump() + " " + what;
+  };
+  std::string text =
+      "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB of at most " +
+      printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
+      against("references") +
+      (p.value("references_given_up", 0) > 0 ? " (" + p["references_given_up"].dump() + " of stored views given up)"
+                                             : "") +
+      ", " + against("texels");
+  if (p["predicted_loss_db"] <= p["bound_db"]) return text;
+  return text + (p["short_of_room"].get<bool>() ? "; more views were needed than --views or --photographs allow"
+                                                : "; what the stream asks for changed after views were rejected");
+}
+
+json summary(const BuildResult& result, const BuildOptions& options) {
+  const Holding holding = holding_of(result, options);
+  const std::size_t cells = result.snapshot.surface->cells.cells.size();
+  const auto seen =
+      static_cast<std::size_t>(std::count(result.snapshot.cell_seen.begin(), result.snapshot.cell_seen.end(), 1));
+  const std::vector<std::size_t> by_references = cells_by_references(result.snapshot.references);
+  const std::size_t referenced = cells - by_references.front();
+  const std::uint32_t full = result.effective.coverage.max_references;
+  return {{"views",
+           {{"offered", result.planned.size()},
+            {"stored", holding.views},
+            {"kept", count(result.planned, Decision::kept)},
+            {"replaced", count(result.planned, Decision::replaced)},
+            {"rejected", count(result.planned, Decision::rejected)},
+            {"outliers", count(result.planned, Decision::outlier)}}},
+          {"refinement", refinement_summary(result, options.refine)},
+          {"cells", cells},
+          {"cells_seen", seen},
+          {"cells_referenced", referenced},
+          {"cells_not_referenced", seen - referenced},
+          {"cells_never_seen", cells - seen},
+          {"cells_full", full < by_references.size() ? by_references[full] : 0},
+          {"references", result.snapshot.references.views.size()},
+          {"references_per_cell", by_references},
+          {"summed_coverage", result.summed_coverage},
+          {"offline", offline_json(result)},
+          {"parsimony", parsimony_json(result, holding)},
+          {"intrinsics", intrinsics_json(result)},
+          {"texels", {{"resident", holding.texels}, {"budget", or_null(holding.texels_budget)}}},
+          {"bytes", bytes_json(result, holding)},
+          {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};
+}
+
+std::string summary_text(const json& s, const std::string& name) {
+  const std::string parsimony = s["parsimony"].is_null() ? "" : parsimony_text(s["parsimony"]) + "\n  ";
+  return name + ": " + views_line(s) + "\n  " + parsimony + cells_line(s) + "\n  " + times_line(s) + "\n";
+}
+
+json effective_options(const BuildResult& result, const BuildOptions& options) {
+  const PlannerOptions& planner = result.effective;
+  json hold_out = nullptr;
+  if (options.hold_out) hold_out = {{"hold", options.hold_out->hold}, {"block", options.hold_out->block}};
+  json all = {{"command", "build"},
+              {"mesh", result.mesh_file.string()},
+              {"hold_out", hold_out},
+              {"order", name_of(options.order)},
+              {"choice", name_of(options.choice)},
+              {"seed", options.seed},
+              {"views", options.max_views ? json(*options.max_views) : json()},
+              {"layout", options.tiles.whole_views() ? "layers" : "tiles"},
+              {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
+              {"gutter", options.tiles.gutter_px},
+              {"budget", budget_of(options)},
+              {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
+              {"photographs", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
+              {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
+              {"cell_size", result.snapshot.surface->cells.size},
+              {"normal_weight", options.cells.normal_weight},
+              {"min_view_gain", planner.min_view_gain},
+              {"min_exchange_gain", planner.min_exchange_gain},
+              {"min_reference_gain", planner.min_reference_gain},
+              {"victims", planner.victims},
+              {"visibility", planner.visibility_px},
+              {"visibility_by", options.visibility_by == VisibilityBy::gl ? "gl" : "rays"},
+              {"depth_edge", planner.validity.depth_edge},
+              {"edge_radius", planner.validity.edge_radius_px},
+              {"fade", planner.validity.fade_px},
+              {"edges", name_of(planner.validity.edges)}};
+  all.update(coverage_options_json(planner.coverage));
+  all.update(refinement_options_json(planner.refinement, options));
+  return all;
+}
+
+json plan_json(const BuildResult& result) {
+  json views = json::array();
+  for (const PlannedView& view : result.planned) {
+    json entry = {{"name", view.name},
+                  {"decision", name_of(view.verdict.decision)},
+                  {"gain", view.verdict.gain},
+                  {"cells_seen", view.verdict.cells_seen},
+                  {"summed_coverage", view.summed_coverage},
+                  {"visibility_ms", view.verdict.visibility_ms},
+                  {"plan_ms", view.verdict.plan_ms},
+                  {"read_ms", view.read_ms},
+                  {"store_ms", view.verdict.store_ms}};
+    if (view.verdict.refinement)
+      entry["refinement"] = refinement_json(*view.verdict.refinement, view.verdict.refine_ms);
+    if (!view.verdict.replaced.empty()) entry["in_place_of"] = view.verdict.replaced;
+    views.push_back(std::move(entry));
+  }
+  return {{"views", std::move(views)}};
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a build did, for scripts and for people.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/pipeline/build_model.h"
+
+namespace lumatlas {
+
+// What `build --json` prints (DESIGN: machine-readable results). Beside the counts:
+//   references_per_cell  how many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to
+//   cells_full           cells with as many references as they may have
+//   bytes                what the stored views take, as planner/planner.h counts it, and what they may take; the budget
+//                        is null if nothing bounds it
+//   parsimony            of --budget auto, else null: the bound and the predicted loss, dB; the gap of coverage that it
+//                        follows from; the views taken away once the stream had ended; views, references and
+//                        texels, stored and of all offered views
+//   time_ms.per_view     of each stage, over the views that it was done for, and how many they are
+[[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
+
+// The same in a few lines; `name` is what was built.
+[[nodiscard]] std::string summary_text(const nlohmann::json& summary, const std::string& name);
+
+// One line of the "parsimony" above, which must not be null.
+[[nodiscard]] std::string parsimony_text(const nlohmann::json& parsimony);
+
+// How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
+[[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);
+
+// The options as they were used, for the file beside the output.
+[[nodiscard]] nlohmann::json effective_options(const BuildResult& result, const BuildOptions& options);
+
+// One entry per offered view, in the order of the stream: its decision, gain and times, and scov afterwards.
+[[nodiscard]] nlohmann::json plan_json(const BuildResult& result);
+
+// One sentence, if the estimate is significant; else empty.
+[[nodiscard]] std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied);
+
+}  // namespace lumatlas

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/model_inspection.h"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "atlas/model_file.h"
+#include "planner/planner.h"
+#include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/model_output.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+std::uint64_t pixels_of(const std::vector<Camera>& views) {
+  std::uint64_t pixels = 0;
+  for (const Camera& view : views) pixels += std::uint64_t{view.width} * view.height;
+  return pixels;
+}
+
+json tiles_json(const TileTable& tiles) {
+  if (tiles.whole_views()) return nullptr;
+  return {{"size", tiles.options.tile_px},
+          {"gutter", tiles.options.gutter_px},
+          {"resident", tiles.resident_tiles()},
+          {"of", tiles.slots.size()}};
+}
+
+std::uint64_t texels_of(const ModelFacts& facts) {
+  if (facts.tiles.whole_views()) return pixels_of(facts.views);
+  return std::uint64_t{facts.tiles.resident_tiles()} * facts.tiles.options.slot_px() * facts.tiles.options.slot_px();
+}
+
+std::uint64_t bytes_of(const ModelFacts& facts) {
+  if (!facts.tiles.whole_views()) return slot_bytes(facts.tiles.options) * facts.tiles.resident_tiles();
+  std::uint64_t bytes = 0;
+  for (const Camera& view : facts.views) bytes += stored_bytes(view);
+  return bytes;
+}
+
+// What the model was allowed to take.
+json budget_in(const json& options) {
+  return options.is_object() && options.contains("budget") ? options["budget"] : json();
+}
+
+json parsimony_in(const json& plan) {
+  if (!plan.is_object() || !plan.contains("summary")) return nullptr;
+  return plan["summary"].value("parsimony", json());
+}
+
+json file_json(const ModelFacts& facts) {
+  return {{"path", facts.file.string()},
+          {"json", facts.json_bytes},
+          {"mesh", facts.mesh_bytes},
+          {"tables", facts.table_bytes},
+          {"photographs", facts.photograph_bytes},
+          {"masks", facts.mask_bytes},
+          {"sum", facts.json_bytes + facts.mesh_bytes + facts.table_bytes + facts.photograph_bytes + facts.mask_bytes}};
+}
+
+std::string megabytes(const json& bytes) {
+  char text[32];
+  (void)std::snprintf(text, sizeof text, "%.1f MB", bytes.get<double>() / 1e6);
+  return text;
+}
+
+std::string tiles_line(const json& model) {
+  const json& tiles = model["tiles"];
+  if (tiles.is_null()) return "whole views";
+  std::ostringstream line;
+  line << tiles["resident"] << " of " << tiles["of"] << " tiles of " << tiles["size"] << " px with a gutter of "
+       << tiles["gutter"] << " px";
+  return line.str();
+}
+
+}  // namespace
+
+bool is_model(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored) || fs::is_regular_file(path / kModelFileName, ignored);
+}
+
+json inspect_model(const fs::path& model) {
+  const ModelFacts facts = read_model_facts(model);
+  const ModelNotes notes = read_model_notes(model);
+  return {
+      {"mesh", {{"vertices", facts.vertices}, {"faces", facts.faces}}},
+      {"cells", {{"count", facts.cells}, {"seen", facts.cells_seen}}},
+      {"references", {{"count", facts.references.views.size()}, {"per_cell", cells_by_references(facts.references)}}},
+      {"views", {{"count", facts.views.size()}, {"pixels", pixels_of(facts.views)}}},
+      {"tiles", tiles_json(facts.tiles)},
+      {"texels", {{"resident", texels_of(facts)}}},
+      {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(notes.options)}}},
+      {"parsimony", parsimony_in(notes.plan)},
+      {"file", file_json(facts)}};
+}
+
+std::string inspection_text(const json& model) {
+  std::ostringstream text;
+  const json &file = model["file"], &bytes = model["bytes"];
+  text << "model      " << file["path"].get<std::string>() << ": " << model["mesh"]["faces"] << " faces, "
+       << model["mesh"]["vertices"] << " vertices (split where cells meet)\n"
+       << "cells      " << model["cells"]["count"] << ", " << model["cells"]["seen"] << " of them seen\n"
+       << "views      " << model["views"]["count"] << " of " << model["views"]["pixels"]
+       << " pixels in all: " << tiles_line(model) << '\n'
+       << "on the GPU " << model["texels"]["resident"] << " texels, " << megabytes(bytes["resident"]) << " of "
+       << (bytes["budget"].is_number() ? megabytes(bytes["budget"]) : "no budget") << '\n'
+       << "on disk    " << megabytes(file["sum"]) << ": photographs " << megabytes(file["photographs"]) << ", masks "
+       << megabytes(file["masks"]) << ", mesh " << megabytes(file["mesh"]) << ", tables " << megabytes(file["tables"])
+       << ", JSON " << megabytes(file["json"]) << '\n'
+       << "references " << model["references"]["count"] << "; cells by how many they have, from 0:";
+  for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
+  text << '\n';
+  if (!model["parsimony"].is_null()) text << "parsimony  " << parsimony_text(model["parsimony"]) << '\n';
+  return text.str();
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where `build` puts a model, with what tells how it was built: a folder, or one .glb.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "atlas/model_file.h"
+#include "tools/base/output_folder.h"
+
+namespace lumatlas {
+
+// How a model was built, as `build` wrote it: lumatlas.json and plan.json in a folder, the asset's "extras" in a .glb.
+struct ModelNotes {
+  nlohmann::json options;  // in effect; null: not known
+  nlohmann::json plan;     // see plan_json(); null: not known
+};
+
+// Of a model's folder, its .gltf file, or a .glb. Throws InputError if there is no such model; notes that another
+// program wrote, or nobody, are null.
+[[nodiscard]] ModelNotes read_model_notes(const std::filesystem::path& model);
+
+// Complete or not at all, as OutputFolder and AtomicFile.
+class ModelOutput {
+ public:
+  // A path that ends in .glb is one file, anything else a folder. Refuses at once what commit() would refuse.
+  explicit ModelOutput(const std::filesystem::path& path);
+
+  // Throws InputError, Interrupted.
+  void commit(const Snapshot& snapshot, const ValidityOptions& validity, const ImageCoding& photographs,
+              const ModelNotes& notes);
+
+ private:
+  std::unique_ptr<OutputFolder> folder_;  // one of the two
+  std::unique_ptr<AtomicFile> file_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The cameras and posed images of a COLMAP model, binary or text.
+//
+// Since 3.12 a model also has rigs and frames, whose product is the pose of each image. The file of images still holds
+// that product, complete and in the old layout, so rigs and frames need not be read; nor do the points.
+//
+// The parsers take a file's bytes and its path, which only their messages use. They check every value, allocate no more
+// than a small multiple of the bytes that they are given, and throw InputError: path, index or line, value, rule.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tools/scene/camera_model.h"
+
+namespace lumatlas {
+
+struct ColmapCamera {
+  std::uint32_t id = 0;
+  CameraModel lens;  // passes check()
+};
+
+struct ColmapImage {
+  std::uint32_t id = 0;
+  std::uint32_t camera_id = 0;
+  std::string name;                                // relative to the folder of photographs, which it does not leave
+  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit
+  glm::dvec3 cam_from_world_translation{0.0};      // model units, each within 1e12
+};
+
+// Each in the order of the file; ids and names occur once.
+[[nodiscard]] std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file,
+                                                             const std::filesystem::path& path);
+[[nodiscard]] std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path);
+[[nodiscard]] std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file,
+                                                           const std::filesystem::path& path);
+[[nodiscard]] std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path);
+
+struct ColmapModel {
+  std::filesystem::path cameras_path, images_path;  // the files
+  std::vector<ColmapCamera> cameras;                // by id
+  std::vector<ColmapImage> images;                  // by name, in byte order; at least one
+
+  // Every image's camera is there. Throws InputError for an id that no camera has.
+  [[nodiscard]] const ColmapCamera& camera_of(const ColmapImage& image) const;
+};
+
+// The model in `scene`/sparse, `scene`/sparse/0 or `scene` itself, the first that has one; binary before text, as
+// COLMAP does. Throws InputError.
+[[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& scene);
+
+}  // namespace lumatlas

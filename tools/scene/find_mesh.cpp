@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <array>
+#include <string>
+#include <system_error>
+
+#include "mesh/base/errors.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+
+// From the most to the least finished. COLMAP's fused.ply is not among them: it has points but no faces.
+constexpr std::array kNames{
+    "mesh",                             // lumatlas and many others
+    "meshed-poisson",                   // COLMAP
+    "meshed-delaunay",                  // COLMAP
+    "scene_dense_mesh_refine",          // OpenMVS
+    "scene_dense_mesh",                 // OpenMVS
+    "scene_mesh_refine",                // OpenMVS
+    "scene_mesh",                       // OpenMVS
+    "scene_dense_mesh_refine_texture",  // OpenMVS
+    "scene_dense_mesh_texture",         // OpenMVS
+    "scene_mesh_texture",               // OpenMVS
+};
+constexpr std::array kEndings{".ply", ".obj"};
+constexpr std::array kFolders{"", "dense", "dense/0"};
+
+bool is_file(const fs::path& path) {
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored);
+}
+
+std::string list_of_names() {
+  std::string list;
+  for (const char* const name : kNames) {
+    list += (list.empty() ? "" : ", ") + std::string(name);
+  }
+  return list;
+}
+
+}  // namespace
+
+fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) {
+  if (given) {
+    if (!is_file(*given)) {
+      throw InputError(given->string() + ": no such file, but it was given as the mesh");
+    }
+    return *given;
+  }
+  std::error_code ignored;
+  if (!fs::is_directory(scene, ignored)) {
+    throw InputError(scene.string() + ": no such folder, name a COLMAP workspace");
+  }
+  for (const char* const folder : kFolders) {
+    for (const char* const name : kNames) {
+      for (const char* const ending : kEndings) {
+        fs::path candidate = scene / folder / (std::string(name) + ending);
+        if (is_file(candidate)) {
+          return candidate;
+        }
+      }
+    }
+  }
+  throw InputError(scene.string() + ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of " +
+                   list_of_names() + "): name one with --mesh");
+}
+
+}  // namespace lumatlas

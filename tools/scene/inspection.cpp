@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/inspection.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "mesh/visibility.h"
+#include "tools/base/progress.h"
+#include "tools/scene/scene.h"
+#include "tools/scene/surface_input.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint32_t kGlancePx = 160;  // longer side of the images that are looked at
+constexpr double kLittleSeen = 0.01;      // a view with less of its image on the mesh is called blind
+constexpr double kLongTail = 4;           // a box this many times the robust diameter speaks of stray faces
+
+json repairs_json(const RepairReport& repair) {
+  return {{"vertices that were not finite", repair.non_finite_vertices},
+          {"vertices merged with another at the same place", repair.merged_vertices},
+          {"isolated vertices", repair.isolated_vertices},
+          {"degenerate faces", repair.degenerate_faces},
+          {"duplicate faces", repair.duplicate_faces},
+          {"non-manifold edges, split", repair.non_manifold_edges},
+          {"non-manifold vertices, split", repair.non_manifold_vertices},
+          {"faces turned round", repair.reversed_faces}};
+}
+
+json cells_json(const Cells& cells, Partition partition) {
+  std::vector<double> shares;
+  for (const Cell& cell : cells.cells) shares.push_back(cell.area / (cells.size * cells.size));
+  std::sort(shares.begin(), shares.end());
+  const auto at = [&](double share) {
+    return shares[std::min(shares.size() - 1, static_cast<std::size_t>(share * static_cast<double>(shares.size())))];
+  };
+  return {{"count", cells.cells.size()},
+          {"size", cells.size},
+          {"partition", partition == Partition::grid ? "grid" : "clusters"},
+          {"area_share", {{"p5", at(0.05)}, {"median", at(0.5)}, {"p95", at(0.95)}}}};
+}
+
+// What all cameras together see of the mesh.
+struct Glance {
+  std::vector<std::string> blind;  // views with next to nothing of the mesh in their image
+  std::size_t unseen_cells = 0;
+  double median_distance = 0;  // scene units; 0: nothing is seen
+};
+
+Glance glance(const Surface& surface, const SceneViews& scene, bool quiet) {
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface.mesh);
+  std::vector<bool> seen(surface.cells.cells.size(), false);
+  std::vector<float> depths;
+  Glance result;
+  VisibilityBuffer buffer;
+  Progress progress("looking through every camera", scene.views.size(), ProgressOptions::standard_error(quiet));
+  for (const SceneView& view : scene.views) {
+    visibility->trace(view.camera.shrunk_to(kGlancePx), buffer);
+    std::size_t pixels = 0;
+    for (std::size_t pixel = 0; pixel < buffer.face.size(); ++pixel) {
+      if (buffer.face[pixel] == kNoFace) continue;
+      ++pixels;
+      seen[surface.cells.cell_of_face[buffer.face[pixel]]] = true;
+      if (pixel % 61 == 0) depths.push_back(buffer.depth[pixel]);  // an even sample, whatever the width
+    }
+    if (static_cast<double>(pixels) < kLittleSeen * static_cast<double>(buffer.face.size()))
+      result.blind.push_back(view.name);
+    progress.tick();
+  }
+  result.unseen_cells = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), false));
+  if (!depths.empty()) {
+    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
+    std::nth_element(depths.begin(), middle, depths.end());
+    result.median_distance = static_cast<double>(*middle);
+  }
+  return result;
+}
+
+std::map<std::string, std::size_t> lenses_of(const SceneViews& scene) {
+  std::map<std::string, std::size_t> lenses;
+  for (const SceneView& view : scene.views) {
+    ++lenses[std::string(name(view.lens.model)) + " " + std::to_string(view.lens.width) + "x" +
+             std::to_string(view.lens.height)];
+  }
+  return lenses;
+}
+
+json warnings(const Glance& seen, const SceneViews& scene, std::size_t cells, const Mesh& mesh, double diameter) {
+  json list = json::array();
+  if (!seen.blind.empty()) {
+    list.push_back(std::to_string(seen.blind.size()) + " of " + std::to_string(scene.views.size()) +
+                   " views see next to nothing of the mesh, the first is " + seen.blind.front() +
+                   (seen.blind.size() == scene.views.size()
+                        ? ": mesh and cameras are in different coordinates, or the mesh is the wrong one"
+                        : ": their poses may be wrong, or the mesh is incomplete"));
+  }
+  if (2 * seen.unseen_cells > cells) {
+    list.push_back(std::to_string(seen.unseen_cells) + " of " + std::to_string(cells) +
+                   " cells are seen by no view: much of the mesh will have no photograph");
+  }
+  const Bounds box = bounds(mesh);
+  const glm::dvec3 size = box.max - box.min;
+  const double diagonal = std::sqrt(size.x * size.x + size.y * size.y + size.z * size.z);
+  if (diagonal > kLongTail * diameter) {
+    list.push_back("the mesh's box is " + std::to_string(diagonal / diameter) +
+                   " times as long as the part that holds 98% of its area: it has stray faces far away");
+  }
+  return list;
+}
+
+}  // namespace
+
+json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,
+                   const CellOptions& options, bool quiet) {
+  const SurfaceInput input = load_surface(scene_path, mesh_file, options);
+  const Surface& surface = *input.surface;
+  const SceneViews scene = read_scene_views(scene_path, surface.offset);
+  const Glance seen = glance(surface, scene, quiet);
+  double area = 0;
+  for (const Cell& cell : surface.cells.cells) area += cell.area;
+  const double diameter = scene_diameter(surface.mesh);
+  json result;
+  result["mesh"] = {{"file", input.mesh_file.string()},
+                    {"file_vertices", input.file_vertices},
+                    {"file_faces", input.file_faces},
+                    {"colors", input.file_has_colors},
+                    {"repairs", repairs_json(input.repair)},
+                    {"split_faces", input.split_faces},
+                    {"vertices", surface.mesh.positions.size()},
+                    {"faces", surface.mesh.faces.size()},
+                    {"area", area},
+                    {"diameter", diameter},
+                    {"offset", {surface.offset.x, surface.offset.y, surface.offset.z}}};
+  result["cells"] = cells_json(surface.cells, options.partition);
+  result["cells"]["unseen"] = seen.unseen_cells;
+  result["views"] = {{"count", scene.views.size()},
+                     {"lenses", lenses_of(scene)},
+                     {"median_distance", seen.median_distance},
+                     {"blind", seen.blind}};
+  result["warnings"] = warnings(seen, scene, surface.cells.cells.size(), surface.mesh, diameter);
+  return result;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene as the program is given it: posed photographs on disk and a mesh beside them.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "mesh/camera.h"
+#include "tools/scene/camera_model.h"
+
+namespace lumatlas {
+
+// One registered photograph. Poses are relative to Scene::offset.
+struct SceneView {
+  std::string name;                                  // as the model names it, with '/' between folders
+  std::filesystem::path image;                       // the file
+  CameraModel lens;                                  // as the model gives it
+  Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
+  Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
+};
+
+// The views of a scene without its mesh, for `--views SCENE`.
+struct SceneViews {
+  std::filesystem::path root;
+  std::vector<SceneView> views;  // by name, in byte order
+};
+
+// Reads a COLMAP workspace: sparse/ or sparse/0/ (or the model's files in the folder itself), binary or text; with
+// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every
+// camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF
+// orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is turned.
+// Throws InputError: file, index, value, what to do.
+[[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset);
+
+// The mesh file to use: `given` if it is given, else the first that exists of the names that COLMAP, OpenMVS and others
+// write. Throws InputError naming all the places that were looked at.
+[[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
+                                              const std::optional<std::filesystem::path>& given);
+
+// The photograph as the view's pinhole camera would have taken it: undistorted (bilinear), with the border that the
+// lens did not see marked invalid. A view without distortion is returned unchanged, to the byte. Throws InputError if
+// the file cannot be read or has another size than the view's camera.
+[[nodiscard]] Photograph load_photograph(const SceneView& view);
+
+// The two ways to hold photographs out (DESIGN: validation protocols).
+struct HoldOut {
+  std::size_t hold = 8;   // >= 2
+  std::size_t block = 1;  // >= 1; 1: every hold-th view is left out and scored
+};
+// Throws std::invalid_argument naming the field and the rule.
+void check(const HoldOut& protocol);
+
+// Ranks (by name) of the views to learn from and of the ones to score. For block = 1: rank % hold == 0 is held out and
+// scored. For larger blocks: (rank / block) % hold == 0 is held out, and of those rank % block in {block/4, block/2,
+// 3*block/4} is scored.
+struct Split {
+  std::vector<std::size_t> input;
+  std::vector<std::size_t> scored;
+};
+[[nodiscard]] Split split(std::size_t view_count, const HoldOut& protocol);
+
+// split() of a scene's views for scoring. Throws InputError if the protocol scores none of them.
+[[nodiscard]] Split split_to_score(const SceneViews& scene, const HoldOut& protocol);
+
+}  // namespace lumatlas

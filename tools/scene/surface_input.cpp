@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/surface_input.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "mesh/mesh_file.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+namespace {
+
+// How many times as large as the bulk of it a mesh may be: floats at its end are then 2^-14 of the bulk apart at worst.
+constexpr double kMostStray = 1000;
+
+bool is_finite(const glm::dvec3& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
+}
+
+// At most some hundred thousand, evenly over the faces: enough for a share of them.
+std::vector<glm::dvec3> sampled_corners(const TriangleSoup& soup) {
+  constexpr std::size_t kSamples = 100'000;
+  const std::size_t stride = 3 * soup.faces.size() / kSamples + 1;
+  std::vector<glm::dvec3> corners;
+  for (std::size_t i = 0; i < 3 * soup.faces.size(); i += stride) {
+    const glm::dvec3& corner = soup.positions[soup.faces[i / 3][static_cast<int>(i % 3)]];
+    if (is_finite(corner)) corners.push_back(corner);
+  }
+  return corners;
+}
+
+// Of all but the outermost hundredth on each side of each axis. `corners` is not empty.
+Bounds bulk_of(const std::vector<glm::dvec3>& corners) {
+  Bounds bulk;
+  std::vector<double> values(corners.size());
+  const std::size_t outermost = corners.size() / 100;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < corners.size(); ++i) values[i] = corners[i][axis];
+    const auto low = values.begin() + static_cast<std::ptrdiff_t>(outermost);
+    const auto high = values.end() - 1 - static_cast<std::ptrdiff_t>(outermost);
+    std::nth_element(values.begin(), low, values.end());
+    bulk.min[axis] = *low;
+    std::nth_element(values.begin(), high, values.end());
+    bulk.max[axis] = *high;
+  }
+  return bulk;
+}
+
+Bounds finite_bounds(const TriangleSoup& soup) {
+  Bounds box;
+  for (const glm::uvec3& face : soup.faces) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::dvec3& position = soup.positions[face[corner]];
+      if (!is_finite(position)) continue;
+      box = box.empty() ? Bounds{position, position} : Bounds{glm::min(box.min, position), glm::max(box.max, position)};
+    }
+  }
+  return box;
+}
+
+double longest_side(const Bounds& box) {
+  const glm::dvec3 extent = box.max - box.min;
+  return std::max({extent.x, extent.y, extent.z});
+}
+
+glm::dvec3 middle(const Bounds& box) {
+  return box.min / 2.0 + box.max / 2.0;
+}
+
+// Known before large faces are split.
+double cell_size(const Mesh& mesh, const CellOptions& options, const std::filesystem::path& file) {
+  if (options.size > 0) return options.size;
+  const double size = automatic_cell_size(mesh);
+  if (!(size > 0)) throw InputError(file.string() + ": its faces have no area, so there is nothing to show");
+  return size;
+}
+
+Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path& file) {
+  try {
+    return split_large_faces(mesh, size);
+  } catch (const std::invalid_argument& error) {
+    std::ostringstream message;
+    message << file.string() << ": cannot be cut into cells of size " << size << " (" << error.what()
+            << "): give a larger --cell-size";
+    throw InputError(message.str());
+  }
+}
+
+}  // namespace
+
+glm::dvec3 scene_origin(const TriangleSoup& soup) {
+  const Bounds box = finite_bounds(soup);
+  if (box.empty()) return glm::dvec3(0);
+  const std::vector<glm::dvec3> corners = sampled_corners(soup);
+  if (corners.empty()) return middle(box);
+  const Bounds bulk = bulk_of(corners);
+  return longest_side(box) > kMostStray * longest_side(bulk) ? middle(bulk) : middle(box);
+}
+
+SurfaceInput load_surface(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
+                          CellOptions options) {
+  check(options);
+  SurfaceInput input;
+  input.mesh_file = find_mesh(scene, mesh_file);
+  const TriangleSoup soup = read_triangle_soup(input.mesh_file);
+  input.file_vertices = soup.positions.size();
+  input.file_faces = soup.faces.size();
+  input.file_has_colors = !soup.colors.empty();
+  const auto surface = std::make_shared<Surface>();
+  surface->offset = scene_origin(soup);
+  RepairedMesh repaired;
+  try {
+    repaired = repair(soup, surface->offset);
+  } catch (const InputError& error) {
+    throw InputError(input.mesh_file.string() + ": " + error.what());
+  }
+  input.repair = repaired.report;
+  options.size = cell_size(repaired.mesh, options, input.mesh_file);
+  const std::size_t faces_before = repaired.mesh.faces.size();
+  surface->mesh = split_for_cells(repaired.mesh, options.size, input.mesh_file);
+  input.split_faces = surface->mesh.faces.size() - faces_before;
+  surface->cells = make_cells(surface->mesh, options);
+  input.surface = surface;
+  return input;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scores a model on photographs that were held out, beside the two baselines, over the pixels where the mesh is seen.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+
+#include "atlas/atlas.h"
+#include "blend/blend_options.h"
+#include "blend/egl_context.h"
+#include "tools/scene/scene.h"
+#include "tools/score/report.h"
+
+namespace lumatlas {
+
+struct ValidationOptions {
+  std::optional<HoldOut> protocol = HoldOut();  // none: the model was built from every view; then `test` is needed
+  std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
+  BlendOptions blend;
+  ValidityOptions validity;        // of the unbounded baseline's masks
+  bool unbounded = true;           // the baseline of all input views, which needs memory for all of them
+  bool vertex = true;              // the baseline of averaged vertex colours
+  bool aligned = true;             // also score with the held-out pose refined against each method
+  std::optional<SceneViews> path;  // consecutive frames with their true pictures: also measure flicker along them
+  bool pictures = true;            // write photograph, rendering and error of every scored view
+  bool quiet = false;
+};
+
+// Renders every scored view, and the frames of the path, with each method ("store", "unbounded", "vertex"), writes the
+// pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL context
+// current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if nothing is
+// left to score, or if the
+// test views are the scene itself; std::invalid_argument without protocol and test.
+[[nodiscard]] Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
+                                    const ValidationOptions& options, const std::filesystem::path& folder);
+
+}  // namespace lumatlas
