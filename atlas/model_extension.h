@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the writer and the reader of models must agree on; the fields are described in docs/model-format.md.
+// What the writer and the reader of models must agree on; the fields are described in atlas/README.md.
 #pragma once
 
 #include <cstdint>

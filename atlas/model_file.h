@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A model on disk: a folder with a glTF 2.0 file, its buffer and its images, or one .glb with everything in it, from
 // which the renderer draws without the original scene. Any glTF viewer shows the mesh with its vertex colours; the
-// extension LUMATLAS_lumigraph (docs/model-format.md) adds the views, cells and references.
+// extension LUMATLAS_lumigraph (atlas/README.md) adds the views, cells and references.
 #pragma once
 
 #include <filesystem>

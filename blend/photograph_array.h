@@ -3,8 +3,8 @@
 // baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> slot -> texel.
 //
 // Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows; depth has none.
-// It is stored in half precision, relative to a power of two near the view's median depth: see docs/measurements.md for
-// what that changes. The sign says whether the pixel is at a rim.
+// It is stored in half precision, relative to a power of two near the view's median depth, and rounded up: fewer than
+// one pixel in a thousand has another winner for it. The sign says whether the pixel is at a rim.
 #pragma once
 
 #include <cstdint>

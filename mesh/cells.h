@@ -50,7 +50,7 @@ struct Cells {
 // away do not count. > 0 for a mesh with area.
 [[nodiscard]] double scene_diameter(const Mesh& mesh);
 
-// What CellOptions::size = 0 stands for: scene_diameter() / 60 (charted in docs/measurements.md; the paper finds 1/100
+// What CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper finds 1/100
 // to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
 

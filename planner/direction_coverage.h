@@ -29,7 +29,7 @@
 //   p(f, c)    = cov_p(f) (lambda max(0, 1 - angle(f, c) / direction_width) + 1 - lambda)
 //
 // It falls at once with the angle, as parallax does where the mesh is wrong; q is flat around 0, and lets go of the
-// nearest view where others are nearly as near (docs/parsimony.md).
+// nearest view where others are nearly as near (planner/README.md).
 #pragma once
 
 #include <glm/mat3x3.hpp>

@@ -11,7 +11,7 @@ namespace {
 constexpr double kSlope = 4.4;  // dB where the service falls to a share of 1 / e
 // Single stores are off by more than a share of a small loss: it takes few views away, and which ones matters more than
 // how many. Such errors grow with the root of their number. dB, what covers every store that the law was found on, see
-// docs/parsimony.md; the village, which was measured later, would take 1.35.
+// data/results/loss-law.csv; the village, which was measured later, would take 1.35.
 constexpr double kScatter = 0.9;
 // A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
 constexpr double kRounding = 1e-7;

@@ -6,8 +6,8 @@
 //
 // with the gap of offered_coverage.h: what is lost of what is left costs the same, and no bound allows an empty store.
 // The second term is a margin, by how much more a store may lose than the mean of its kind. Both constants are the same
-// for all scenes; how they were found, and how far off the law is, is in docs/parsimony.md. It is for the coverage of
-// parsimony_coverage().
+// for all scenes; the stores that they were fitted to are in data/results/loss-law.csv and reference-loss-law.csv, and
+// planner/README.md says how far off the law is. It is for the coverage of parsimony_coverage().
 #pragma once
 
 #include "planner/coverage.h"

@@ -17,7 +17,7 @@ namespace {
 // is kept can be taken away again, so thin() is to have what it can choose among.
 constexpr double kShareWhileGrowing = 0.5;
 // What references have of it, but no more than so many dB; views have the rest. Little is enough for most references
-// that can be given up, and a view less saves more bytes than all of them: see docs/parsimony.md.
+// that can be given up, and a view less saves more bytes than all of them: see planner/README.md.
 constexpr double kShareOfReferences = 0.25;
 constexpr double kMostForReferences = 0.025;
 

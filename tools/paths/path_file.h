@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Key frames in a JSON file, described in docs/rendering-modes.md.
+// Key frames in a JSON file, described in tools/picture/README.md.
 #pragma once
 
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A sweep: models of the same scenes made again and again with one thing changed, and what is to be shown of them. Read
-// from a JSON file, see docs/charts.md.
+// from a JSON file, see tools/sweep/README.md.
 #pragma once
 
 #include <filesystem>
