@@ -59,7 +59,7 @@ void require_limits(const ArrayShape& shape, bool whole_views) {
       std::max(std::uint64_t{shape.columns} * shape.slot_width, std::uint64_t{shape.rows} * shape.slot_height);
   require_limit(side, GL_MAX_TEXTURE_SIZE, "pixels a side for its photographs", "scale the photographs down");
   require_limit(shape.pages, GL_MAX_ARRAY_TEXTURE_LAYERS, whole_views ? "views" : "pages of tiles",
-                whole_views ? "build it with fewer (--views)" : "build it with a smaller --budget");
+                whole_views ? "build it with fewer (--max-views)" : "build it with a smaller --budget");
 }
 
 bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const StoredView>& b) {

@@ -23,6 +23,8 @@ class JsonPlace {
   [[noreturn]] void refuse(const std::string& complaint) const;
 
   [[nodiscard]] const nlohmann::json& value() const { return *value_; }
+  // The same place with another value, which must outlive it.
+  [[nodiscard]] JsonPlace with(const nlohmann::json& value) const { return {file_, place_, value}; }
   // Of an object: refuses other keys, and the absence of the required ones.
   void expect_keys(std::initializer_list<std::string_view> required,
                    std::initializer_list<std::string_view> optional) const;

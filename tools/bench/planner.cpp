@@ -22,7 +22,7 @@
 
 #include "tools/bench/planning_time.h"
 #include "tools/bench/program.h"
-#include "tools/cli/number_flags.h"
+#include "tools/cli/option_rules.h"
 
 namespace lumatlas {
 

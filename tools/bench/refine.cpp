@@ -19,7 +19,7 @@
 #include "tools/bench/program.h"
 #include "tools/bench/refinement_accuracy.h"
 #include "tools/bench/refinement_time.h"
-#include "tools/cli/number_flags.h"
+#include "tools/cli/option_rules.h"
 #include "tools/score/json_fields.h"
 
 namespace lumatlas {

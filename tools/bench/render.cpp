@@ -21,7 +21,7 @@
 #include "blend/renderer.h"
 #include "tools/base/percentile.h"
 #include "tools/bench/program.h"
-#include "tools/cli/number_flags.h"
+#include "tools/cli/option_rules.h"
 #include "tools/score/frame_time.h"
 
 namespace lumatlas {

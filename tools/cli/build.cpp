@@ -2,15 +2,16 @@
 #include <array>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "tools/base/child_process.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/coverage_flags.h"
-#include "tools/cli/number_flags.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_output.h"
@@ -27,22 +28,25 @@ struct BuildFlags {
   BuildOptions options;
   HoldFlags hold;
   CellFlags cells;
-  bool verbose = false;
   CoverageFlags coverage;
-  CLI::Option* views = nullptr;
-  CLI::Option* budget = nullptr;
-  CLI::Option* loss = nullptr;
   double loss_db = 0.1;
-  CLI::Option* tile = nullptr;
-  CLI::Option* photographs = nullptr;
-  std::string layout = "tiles";
+  bool whole_views = false;
   std::string budget_size;             // empty: unbounded
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
-  CLI::Option* seed = nullptr;
   bool refine_intrinsics = false;
+  bool paper = false;
   ImageCoding photograph_coding;
-  CLI::Option* quality = nullptr;
   bool json_output = false;
+  bool verbose = false;
+  CLI::Option* max_views = nullptr;
+  CLI::Option* budget = nullptr;
+  CLI::Option* loss = nullptr;
+  CLI::Option* tile = nullptr;
+  CLI::Option* photographs = nullptr;
+  CLI::Option* seed = nullptr;
+  CLI::Option* refine = nullptr;
+  CLI::Option* edges = nullptr;
+  CLI::Option* quality = nullptr;
 
   [[nodiscard]] ImageCoding image_coding() const {
     if (quality->count() > 0 && photograph_coding.format == ImageFormat::png) {
@@ -51,6 +55,8 @@ struct BuildFlags {
     return photograph_coding;
   }
 };
+
+const Names<ValidityOptions::Edges> kEdges(kEdgesByName.begin(), kEdgesByName.end());
 
 // Of --budget: as little as a bound on the loss allows.
 constexpr const char* kAuto = "auto";
@@ -69,17 +75,17 @@ std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
 // by bytes of their own.
 void set_budget(const BuildFlags& flags, BuildOptions& options) {
   constexpr std::uint64_t kPhotographsPerArray = 4;
-  const bool tiles = flags.layout == "tiles";
+  const bool tiles = !flags.whole_views;
   if (!tiles) {
     if (flags.tile->count() > 0) throw CLI::ValidationError("--tile", "needs --layout tiles");
-    if (flags.photographs->count() > 0) throw CLI::ValidationError("--photographs", "needs --layout tiles");
+    if (flags.photographs->count() > 0) throw CLI::ValidationError("--photograph-bytes", "needs --layout tiles");
     options.tiles.tile_px = 0;
   }
   if (flags.budget_size == kAuto) {
     options.planner.max_bytes = flags.photograph_bytes;
     options.planner.max_loss_db = flags.loss_db;
     flags.coverage.apply_parsimony(options.planner);
-    if (flags.views->count() == 0) options.max_views.reset();
+    if (flags.max_views->count() == 0) options.max_views.reset();
     return;
   }
   if (flags.loss->count() > 0) throw CLI::ValidationError("--loss", "needs --budget auto");
@@ -91,14 +97,25 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   }
   options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
   if (tiles) options.array_bytes = budget;
-  if (flags.views->count() > 0) return;
+  if (flags.max_views->count() > 0) return;
   if (tiles && flags.budget->count() > 0 && flags.photographs->count() == 0) {
     options.planner.max_bytes = kPhotographsPerArray * budget;
   }
   if (options.planner.max_bytes > 0) options.max_views.reset();
 }
 
-BuildOptions options_of(const BuildFlags& flags) {
+// The measure, its thresholds and the masks as printed; and views refined one by one as they come, as in section 3.3,
+// unless --refine says otherwise: poses that are exact need none.
+void follow_paper(BuildFlags& flags) {
+  flags.coverage.follow_paper();
+  ValidityOptions::Edges& edges = flags.options.planner.validity.edges;
+  agree_with_paper(*flags.edges, edges == ValidityOptions::Edges::both_sides, "both");
+  edges = ValidityOptions::Edges::both_sides;
+  if (flags.refine->count() == 0) flags.options.refine = RefineMode::all;
+}
+
+BuildOptions options_of(BuildFlags flags) {
+  if (flags.paper) follow_paper(flags);
   BuildOptions options = flags.options;
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
   options.hold_out = flags.hold.protocol();
@@ -118,6 +135,21 @@ BuildOptions options_of(const BuildFlags& flags) {
   }
   check_usage(options);
   return options;
+}
+
+// The lines to type next, each after what it is for.
+std::string next_lines(const BuildFlags& flags) {
+  std::filesystem::path pictures = flags.output;
+  if (!pictures.has_filename()) pictures = pictures.parent_path();  // of "model/"
+  if (pictures.extension() == ".glb") pictures.replace_extension();
+  pictures += "-orbit";
+  const std::string model = flags.output.string();
+  std::string lines =
+      "look at it: " + shell_line("lumatlas", {"render", model, "--orbit", "-o", pictures.string()}) + '\n';
+  if (flags.hold.protocol()) {
+    lines += "score it:   " + shell_line("lumatlas", {"validate", model, "--views", flags.scene.string()}) + '\n';
+  }
+  return lines;
 }
 
 void run(const BuildFlags& flags) {
@@ -140,164 +172,171 @@ void run(const BuildFlags& flags) {
   effective["quality"] = photographs.format == ImageFormat::png ? json() : json(photographs.quality);
   output.commit(result.snapshot, options.planner.validity, photographs, {std::move(effective), std::move(plan)});
   if (flags.json_output) {
-    std::cout << json_text(totals);
+    print_json(totals);
   } else {
     std::cout << summary_text(totals, flags.output.string());
   }
+  if (!options.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
+}
+
+const Names<StreamOrder> kOrders{
+    {"given", StreamOrder::given}, {"reversed", StreamOrder::reversed}, {"shuffled", StreamOrder::shuffled}};
+const Names<ViewChoice> kChoices{{"online", ViewChoice::online},
+                                 {"offline", ViewChoice::offline},
+                                 {"uniform", ViewChoice::uniform},
+                                 {"random", ViewChoice::random}};
+const Names<RefineMode> kRefinements{{"none", RefineMode::none},
+                                     {"exposure", RefineMode::exposure},
+                                     {"pose", RefineMode::pose},
+                                     {"all", RefineMode::all},
+                                     {"joint", RefineMode::joint}};
+
+void add_file_options(CLI::App& command, BuildFlags& flags) {
+  add_file(command, "SCENE", flags.scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh")->required();
+  begin_group(command, "Files");
+  add_file(command, "-o,--output", flags.output, "MODEL",
+           "Folder, or one file that ends in .glb; an earlier model there is replaced")
+      ->required();
+  add_file(command, "--mesh", flags.mesh, "FILE", "PLY or OBJ; without it the usual names are looked for in SCENE");
+  add_choice(command, "--image", flags.photograph_coding.format,
+             {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model");
+  flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "With --image jpeg, how well")
+                      ->type_name("Q")
+                      ->transform(whole_number(1, 100));
 }
 
 void add_stream_options(CLI::App& command, BuildFlags& flags) {
-  const std::map<std::string, StreamOrder> orders = {
-      {"given", StreamOrder::given}, {"reversed", StreamOrder::reversed}, {"shuffled", StreamOrder::shuffled}};
-  const std::map<std::string, ViewChoice> choices = {{"online", ViewChoice::online},
-                                                     {"offline", ViewChoice::offline},
-                                                     {"uniform", ViewChoice::uniform},
-                                                     {"random", ViewChoice::random}};
-  command
-      .add_option("--order", flags.options.order,
-                  "Order in which photographs are offered: given (by name), reversed or shuffled")
-      ->transform(CLI::CheckedTransformer(orders).description("{given,reversed,shuffled}"))
-      ->default_str("given");
-  command
-      .add_option("--choice", flags.options.choice,
-                  "Who chooses: online (the planner, one by one), or, to compare with: offline (sees all cameras "
-                  "first), uniform (evenly spaced), random")
-      ->transform(CLI::CheckedTransformer(choices).description("{online,offline,uniform,random}"))
-      ->default_str("online");
-  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random");
-  flags.seed->check(CLI::NonNegativeNumber);
+  begin_group(command, "Photographs");
+  flags.hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
+  add_choice(command, "--order", flags.options.order, kOrders, "In which photographs are offered; given: by name");
+  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")
+                   ->type_name("N")
+                   ->transform(whole_number(0));
 }
 
-void add_planner_options(CLI::App& command, BuildFlags& flags) {
+void add_model_options(CLI::App& command, BuildFlags& flags) {
+  begin_group(command, "Model");
+  flags.max_views = command.add_option("--max-views", flags.options.max_views, "Photographs that it may hold")
+                        ->type_name("N")
+                        ->transform(whole_number(1, 1u << 20))
+                        ->default_str(std::to_string(*flags.options.max_views) + ", with --budget as many as fit");
+  flags.budget = command
+                     .add_option("--budget", flags.budget_size,
+                                 "What it may take on the GPU: 512MiB, 300MB, 40Mtexels; auto: as little as "
+                                 "--loss allows")
+                     ->type_name("SIZE")
+                     ->check(byte_or_texel_size({kAuto}))
+                     ->default_str("");
+  flags.loss = command
+                   .add_option("--loss", flags.loss_db,
+                               "With --budget auto, predicted loss of fitted PSNR against all photographs")
+                   ->type_name("DB")
+                   ->check(finite_not_negative());
+  flags.coverage.add_references_to(command);
+  flags.cells.add_size_to(command);
+  flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
+                            "What is corrected in photographs: gain, pose, masks; joint: all of it, then all of them "
+                            "together");
+  command.add_flag("--paper", flags.paper,
+                   "The paper's printed measure, thresholds and masks, and --refine all unless it is given; render and "
+                   "validate with --paper too");
+}
+
+void add_message_options(CLI::App& command, BuildFlags& flags) {
+  begin_group(command, "Messages");
+  add_json(command, flags.json_output);
+  command.add_flag("--verbose", flags.verbose, "Tell what was refined, a line a view");
+  add_quiet(command, flags.options.quiet);
+}
+
+void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
   PlannerOptions& planner = flags.options.planner;
-  flags.views = command.add_option("--views", flags.options.max_views,
-                                   "Photographs that the model may hold; with --budget alone as many as fit");
-  flags.views->check(CLI::Range(1u, 1u << 20))->default_str(std::to_string(*flags.options.max_views));
-  flags.budget =
-      command.add_option("--budget", flags.budget_size,
-                         "What the model may take on the GPU, with depth and masks: 512MiB, 300MB, 2GiB, 40Mtexels; or "
-                         "auto: as few views as --loss allows, and --views only if it is given");
-  flags.budget->check(CLI::IsMember({kAuto}) | byte_or_texel_size())->default_str("");
-  flags.loss =
-      command.add_option("--loss", flags.loss_db,
-                         "With --budget auto: by how many dB of fitted PSNR the model may be worse than one of "
-                         "all photographs, as predicted from coverage");
-  flags.loss->check(finite_not_negative());
-  command.add_option("--layout", flags.layout, "Parts of photographs that cells refer to, or whole photographs")
-      ->check(CLI::IsMember({"tiles", "layers"}));
-  flags.tile = command.add_option("--tile", flags.options.tiles.tile_px, "Side of a tile, pixels: 8, 16, ... 1024");
-  flags.tile->check(CLI::Range(8u, 1024u) & divisible_by(8));
-  command
-      .add_option("--gutter", flags.options.tiles.gutter_px,
-                  "Pixels around a tile; 2 to the number of its coarser levels")
-      ->check(CLI::IsMember({1, 2, 4, 8}));
-  flags.photographs = command.add_option("--photographs", flags.photograph_bytes,
-                                         "Bytes of the photographs that tiles are cut from while the model is built; "
-                                         "with --budget and without --views four times that");
-  flags.photographs->transform(byte_size())->default_str("");
-  flags.coverage.add_to(command);
   command
       .add_option("--min-exchange-gain", planner.min_exchange_gain,
                   "Coverage that a view must add to take another's place, as a share of what a stored view is worth on "
                   "average; at 1, with --min-gain 0, --metric directions, no --budget and no outliers, the store is "
-                  "never worth "
-                  "less than a quarter of the best")
+                  "never worth less than a quarter of the best")
+      ->type_name("GAIN")
       ->check(finite_not_negative());
   command
       .add_option("--victims", planner.victims,
                   "How many of the stored views that are missed least are considered for replacement; 0: all")
-      ->check(CLI::Range(0u, 1u << 20));
-  command
-      .add_option("--visibility", planner.visibility_px, "Longer side, pixels, of the image that cells are counted in")
-      ->check(CLI::Range(1u, 65536u));
-  const std::map<std::string, VisibilityBy> ways = {{"rays", VisibilityBy::rays}, {"gl", VisibilityBy::gl}};
-  command
-      .add_option("--visibility-by", flags.options.visibility_by,
-                  "What finds the visible surface: rays (on the processor) or gl (on the GPU, through OpenGL); default "
-                  "rays")
-      ->transform(CLI::CheckedTransformer(ways));
-  command
-      .add_option("--fade", planner.validity.fade_px,
-                  "Pixels over which a photograph fades at its border and at depth edges")
-      ->check(CLI::Range(0u, 16u));
-  command
-      .add_option(
-          "--edges", planner.validity.edges,
-          "Which side of a depth edge is not used: far (and the nearer one from about there only), or both, as in "
-          "the paper; default far")
-      ->transform(CLI::CheckedTransformer(kEdgesByName));
+      ->type_name("N")
+      ->transform(whole_number(0, 1u << 20));
+  begin_experiments(command, "who chooses, and what is seen");
+  add_choice(command, "--choice", flags.options.choice, kChoices,
+             "The planner, photograph by photograph, or, to compare with, one that sees all cameras first, even "
+             "spacing, chance");
+  command.add_option("--visibility", planner.visibility_px, "Longer side of the image that cells are counted in")
+      ->type_name("PX")
+      ->transform(whole_number(1, 65536));
+  add_choice(command, "--visibility-by", flags.options.visibility_by,
+             {{"rays", VisibilityBy::rays}, {"gl", VisibilityBy::gl}},
+             "What finds the visible surface: rays on the processor, or OpenGL on the GPU");
 }
 
-void add_refinement_options(CLI::App& command, BuildFlags& flags) {
+void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
+  begin_experiments(command, "cells and tiles");
+  flags.cells.add_partition_to(command);
+  add_choice(command, "--layout", flags.whole_views, {{"tiles", false}, {"layers", true}},
+             "Keep the parts of photographs that cells refer to, or whole photographs");
+  flags.tile = command.add_option("--tile", flags.options.tiles.tile_px, "Side of a tile")
+                   ->type_name("PX")
+                   ->transform(whole_number(8, 1024))
+                   ->check(divisible_by(8));
+  command.add_option("--gutter", flags.options.tiles.gutter_px, "Around a tile; 2 to the number of its coarser levels")
+      ->type_name("PX")
+      ->transform(one_of({"1", "2", "4", "8"}));
+  flags.photographs = command
+                          .add_option("--photograph-bytes", flags.photograph_bytes,
+                                      "Memory for photographs that tiles are cut from while the model is built; with "
+                                      "--budget and without --max-views four times that")
+                          ->type_name("SIZE")
+                          ->transform(byte_size())
+                          ->default_str("");
+}
+
+void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
   RefinementOptions& refinement = flags.options.planner.refinement;
-  const std::map<std::string, RefineMode> modes = {{"none", RefineMode::none},
-                                                   {"exposure", RefineMode::exposure},
-                                                   {"pose", RefineMode::pose},
-                                                   {"all", RefineMode::all},
-                                                   {"joint", RefineMode::joint}};
-  command
-      .add_option("--refine", flags.options.refine,
-                  "What is corrected in a view before it is stored: none, exposure, pose, all (and masks of what other "
-                  "views contradict), or joint (all, then every stored view again until they rest)")
-      ->transform(CLI::CheckedTransformer(modes).description("{none,exposure,pose,all,joint}"))
-      ->default_str("joint");
+  begin_experiments(command, "refinement");
   command.add_flag("--refine-intrinsics", flags.refine_intrinsics,
-                   "With --refine joint: correct focal length and principal point where the photographs ask for it");
+                   "With --refine joint, correct focal length and principal point where the photographs ask for it");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
-  command.add_flag("!--no-masks", refinement.trust.enabled, "Trust every pixel of a stored photograph");
-  command
-      .add_option("--refine-points", refinement.samples, "Surface points at which a view is compared with the others")
-      ->check(CLI::Range(std::size_t{100}, std::size_t{1000000}));
-  command
-      .add_option("--revisits", refinement.revisits,
-                  "Stored views that are refined again after each one that is stored, while any moves")
-      ->check(CLI::Range(0u, 1000u));
   command
       .add_option("--prior", refinement.alignment.prior,
                   "Strength of the pull towards the given poses; more for poses that are nearly right")
+      ->type_name("P")
       ->check(finite_not_negative());
   command
       .add_option("--max-move", refinement.alignment.max_move,
                   "How far a pose may move its picture, as a share of the longer side")
+      ->type_name("SHARE")
       ->check(number_between(1e-6, 1));
+  begin_experiments(command, "masks");
   command
-      .add_option("--outlier", refinement.least_correlation,
-                  "Drop a view that agrees less than this with the others, [-1, 1]")
-      ->check(number_between(-1, 1));
-  command.add_flag("--verbose", flags.verbose, "Tell what was refined, a line a view");
-}
-
-void add_file_options(CLI::App& command, BuildFlags& flags) {
-  const std::map<std::string, ImageFormat> formats = {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
-  command
-      .add_option("--image", flags.photograph_coding.format,
-                  "How photographs are kept in the file: png (exact) or jpeg; masks are always PNG")
-      ->transform(CLI::CheckedTransformer(formats).description("{png,jpeg}"))
-      ->default_str("png");
-  flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "Of --image jpeg");
-  flags.quality->check(CLI::Range(1, 100));
+      .add_option("--fade", flags.options.planner.validity.fade_px,
+                  "Over which a photograph fades at its border and at depth edges")
+      ->type_name("PX")
+      ->transform(whole_number(0, 16));
+  flags.edges = add_choice(command, "--edges", flags.options.planner.validity.edges, kEdges,
+                           "Which sides of a depth edge are masked; far shows the nearer side from about where the "
+                           "photograph was taken, both is the paper's");
 }
 
 }  // namespace
 
 void add_build_command(CLI::App& program) {
   auto flags = std::make_shared<BuildFlags>();
-  CLI::App* command = program.add_subcommand("build", "Plan, cross-reference and save a model: the main job");
-  command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh")->required();
-  command
-      ->add_option("-o,--output", flags->output,
-                   "Folder of the model, or one file that ends in .glb; an earlier model there is replaced")
-      ->required();
-  command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
-  flags->cells.add_to(*command);
-  add_stream_options(*command, *flags);
-  add_planner_options(*command, *flags);
-  add_refinement_options(*command, *flags);
+  CLI::App* command = program.add_subcommand("build", "Choose photographs of a scene and pack them: the main job");
   add_file_options(*command, *flags);
-  flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");
-  command->add_flag("--json", flags->json_output, "Print what was built as JSON");
-  command->add_flag("--quiet", flags->options.quiet, "No progress");
+  add_stream_options(*command, *flags);
+  add_model_options(*command, *flags);
+  add_message_options(*command, *flags);
+  flags->coverage.add_experiments_to(*command);
+  add_planning_experiments(*command, *flags);
+  add_storage_experiments(*command, *flags);
+  add_refinement_experiments(*command, *flags);
   command->callback([flags] { run(*flags); });
 }
 

@@ -3,31 +3,27 @@
 #pragma once
 
 #include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
-#include <string>
 
 #include "mesh/cells.h"
-#include "tools/cli/number_flags.h"
+#include "tools/cli/option_rules.h"
 
 namespace lumatlas {
 
 struct CellFlags {
-  double size = 0;
-  std::string partition = "clusters";
+  CellOptions values;
 
-  void add_to(CLI::App& command) {
-    command.add_option("--partition", partition, "How faces are grouped into cells: clusters or grid (the paper's)")
-        ->check(CLI::IsMember({"clusters", "grid"}));
-    command.add_option("--cell-size", size, "Target diameter of a cell, scene units; 0: 1/60 of the scene")
+  void add_size_to(CLI::App& command) {
+    command.add_option("--cell-size", values.size, "Diameter of a cell, scene units; 0: 1/60 of the scene's")
+        ->type_name("LENGTH")
         ->check(finite_not_negative());
   }
 
-  [[nodiscard]] CellOptions options() const {
-    CellOptions options;
-    options.partition = partition == "grid" ? Partition::grid : Partition::clusters;
-    options.size = size;
-    return options;
+  void add_partition_to(CLI::App& command) {
+    add_choice(command, "--partition", values.partition, {{"clusters", Partition::clusters}, {"grid", Partition::grid}},
+               "How faces are grouped into cells; grid is the paper's");
   }
+
+  [[nodiscard]] CellOptions options() const { return values; }
 };
 
 }  // namespace lumatlas

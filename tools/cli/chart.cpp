@@ -17,6 +17,8 @@
 #include "tools/base/machine.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
 #include "tools/sweep/markdown.h"
 #include "tools/sweep/page.h"
 #include "tools/sweep/plot.h"
@@ -31,13 +33,14 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 struct ChartFlags {
-  std::vector<fs::path> sweeps;
+  std::vector<std::string> sweeps;  // FILE or FILE#NAME
   fs::path output, scenes, markdown;
   std::size_t jobs = 1;
   std::vector<std::string> only;
   SweepScale scale = SweepScale::full;
   bool keep_points = false;
   bool list = false;
+  bool json_output = false;
   bool quiet = false;
 };
 
@@ -103,6 +106,18 @@ void check_points(const Sweep& sweep, const fs::path& file, Commands& commands) 
   }
 }
 
+// FILE#NAME is one sweep of a file that has several. A file that is called so itself is taken as it is.
+struct SweepSource {
+  fs::path file;
+  std::string name;  // empty: all of the file's sweeps
+};
+
+SweepSource source_of(const std::string& text) {
+  const std::size_t sign = text.rfind('#');
+  if (sign == std::string::npos || fs::exists(text)) return {text, ""};
+  return {text.substr(0, sign), text.substr(sign + 1)};
+}
+
 std::vector<Sweep> read_sweeps(const ChartFlags& flags) {
   Commands commands;
   const auto knows = [&](const std::string& command, const std::string& option) {
@@ -110,12 +125,16 @@ std::vector<Sweep> read_sweeps(const ChartFlags& flags) {
   };
   std::vector<Sweep> sweeps;
   std::set<std::string> names;
-  for (const fs::path& file : flags.sweeps) {
-    sweeps.push_back(read_sweep(file, flags.scale, knows));
-    check_points(sweeps.back(), file, commands);
-    if (!names.insert(sweeps.back().name).second) {
-      throw InputError(file.string() + ": its name, \"" + sweeps.back().name +
-                       "\", is that of another of these sweeps");
+  for (const std::string& text : flags.sweeps) {
+    const SweepSource source = source_of(text);
+    std::vector<Sweep> of_file = read_sweeps(source.file, flags.scale, knows);
+    if (!source.name.empty()) of_file = {sweep_named(source.name, of_file, source.file)};
+    for (Sweep& sweep : of_file) {
+      check_points(sweep, source.file, commands);
+      if (!names.insert(sweep.name).second) {
+        throw InputError(source.file.string() + ": the name \"" + sweep.name + "\" is that of another of these sweeps");
+      }
+      sweeps.push_back(std::move(sweep));
     }
   }
   return sweeps;
@@ -125,6 +144,16 @@ void list_points(const std::vector<Sweep>& sweeps) {
   for (const Sweep& sweep : sweeps) {
     for (const SweepPoint& point : points_of(sweep)) std::cout << sweep.name << ": " << point.name << '\n';
   }
+}
+
+json listed(const std::vector<Sweep>& sweeps) {
+  json all = json::array();
+  for (const Sweep& sweep : sweeps) {
+    json points = json::array();
+    for (const SweepPoint& point : points_of(sweep)) points.push_back(point.name);
+    all.push_back({{"name", sweep.name}, {"title", sweep.title}, {"points", std::move(points)}});
+  }
+  return {{"sweeps", std::move(all)}};
 }
 
 std::string text_of(const fs::path& path) {
@@ -155,7 +184,7 @@ std::string renderer() {
 
 std::vector<std::pair<std::string, std::string>> facts_of(const ChartFlags& flags, const std::string& identity) {
   std::vector<std::string> arguments{"chart"};
-  for (const fs::path& sweep : flags.sweeps) arguments.push_back(sweep.string());
+  for (const std::string& sweep : flags.sweeps) arguments.push_back(sweep);
   arguments.push_back(std::string("--scale=") + name_of(flags.scale));
   if (flags.jobs > 1) arguments.push_back("--jobs=" + std::to_string(flags.jobs));
   return {{"program", "lumatlas " + identity},
@@ -241,16 +270,25 @@ void run(const ChartFlags& flags) {
   if (flags.output.empty() && !flags.list) throw CLI::RequiredError("--output");
   const std::vector<Sweep> sweeps = read_sweeps(flags);
   if (flags.list) {
-    list_points(sweeps);
+    flags.json_output ? print_json(listed(sweeps)) : list_points(sweeps);
     return;
   }
-  for (const Sweep& sweep : sweeps) check_apart(flags.output / (sweep.name + ".json"), flags.sweeps);
+  std::vector<fs::path> files;
+  for (const std::string& sweep : flags.sweeps) files.push_back(source_of(sweep).file);
+  for (const Sweep& sweep : sweeps) check_apart(flags.output / (sweep.name + ".json"), files);
   Counts counts;
   const ChartPage page = made_page(flags, sweeps, counts);
   for (const std::string& note : page.notes) std::cerr << note << '\n';
   if (counts.failed > 0) {
     throw InputError(std::to_string(counts.failed) + " of " + std::to_string(counts.points) + " points failed, " +
                      (flags.output / "index.html").string() + " has the others; the first is " + counts.first_failure);
+  }
+  if (flags.json_output) {
+    print_json({{"page", (flags.output / "index.html").string()},
+                {"points",
+                 {{"all", counts.points}, {"done", counts.done}, {"made", counts.made}, {"skipped", counts.skipped}}},
+                {"sweeps", listed(sweeps)["sweeps"]}});
+    return;
   }
   std::cout << (flags.output / "index.html").string() << ": " << counts.done << " of " << counts.points
             << " points, made now " << counts.made << ", skipped " << counts.skipped << '\n';
@@ -261,34 +299,38 @@ void run(const ChartFlags& flags) {
 void add_chart_command(CLI::App& program) {
   auto flags = std::make_shared<ChartFlags>();
   CLI::App* command = program.add_subcommand(
-      "chart",
-      "Make and score models with one thing changed after the other, as sweeps describe, and plot the figures");
-  command->add_option("SWEEP", flags->sweeps, "JSON files that describe sweeps, as data/sweeps has some")->required();
-  command->add_option("-o,--output", flags->output,
-                      "Folder of the page, index.html, and the figures; what was made in it before is not made again");
-  command->add_option("--scenes", flags->scenes,
-                      "Folder of real scenes, each a COLMAP workspace with a mesh; points whose scene is not there are "
-                      "skipped");
-  const std::map<std::string, SweepScale> scales{
-      {"small", SweepScale::small}, {"medium", SweepScale::medium}, {"full", SweepScale::full}};
+      "chart", "Make and score models with one thing changed after the other, as sweeps describe, and plot them");
   command
-      ->add_option("--scale", flags->scale,
-                   "Which scenes and values of the sweeps: small (to see that it works), medium (what a sweep has no "
-                   "medium of is as in full) or full")
-      ->transform(CLI::CheckedTransformer(scales).description("{small,medium,full}"));
-  command->add_option("--jobs", flags->jobs, "Points made side by side; times that are measured so are not worth much")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{256}));
+      ->add_option("SWEEP", flags->sweeps,
+                   "JSON files that describe sweeps, as in data/sweeps; FILE#NAME: of a file with several this one")
+      ->required()
+      ->type_name("SWEEP")
+      ->check(file_name())
+      ->default_str("");
+  begin_group(*command, "What is made");
+  add_choice(*command, "--scale", flags->scale,
+             {{"small", SweepScale::small}, {"medium", SweepScale::medium}, {"full", SweepScale::full}},
+             "Which scenes and values: tiny ones, to see that it works; hours of them; all");
+  add_file(*command, "--scenes", flags->scenes, "DIR",
+           "Folder of real scenes, each a COLMAP workspace with a mesh; points whose scene is not there are skipped");
   command
       ->add_option("--only", flags->only,
-                   "Make and show only points whose SCENE/SERIES/VALUE matches a pattern, '*/printed/*' for example")
-      ->allow_extra_args(false);
+                   "Only points whose SCENE/SERIES/VALUE matches a pattern, '*/printed/*' for example; may be repeated")
+      ->type_name("PATTERN")
+      ->allow_extra_args(false)
+      ->default_str("");
   command->add_flag("--keep-points", flags->keep_points, "Use points that a program of another commit made, too");
+  command->add_option("--jobs", flags->jobs, "Points made side by side; times measured so are not worth much")
+      ->type_name("N")
+      ->transform(whole_number(1, 256));
   command->add_flag("--list", flags->list, "Check the sweeps and print the names of their points, make nothing");
-  command->add_option(
-      "--markdown", flags->markdown,
-      "Also put plots and tables into this file, between lines <!-- chart NAME --> and <!-- end of chart "
-      "NAME -->");
-  command->add_flag("--quiet", flags->quiet, "No progress");
+  begin_group(*command, "Files and messages");
+  add_file(*command, "-o,--output", flags->output, "DIR",
+           "Folder of the page, index.html, and the figures; what was made in it before is not made again");
+  add_file(*command, "--markdown", flags->markdown, "FILE",
+           "Also put plots and tables between its lines <!-- chart NAME --> and <!-- end of chart NAME -->");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
   command->callback([flags] { run(*flags); });
 }
 

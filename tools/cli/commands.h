@@ -6,9 +6,13 @@
 #include <CLI/Config.hpp>
 #include <CLI/Error.hpp>
 #include <CLI/Formatter.hpp>
+#include <filesystem>
 #include <optional>
 #include <stdexcept>
+#include <string>
 
+#include "tools/cli/help_formatter.h"
+#include "tools/cli/option_rules.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -30,6 +34,20 @@ void check_usage(const Options& options) {
   }
 }
 
+// An option that names a file or folder.
+inline CLI::Option* add_file(CLI::App& command, const std::string& option, std::filesystem::path& path,
+                             const std::string& placeholder, const std::string& description) {
+  return command.add_option(option, path, description)->type_name(placeholder)->check(file_name())->default_str("");
+}
+
+// --quiet and --json mean the same in every command.
+inline void add_json(CLI::App& command, bool& json) {
+  command.add_flag("--json", json, "Print the results as JSON");
+}
+inline void add_quiet(CLI::App& command, bool& quiet) {
+  command.add_flag("--quiet", quiet, "Print no progress and no advice");
+}
+
 // --hold and --block of several commands.
 struct HoldFlags {
   std::size_t hold = 8;
@@ -37,15 +55,26 @@ struct HoldFlags {
   CLI::Option* hold_option = nullptr;
 
   void add_to(CLI::App& command, const char* what) {
-    hold_option = command.add_option("--hold", hold, what)->check(CLI::Range(std::size_t{2}, std::size_t{1} << 31));
-    command.add_option("--block", block, "With --hold: leave out runs of this many neighbours")
-        ->check(CLI::Range(std::size_t{1}, std::size_t{1} << 31))
+    hold_option =
+        command.add_option("--hold", hold, what)->type_name("H")->transform(whole_number(2, kMost))->default_str("");
+    command.add_option("--block", block, "With --hold, runs of this many neighbours instead of single ones")
+        ->type_name("N")
+        ->transform(whole_number(1, kMost))
         ->needs(hold_option);
   }
   [[nodiscard]] std::optional<HoldOut> protocol() const {
     if (hold_option->count() == 0) return std::nullopt;
     return HoldOut{hold, block};
   }
+
+ private:
+  static constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
 };
+
+// For an option that was given beside --paper, which sets it to `value`.
+inline void agree_with_paper(const CLI::Option& option, bool agrees, const std::string& value) {
+  if (option.count() == 0 || agrees) return;
+  throw CLI::ValidationError(option.get_name(), "is " + value + " by --paper: leave out one of the two");
+}
 
 }  // namespace lumatlas

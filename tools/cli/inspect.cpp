@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "tools/base/output_folder.h"
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/scene/inspection.h"
 
@@ -56,7 +56,11 @@ void print(const json& scene) {
 void inspect_as_model(const InspectFlags& flags) {
   if (!flags.mesh.empty()) throw CLI::ValidationError("--mesh", "is for scenes, a model has its own mesh");
   const json model = inspect_model(flags.scene);
-  std::cout << (flags.json_output ? json_text(model) : inspection_text(model));
+  if (flags.json_output) {
+    print_json(model);
+  } else {
+    std::cout << inspection_text(model);
+  }
 }
 
 }  // namespace
@@ -65,19 +69,23 @@ void add_inspect_command(CLI::App& program) {
   auto flags = std::make_shared<InspectFlags>();
   CLI::App* command = program.add_subcommand(
       "inspect", "What is in a scene, what is wrong with it, what was repaired; or what is in a model");
-  command->add_option("SCENE", flags->scene, "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
+  add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
       ->required();
-  command->add_option("--mesh", flags->mesh, "PLY or OBJ; without it the usual names are looked for in SCENE");
-  flags->cells.add_to(*command);
-  command->add_flag("--json", flags->json_output, "Print it as JSON");
-  command->add_flag("--quiet", flags->quiet, "No progress");
+  begin_group(*command, "Of a scene");
+  add_file(*command, "--mesh", flags->mesh, "FILE", "PLY or OBJ; without it the usual names are looked for in SCENE");
+  flags->cells.add_size_to(*command);
+  begin_group(*command, "Messages");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
+  begin_experiments(*command, "cells");
+  flags->cells.add_partition_to(*command);
   command->callback([flags] {
     if (is_model(flags->scene)) return inspect_as_model(*flags);
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
     const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet);
     if (flags->json_output) {
-      std::cout << json_text(scene);
+      print_json(scene);
     } else {
       print(scene);
     }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <exception>
 #include <iostream>
+#include <memory>
 #include <new>
 #include <string>
 
@@ -23,8 +24,11 @@ int fail(std::string sentence) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App program("lumatlas turns a mesh and posed photographs into a view-dependent textured scene");
-  program.set_version_flag("--version", "lumatlas " LUMATLAS_VERSION);
+  CLI::App program("lumatlas turns a mesh and posed photographs into a view-dependent textured scene", "lumatlas");
+  program.formatter(std::make_shared<lumatlas::HelpFormatter>());
+  program.set_help_flag("-h,--help");
+  program.set_help_all_flag("--help-all");
+  program.set_version_flag("--version", "lumatlas " LUMATLAS_VERSION, "Print the version");
   program.option_defaults()->always_capture_default();
   program.require_subcommand(1);
   lumatlas::add_inspect_command(program);
@@ -43,7 +47,7 @@ int main(int argc, char** argv) {
   } catch (const lumatlas::Interrupted& interrupted) {
     lumatlas::die_of(interrupted);
   } catch (const std::bad_alloc&) {
-    return fail("out of memory: use fewer or smaller photographs (--views), or a smaller mesh");
+    return fail("out of memory: use fewer or smaller photographs (--max-views), or a smaller mesh");
   } catch (const std::exception& error) {
     return fail(error.what());
   }

@@ -20,6 +20,7 @@
 #include "tools/base/percentile.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
 #include "tools/cli/render_flags.h"
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/path_file.h"
@@ -29,25 +30,29 @@ namespace lumatlas {
 
 namespace {
 
-// Wall time since the command began, and where it went until the first picture.
+double ms_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Wall time since the command began, and where it went until the first picture, which is printed if it is `told`.
 class FirstPicture {
  public:
   explicit FirstPicture(bool told) : told_(told) {}
+
+  [[nodiscard]] double total_ms() const { return total_ms_; }
 
   void has_read(const ReadTimes& times) { read_ = times; }
   void begins_to_load() { load_start_ = Clock::now(); }
   void has_loaded() { load_ms_ = ms_since(load_start_); }
   // Of every picture; the first counts.
   void is_drawn() {
-    if (told_ && total_ms_ == 0) std::cerr << text(total_ms_ = ms_since(start_));
+    if (total_ms_ > 0) return;
+    total_ms_ = ms_since(start_);
+    if (told_) std::cerr << text(total_ms_);
   }
 
  private:
   using Clock = std::chrono::steady_clock;
-
-  static double ms_since(Clock::time_point start) {
-    return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-  }
 
   [[nodiscard]] std::string text(double total_ms) const {
     std::ostringstream text;
@@ -148,6 +153,7 @@ void render(const RenderFlags& flags, const std::vector<Shot>& shots, FrameRende
 }
 
 void run(const RenderFlags& flags) {
+  const auto start = std::chrono::steady_clock::now();
   flags.check();
   const FrameOptions options = flags.frame_options();
   check_apart(flags.output, std::array{flags.model, flags.views, flags.path});
@@ -173,6 +179,15 @@ void run(const RenderFlags& flags) {
   render(flags, shots, frames, output, first);
   output.finish();
   folder.commit(flags.json());
+  if (flags.json_output) {
+    print_json({{"output", flags.output.string()},
+                {"pictures", shots.size()},
+                {"mode", flags.mode_name()},
+                {"format", flags.format_name()},
+                {"renderer", context ? nlohmann::json(context->description()) : nlohmann::json()},
+                {"time_ms", {{"total", ms_since(start)}, {"first_picture", first.total_ms()}}}});
+    return;
+  }
   std::cout << flags.output.string() << ": " << shots.size()
             << (flags.format == PictureFormat::mp4 ? " pictures in one video\n" : " pictures\n");
 }
@@ -182,7 +197,7 @@ void run(const RenderFlags& flags) {
 void add_render_command(CLI::App& program) {
   auto flags = std::make_shared<RenderFlags>();
   CLI::App* command = program.add_subcommand(
-      "render", "Render pictures or videos of a model, or what it knows of itself, from given cameras or along a path");
+      "render", "Pictures or a video of a model, or of what it knows of itself, from given cameras or along a path");
   flags->add_to(*command);
   command->callback([flags] { run(*flags); });
 }

@@ -1,118 +1,124 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/cli/render_flags.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <map>
 #include <nlohmann/json.hpp>
 
-#include "tools/cli/number_flags.h"
+#include "tools/cli/option_rules.h"
 #include "tools/paths/camera_tours.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr std::uint64_t kMostPixels =
-    1u << 30;  // of a picture, which is in memory as a whole, with its depth and states
+// Of a picture, which is in memory as a whole, with its depth and states.
+constexpr std::uint64_t kMostPixels = 1u << 30;
 
-const std::map<std::string, Mode>& modes() {
-  static const std::map<std::string, Mode> names = {{"picture", Mode::picture},
-                                                    {"coverage", Mode::coverage},
-                                                    {"references", Mode::references},
-                                                    {"valid-views", Mode::valid_views},
-                                                    {"winner", Mode::winner},
-                                                    {"weights", Mode::weights},
-                                                    {"cells", Mode::cells},
-                                                    {"depth", Mode::depth},
-                                                    {"error", Mode::error}};
-  return names;
-}
+const Names<Mode> kModes{{"picture", Mode::picture},
+                         {"coverage", Mode::coverage},
+                         {"references", Mode::references},
+                         {"valid-views", Mode::valid_views},
+                         {"winner", Mode::winner},
+                         {"weights", Mode::weights},
+                         {"cells", Mode::cells},
+                         {"depth", Mode::depth},
+                         {"error", Mode::error}};
 
-const std::map<std::string, PictureFormat>& formats() {
-  static const std::map<std::string, PictureFormat> names = {
-      {"png", PictureFormat::png}, {"exr", PictureFormat::exr}, {"mp4", PictureFormat::mp4}};
-  return names;
-}
+const Names<PictureFormat> kFormats{
+    {"png", PictureFormat::png}, {"exr", PictureFormat::exr}, {"mp4", PictureFormat::mp4}};
 
-template <typename Value>
-std::string name_of(const std::map<std::string, Value>& names, Value value) {
-  for (const auto& [name, named] : names) {
-    if (named == value) return name;
-  }
-  return {};
-}
+constexpr std::uint64_t kMostPixelsASide = 65536;
 
 }  // namespace
 
 void RenderFlags::add_cameras_to(CLI::App& command) {
-  CLI::Option_group* cameras = command.add_option_group("Cameras", "From where: exactly one of these");
-  CLI::Option* of_scene =
-      cameras->add_option("--views", views, "COLMAP workspace whose cameras are rendered, at their size");
-  cameras->add_option("--path", path, "JSON file with key frames, which the camera moves through smoothly");
-  cameras->add_flag("--orbit", orbit, "Once around what the model's views look at");
-  cameras->add_flag("--walk", walk, "Through the cameras of the model's views, in the order of their names");
-  CLI::Option* curve = cameras->add_flag("--hilbert", hilbert, "Along a Hilbert curve over the scene's ground");
-  cameras->require_option(1);
-  hold.add_to(command, "With --views: render only the views that this protocol scores");
-  hold.hold_option->needs(of_scene);
-  command.add_option("--hilbert-order", hilbert_order, "With --hilbert: the curve has 2^order turns a side")
-      ->check(CLI::Range(1u, kMostHilbertOrder))
-      ->needs(curve);
-  command.add_option("--frames", frames, "Of a path: how many pictures, at equal times or distances")
-      ->check(CLI::Range(std::size_t{1}, std::size_t{1000000}))
-      ->excludes(of_scene);
-  command.add_option("--width", width, "Of a path: pixels")->check(CLI::Range(1u, 65536u))->excludes(of_scene);
-  command.add_option("--height", height, "Of a path: pixels")->check(CLI::Range(1u, 65536u))->excludes(of_scene);
-  command
-      .add_option("--fov", fov_deg,
-                  "Of a path: horizontal field of view, degrees; of the key frames in a file that name none")
+  begin_group(command, "From where, exactly one of these");
+  of_scene_ = add_file(command, "--views", views, "SCENE", "The cameras of a scene, at the size of its photographs");
+  CLI::Option* const along_keys =
+      add_file(command, "--path", path, "FILE", "Key frames in JSON, which the camera moves through smoothly");
+  CLI::Option* const around = command.add_flag("--orbit", orbit, "Once around what the model's views look at");
+  CLI::Option* const through =
+      command.add_flag("--walk", walk, "Through the cameras of the model's views, in the order of their names");
+  along_hilbert_ = command.add_flag("--hilbert", hilbert, "Along a Hilbert curve over the scene's ground");
+  cameras_ = {of_scene_, along_keys, around, through, along_hilbert_};
+  begin_group(command, "Which of them, and how large");
+  hold.add_to(command, "Of --views those that `validate --hold H` scores");
+  hold.hold_option->needs(of_scene_);
+  command.add_option("--frames", frames, "Of a path: how many pictures")
+      ->type_name("N")
+      ->transform(whole_number(1, 1000000))
+      ->excludes(of_scene_);
+  command.add_option("--width", width, "Of a path: pixels")
+      ->type_name("PX")
+      ->transform(whole_number(1, kMostPixelsASide))
+      ->excludes(of_scene_);
+  command.add_option("--height", height, "Of a path: pixels")
+      ->type_name("PX")
+      ->transform(whole_number(1, kMostPixelsASide))
+      ->excludes(of_scene_);
+  command.add_option("--fov", fov_deg, "Of a path: horizontal field of view where the path names none")
+      ->type_name("DEGREES")
       ->check(number_between(1, 170))
-      ->excludes(of_scene);
+      ->excludes(of_scene_);
 }
 
 void RenderFlags::add_mode_to(CLI::App& command) {
-  command
-      .add_option(
-          "--mode", mode,
-          "What is shown: picture; coverage or references of each cell; at each pixel the number of valid-views, "
-          "the winner among them or the weights of the three best; cells, depth; or, with --views, the error "
-          "against the photograph")
-      ->transform(CLI::CheckedTransformer(modes()).description(
-          "{picture,coverage,references,valid-views,winner,weights,cells,depth,error}"))
-      ->default_str("picture");
-  command
-      .add_option("--range", range,
-                  "Of the colours, two numbers, for --mode coverage, references, valid-views, depth and error; without "
-                  "it the mode's own, the same for all pictures of a model")
+  begin_group(command, "What is shown");
+  add_choice(command, "--mode", mode, kModes,
+             "The picture, or what the model knows of each cell or pixel; error: against the photograph of --views");
+  command.add_option("--range", range, "Of a mode's colours; without it the mode's own")
+      ->type_name("LEAST MOST")
       ->expected(2)
       ->default_str("");
-  command.add_flag("--no-color-bar", no_color_bar,
-                   "Leave out the bar below a mode's picture, which says what it means");
+  command.add_flag("--no-color-bar", no_color_bar, "Leave out the bar below a mode's picture that says what it means");
   blend.add_to(command);
 }
 
 void RenderFlags::add_files_to(CLI::App& command) {
-  command
-      .add_option("--format", format,
-                  "png; exr (linear light, or a mode's numbers as they are); or mp4 (one video, by the program ffmpeg)")
-      ->transform(CLI::CheckedTransformer(formats()).description("{png,exr,mp4}"))
-      ->default_str("png");
-  frames_per_second_option = command.add_option("--fps", frames_per_second, "With --format mp4: pictures per second")
-                                 ->check(number_between(0.01, 1000));
+  begin_group(command, "Files and messages");
+  add_file(command, "-o,--output", output, "DIR", "Folder of the pictures; earlier ones there are replaced")
+      ->required();
+  add_choice(command, "--format", format, kFormats,
+             "exr has linear light, or a mode's numbers; mp4 is one video, made by ffmpeg");
+  frames_per_second_option_ = command.add_option("--fps", frames_per_second, "With --format mp4, pictures a second")
+                                  ->type_name("N")
+                                  ->check(number_between(0.01, 1000));
+  add_json(command, json_output);
+  add_quiet(command, quiet);
+}
+
+void RenderFlags::add_experiments_to(CLI::App& command) {
+  begin_experiments(command, "paths");
+  command.add_option("--hilbert-order", hilbert_order, "With --hilbert, the curve has 2^N turns a side")
+      ->type_name("N")
+      ->transform(whole_number(1, kMostHilbertOrder))
+      ->needs(along_hilbert_);
+  blend.add_experiments_to(command);
+  begin_experiments(command, "time");
   command.add_flag("--verbose", verbose, "Tell where the time until the first picture went");
-  command.add_flag("--quiet", quiet, "No progress");
 }
 
 void RenderFlags::add_to(CLI::App& command) {
-  command.add_option("MODEL", model, "Folder or .glb that `lumatlas build` wrote")->required();
-  command.add_option("-o,--output", output, "Folder of the pictures; earlier ones there are replaced")->required();
+  add_file(command, "MODEL", model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
   add_cameras_to(command);
   add_mode_to(command);
   add_files_to(command);
+  add_experiments_to(command);
+}
+
+void RenderFlags::check_cameras() const {
+  const auto given =
+      std::count_if(cameras_.begin(), cameras_.end(), [](const CLI::Option* option) { return option->count() > 0; });
+  if (given == 1) return;
+  std::vector<std::string> names;
+  for (const CLI::Option* option : cameras_) names.push_back(option->get_name());
+  throw CLI::ValidationError(in_words(names), "must be given once, to say from where");
 }
 
 void RenderFlags::check() const {
+  check_cameras();
   if (mode == Mode::error && views.empty()) {
     throw CLI::ValidationError("--mode", "error needs the photographs of --views");
   }
@@ -121,12 +127,12 @@ void RenderFlags::check() const {
                                               " is more than 2^30 pixels, name a smaller picture");
   }
   if (!range.empty() && !has_range(mode)) {
-    throw CLI::ValidationError("--range", name_of(modes(), mode) + " has none");
+    throw CLI::ValidationError("--range", mode_name() + " has none");
   }
   if (!range.empty() && !(std::isfinite(range[0]) && std::isfinite(range[1]) && range[0] < range[1])) {
     throw CLI::ValidationError("--range", "must be two finite numbers, the smaller one first");
   }
-  if (frames_per_second_option->count() > 0 && format != PictureFormat::mp4) {
+  if (frames_per_second_option_->count() > 0 && format != PictureFormat::mp4) {
     throw CLI::ValidationError("--fps", "needs --format mp4");
   }
 }
@@ -140,12 +146,20 @@ FrameOptions RenderFlags::frame_options() const {
   return options;
 }
 
+std::string RenderFlags::mode_name() const {
+  return name_of(kModes, mode);
+}
+
+std::string RenderFlags::format_name() const {
+  return name_of(kFormats, format);
+}
+
 nlohmann::json RenderFlags::json() const {
   nlohmann::json options = blend.json();
   options["command"] = "render";
   options["model"] = model.string();
-  options["mode"] = name_of(modes(), mode);
-  options["format"] = name_of(formats(), format);
+  options["mode"] = mode_name();
+  options["format"] = format_name();
   if (!range.empty()) options["range"] = range;
   if (mode != Mode::picture && format != PictureFormat::exr) options["color_bar"] = !no_color_bar;
   if (format == PictureFormat::mp4) options["fps"] = frames_per_second;

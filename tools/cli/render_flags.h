@@ -34,7 +34,7 @@ struct RenderFlags {
   // As which files.
   PictureFormat format = PictureFormat::png;
   double frames_per_second = 30;
-  CLI::Option* frames_per_second_option = nullptr;
+  bool json_output = false;
   bool verbose = false;
   bool quiet = false;
 
@@ -43,11 +43,20 @@ struct RenderFlags {
   void check() const;
   [[nodiscard]] FrameOptions frame_options() const;
   [[nodiscard]] nlohmann::json json() const;  // those in effect
+  [[nodiscard]] std::string mode_name() const;
+  [[nodiscard]] std::string format_name() const;
 
  private:
   void add_cameras_to(CLI::App& command);
   void add_mode_to(CLI::App& command);
   void add_files_to(CLI::App& command);
+  void add_experiments_to(CLI::App& command);
+  void check_cameras() const;
+
+  std::vector<const CLI::Option*> cameras_;  // of which one must be given
+  CLI::Option* of_scene_ = nullptr;
+  CLI::Option* along_hilbert_ = nullptr;
+  CLI::Option* frames_per_second_option_ = nullptr;
 };
 
 }  // namespace lumatlas

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -10,6 +11,8 @@
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
 #include "tools/synth/kinds.h"
 #include "tools/synth/synth.h"
 
@@ -21,10 +24,12 @@ struct SynthFlags {
   std::string kind, trajectory;
   std::filesystem::path output;
   SynthOptions options;
+  bool json_output = false;
   bool quiet = false;
 };
 
 void run(SynthFlags flags) {
+  const auto start = std::chrono::steady_clock::now();
   flags.options.kind = synth_kind_named(flags.kind);
   if (!flags.trajectory.empty()) flags.options.trajectory = synth_trajectory_named(flags.trajectory);
   check_usage(flags.options);
@@ -39,7 +44,7 @@ void run(SynthFlags flags) {
                  {"kind", flags.kind},
                  {"trajectory", synth_trajectory(o).name},
                  {"seed", o.seed},
-                 {"views", o.views},
+                 {"photographs", o.views},
                  {"width", o.width},
                  {"height", o.height},
                  {"fov", o.fov_deg},
@@ -59,25 +64,37 @@ void run(SynthFlags flags) {
                  {"mesh_noise", o.disturbances.mesh_noise},
                  {"holes", o.disturbances.holes},
                  {"decimate", o.disturbances.decimate}});
+  if (flags.json_output) {
+    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+    print_json({{"output", flags.output.string()},
+                {"kind", flags.kind},
+                {"photographs", o.views},
+                {"width", o.width},
+                {"height", o.height},
+                {"path_frames", o.path_frames},
+                {"test_views", o.test_views},
+                {"time_ms", {{"total", time.count()}}}});
+    return;
+  }
   std::cout << flags.output.string() << ": " << o.views << " photographs of " << o.width << "x" << o.height << '\n';
 }
 
 void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
-  const std::string group = "Known errors, listed with the true poses in DIR/truth";
-  const auto add = [&](const char* name, double& value, const char* help) {
-    command.add_option(name, value, help)->group(group);
+  begin_experiments(command, "known errors, listed with the true poses in DIR/truth");
+  const auto add = [&](const char* name, double& value, const char* placeholder, const char* help) {
+    command.add_option(name, value, help)->type_name(placeholder);
   };
-  add("--pose-noise", disturbances.pose_noise, "Of the written poses: displacement of what a view sees, pixels rms");
-  add("--exposure-noise", disturbances.exposure_noise, "Of the photographs, +- EV");
-  add("--white-balance-noise", disturbances.white_balance_noise, "Of red and blue against green, +- EV");
-  add("--wrong-poses", disturbances.wrong_poses, "Share of the views whose written pose is plainly wrong");
-  add("--passers-by", disturbances.passers_by, "Share of the photographs with a person who is not in the mesh");
-  add("--vignetting", disturbances.vignetting, "Share of the light that is lost in the corners");
-  add("--noise", disturbances.noise, "Of the sensor: standard deviation at mid grey, 8-bit levels");
-  add("--blur", disturbances.blur, "Motion of what a view sees while the shutter is open, pixels rms");
-  add("--mesh-noise", disturbances.mesh_noise, "Of the mesh: displacement along the normal, scene units rms");
-  add("--holes", disturbances.holes, "Share of the mesh's area that is cut out in round patches");
-  add("--decimate", disturbances.decimate, "Share of the mesh's faces that is left by edge collapses");
+  add("--pose-noise", disturbances.pose_noise, "PX", "Of the written poses: displacement of what a view sees, rms");
+  add("--exposure-noise", disturbances.exposure_noise, "EV", "Of the photographs, plus or minus");
+  add("--white-balance-noise", disturbances.white_balance_noise, "EV", "Of red and blue against green, plus or minus");
+  add("--wrong-poses", disturbances.wrong_poses, "SHARE", "Of the views: their written pose is plainly wrong");
+  add("--passers-by", disturbances.passers_by, "SHARE", "Of the photographs: a person who is not in the mesh");
+  add("--vignetting", disturbances.vignetting, "SHARE", "Of the light: lost in the corners");
+  add("--noise", disturbances.noise, "LEVELS", "Of the sensor: standard deviation at mid grey, 8-bit levels");
+  add("--blur", disturbances.blur, "PX", "Motion of what a view sees while the shutter is open, rms");
+  add("--mesh-noise", disturbances.mesh_noise, "LENGTH", "Of the mesh: displacement along the normal, scene units rms");
+  add("--holes", disturbances.holes, "SHARE", "Of the mesh's area: cut out in round patches");
+  add("--decimate", disturbances.decimate, "SHARE", "Of the mesh's faces: left by edge collapses");
 }
 
 // Their names, and what the help says of each.
@@ -103,28 +120,41 @@ void add_synth_command(CLI::App& program) {
   auto flags = std::make_shared<SynthFlags>();
   CLI::App* command = program.add_subcommand("synth", "Make a scene with exact ground truth, in COLMAP's format");
   const auto [kinds, described] = names_of_kinds();
-  command->add_option("KIND", flags->kind, described)->required()->check(CLI::IsMember(kinds));
-  command->add_option("-o,--output", flags->output, "Folder of the scene; an earlier one there is replaced")
+  command->add_option("KIND", flags->kind, described)
+      ->required()
+      ->type_name("KIND")
+      ->check(one_of(kinds).description(""));
+  const auto count = [&](const char* name, auto& value, const char* placeholder, const char* help) {
+    command->add_option(name, value, help)->type_name(placeholder)->transform(whole_number(0).description(""));
+  };
+  SynthOptions& options = flags->options;
+  begin_group(*command, "Files");
+  add_file(*command, "-o,--output", flags->output, "DIR", "Folder of the scene; an earlier one there is replaced")
       ->required();
-  command->add_option("--seed", flags->options.seed, "Shapes, patterns and the grain of the photographs");
-  command->add_option("--views", flags->options.views, "Photographs along the trajectory");
-  command
-      ->add_option("--trajectory", flags->trajectory,
-                   "Where the photographs are taken; without it, hilbert in the village, walk elsewhere")
-      ->check(CLI::IsMember(names_of_trajectories()));
-  command->add_option("--width", flags->options.width, "Pixels");
-  command->add_option("--height", flags->options.height, "Pixels");
-  command->add_option("--fov", flags->options.fov_deg, "Horizontal field of view, degrees");
-  command->add_option("--samples", flags->options.samples, "Light paths per pixel");
-  command->add_option("--triangles", flags->options.triangles, "Of the mesh, about");
-  command->add_option("--path-frames", flags->options.path_frames,
-                      "Also write DIR/path: so many consecutive frames of a smooth path with their true pictures");
-  command->add_option("--path-step", flags->options.path_step, "Between the frames of the path, scene units");
-  command->add_option(
-      "--test-views", flags->options.test_views,
-      "Also write DIR/test: so many views of random poses with their true pictures, for `validate --test`");
+  begin_group(*command, "Photographs");
+  count("--photographs", options.views, "N", "Along the trajectory");
+  command->add_option("--trajectory", flags->trajectory, "Where they are taken")
+      ->type_name("NAME")
+      ->check(one_of(names_of_trajectories()))
+      ->default_str("hilbert in the village, walk elsewhere");
+  count("--width", options.width, "PX", "Of a photograph");
+  count("--height", options.height, "PX", "Of a photograph");
+  command->add_option("--fov", options.fov_deg, "Horizontal field of view")->type_name("DEGREES");
+  count("--samples", options.samples, "N", "Light paths a pixel");
+  begin_group(*command, "Mesh");
+  count("--triangles", options.triangles, "N", "About so many");
+  count("--seed", options.seed, "N", "Of shapes, patterns and the grain of the photographs");
+  begin_group(*command, "Truth to score against");
+  count("--path-frames", options.path_frames, "N",
+        "Also write DIR/path, consecutive frames of a smooth path, for `lumatlas validate --flicker`");
+  command->add_option("--path-step", options.path_step, "Between the frames of the path, scene units")
+      ->type_name("LENGTH");
+  count("--test-views", options.test_views, "N",
+        "Also write DIR/test, views of random poses, for `lumatlas validate --test`");
+  begin_group(*command, "Messages");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
   add_disturbances(*command, flags->options.disturbances);
-  command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });
 }
 

@@ -18,6 +18,8 @@
 #include "tools/base/output_folder.h"
 #include "tools/cli/blend_flags.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/score/frame_time.h"
 #include "tools/score/report_refinements.h"
@@ -30,7 +32,7 @@ namespace {
 using nlohmann::json;
 
 struct ValidateFlags {
-  std::filesystem::path model, views, test, path, output;
+  std::filesystem::path model, views, test, flicker, output;
   HoldFlags hold;
   BlendFlags blend;
   std::vector<std::string> baselines{"unbounded", "vertex"};
@@ -69,7 +71,7 @@ std::optional<HoldOut> protocol(const ValidateFlags& flags, const json& built) {
 }
 
 // Frames in the order of their names.
-SceneViews read_path(const std::filesystem::path& folder, const glm::dvec3& offset) {
+SceneViews read_frames(const std::filesystem::path& folder, const glm::dvec3& offset) {
   SceneViews path = read_scene_views(folder, offset);
   if (path.views.size() < 2) {
     throw InputError(folder.string() + ": has " + std::to_string(path.views.size()) +
@@ -135,11 +137,11 @@ void print_table(const Report& report) {
 }
 
 void run(const ValidateFlags& flags) {
+  ValidationOptions options;
+  options.blend = flags.blend.options();
   const ModelNotes notes = read_model_notes(flags.model);
   const json& built = notes.options;
-  ValidationOptions options;
   options.protocol = protocol(flags, built);
-  options.blend = flags.blend.options();
   const auto wants = [&](const char* name) {
     return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end();
   };
@@ -149,13 +151,13 @@ void run(const ValidateFlags& flags) {
   options.pictures = !flags.no_pictures;
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
-  check_apart(target, std::array{flags.model, flags.views, flags.path});
+  check_apart(target, std::array{flags.model, flags.views, flags.flicker});
   OutputFolder output(target);
   const Model model = read_model(flags.model);
   options.validity = model.validity;
   const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);
   if (!flags.test.empty()) options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
-  if (!flags.path.empty()) options.path = read_path(flags.path, model.snapshot.surface->offset);
+  if (!flags.flicker.empty()) options.path = read_frames(flags.flicker, model.snapshot.surface->offset);
   const EglContext context;
   Report report = validate_model(model.snapshot, scene, context, options, output.path());
   report.facts.emplace_back("model", flags.model.string());
@@ -163,6 +165,7 @@ void run(const ValidateFlags& flags) {
   report.facts.emplace_back("renderer", context.description());
   report.refinements = read_refinements(notes.plan);
   json scores = report_json(report);
+  scores["lumatlas"] = LUMATLAS_VERSION;
   if (flags.time_frames > 0) {
     scores["speed"] = measured_speed(model, flags, context);
     report.facts.emplace_back("frame time", speed_text(scores["speed"]));
@@ -173,12 +176,12 @@ void run(const ValidateFlags& flags) {
   effective["command"] = "validate";
   effective["views"] = flags.views.string();
   if (!flags.test.empty()) effective["test"] = flags.test.string();
-  if (!flags.path.empty()) effective["path"] = flags.path.string();
+  if (!flags.flicker.empty()) effective["flicker"] = flags.flicker.string();
   effective["protocol"] = scores["protocol"];
   effective["built_with"] = built;
   output.commit(effective);
   if (flags.json_output) {
-    std::cout << json_text(scores);
+    print_json(scores);
   } else {
     print_table(report);
     if (flags.time_frames > 0) std::cout << "frame time: " << speed_text(scores["speed"]) << '\n';
@@ -186,44 +189,55 @@ void run(const ValidateFlags& flags) {
   if (!flags.quiet) std::cerr << "report: " << (target / "index.html").string() << '\n';
 }
 
+void add_timing_to(CLI::App& command, ValidateFlags& flags) {
+  begin_experiments(command, "time");
+  CLI::Option* const timed =
+      command
+          .add_option("--time-frames", flags.time_frames,
+                      "Also time so many frames from between the stored views, and reading and loading the model")
+          ->type_name("N")
+          ->transform(whole_number(1, 100000))
+          ->default_str("");
+  command.add_option("--frame-width", flags.frame_size.width, "Of the frames that are timed")
+      ->type_name("PX")
+      ->transform(whole_number(1, 65536))
+      ->needs(timed);
+  command.add_option("--frame-height", flags.frame_size.height, "Of the frames that are timed")
+      ->type_name("PX")
+      ->transform(whole_number(1, 65536))
+      ->needs(timed);
+}
+
 }  // namespace
 
 void add_validate_command(CLI::App& program) {
   auto flags = std::make_shared<ValidateFlags>();
   CLI::App* command = program.add_subcommand("validate", "Score a model on held-out photographs, with an HTML report");
-  command->add_option("MODEL", flags->model, "Folder or .glb that `lumatlas build` wrote")->required();
-  command->add_option("--views", flags->views, "COLMAP workspace that the model was built from")->required();
-  command->add_option("-o,--output", flags->output,
-                      "Folder of the report; without it, report/ in the model, or NAME-report beside NAME.glb");
-  command->add_option("--test", flags->test,
-                      "COLMAP workspace of other views of the same scene, as synth's --test-views writes it: score all "
-                      "of them instead of held-out ones");
-  command->add_option("--path", flags->path,
-                      "COLMAP workspace of consecutive frames with their true pictures, by name, as synth's "
-                      "--path-frames writes it: also measure flicker along them");
+  add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
+  begin_group(*command, "What is scored");
+  add_file(*command, "--views", flags->views, "SCENE", "The scene that the model was built from")->required();
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
-  flags->blend.add_to(*command);
-  command
-      ->add_option(
-          "--baselines", flags->baselines,
-          "What to compare with: unbounded (all input views, in memory at once), vertex (averaged colours), or none")
-      ->check(CLI::IsMember({"unbounded", "vertex", "none"}))
-      ->delimiter(',');
+  add_file(*command, "--test", flags->test, "SCENE",
+           "Score all views of this scene instead, as `lumatlas synth --test-views` writes it");
+  add_file(*command, "--flicker", flags->flicker, "SCENE",
+           "Also measure flicker along its frames, as `lumatlas synth --path-frames` writes them");
+  command->add_option("--baselines", flags->baselines, "To compare with: all input views at once, averaged colours")
+      ->type_name("NAMES")
+      ->check(one_of({"unbounded", "vertex", "none"}))
+      ->delimiter(',')
+      ->default_str("unbounded,vertex");
   command->add_flag("--no-alignment", flags->no_alignment,
                     "Leave out the aligned score, which takes up to nine renderings a photograph");
+  begin_group(*command, "How it is drawn");
+  flags->blend.add_to(*command);
+  begin_group(*command, "Report and messages");
+  add_file(*command, "-o,--output", flags->output, "DIR",
+           "Folder of the report; without it report/ in the model, or NAME-report beside NAME.glb");
   command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
-  CLI::Option* timed = command->add_option(
-      "--time-frames", flags->time_frames,
-      "Also time so many frames from between the stored views, and how long the model takes to be read and loaded");
-  timed->check(CLI::Range(1u, 100000u))->default_str("");
-  command->add_option("--frame-width", flags->frame_size.width, "Of the frames that are timed: pixels")
-      ->check(CLI::Range(1u, 65536u))
-      ->needs(timed);
-  command->add_option("--frame-height", flags->frame_size.height, "Of the frames that are timed: pixels")
-      ->check(CLI::Range(1u, 65536u))
-      ->needs(timed);
-  command->add_flag("--json", flags->json_output, "Print the scores as JSON");
-  command->add_flag("--quiet", flags->quiet, "No progress");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
+  flags->blend.add_experiments_to(*command);
+  add_timing_to(*command, *flags);
   command->callback([flags] { run(*flags); });
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <random>
 #include <stdexcept>
 
@@ -59,7 +60,19 @@ void require_room_for_each(const Stream& stream, const BuildOptions& options) {
     throw InputError(view->image.string() + ": takes " + std::to_string(bytes) + " bytes in the store, more than the " +
                      (whole_views ? "budget of " : "") + std::to_string(max_bytes) +
                      (whole_views ? "" : " for photographs") + ": give at least that as " +
-                     (whole_views ? "--budget" : "--photographs"));
+                     (whole_views ? "--budget" : "--photograph-bytes"));
+  }
+}
+
+// A model is JSON, whose texts are UTF-8: under another name a view could not be found again.
+void require_names_that_a_model_can_hold(const Stream& stream) {
+  for (const SceneView* view : stream) {
+    try {
+      (void)nlohmann::json(view->name).dump();
+    } catch (const nlohmann::json::type_error&) {
+      throw InputError(view->image.string() +
+                       ": its name is not UTF-8, which a model needs: rename the photograph, in the scene's list too");
+    }
   }
 }
 
@@ -270,6 +283,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
+  require_names_that_a_model_can_hold(stream);
   require_room_for_each(stream, options);
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   result.effective = options.planner;

@@ -241,7 +241,7 @@ json coverage_options_json(const CoverageOptions& coverage) {
           {"depart", coverage.metric == CoverageOptions::Metric::paper ? json(departure_names(coverage.departures))
                                                                        : json::array()},
           {"references", coverage.max_references},
-          {"coverage_lambda", coverage.lambda},
+          {"coverage_direction_weight", coverage.lambda},
           {"ideal_distance", coverage.ideal_distance},
           {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
           {"max_cell_coverage",
@@ -251,7 +251,7 @@ json coverage_options_json(const CoverageOptions& coverage) {
           {"directions", coverage.directions},
           {"direction_width", coverage.direction_width},
           {"reference_width", coverage.reference_width},
-          {"reference_lambda", coverage.reference_lambda},
+          {"reference_direction_weight", coverage.reference_lambda},
           {"views_per_direction", coverage.views_per_direction}};
 }
 
@@ -310,8 +310,9 @@ std::string parsimony_text(const json& p) {
                                              : "") +
       ", " + against("texels");
   if (p["predicted_loss_db"] <= p["bound_db"]) return text;
-  return text + (p["short_of_room"].get<bool>() ? "; more views were needed than --views or --photographs allow"
-                                                : "; what the stream asks for changed after views were rejected");
+  return text + (p["short_of_room"].get<bool>()
+                     ? "; more views were needed than --max-views or --photograph-bytes allow"
+                     : "; what the stream asks for changed after views were rejected");
 }
 
 json summary(const BuildResult& result, const BuildOptions& options) {
@@ -362,13 +363,13 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"order", name_of(options.order)},
               {"choice", name_of(options.choice)},
               {"seed", options.seed},
-              {"views", options.max_views ? json(*options.max_views) : json()},
+              {"max_views", options.max_views ? json(*options.max_views) : json()},
               {"layout", options.tiles.whole_views() ? "layers" : "tiles"},
               {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
               {"gutter", options.tiles.gutter_px},
               {"budget", budget_of(options)},
               {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
-              {"photographs", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
+              {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},
               {"normal_weight", options.cells.normal_weight},

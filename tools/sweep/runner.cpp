@@ -253,7 +253,7 @@ void SweepRunner::Work::make_scenes(const std::vector<PointResult*>& wanted) {
 
 SceneFacts SweepRunner::Work::facts_of(const fs::path& scene, const OptionValues& build) {
   OptionValues deciding;
-  for (const char* const name : {"hold", "block", "mesh", "views"}) {
+  for (const char* const name : {"hold", "block", "mesh", "max-views"}) {
     if (const auto found = build.find(name); found != build.end()) deciding.insert(*found);
   }
   const std::string key = shell_line(scene.string(), arguments_of(deciding));

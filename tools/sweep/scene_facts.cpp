@@ -86,7 +86,7 @@ SceneFacts scene_facts(const std::filesystem::path& scene, const OptionValues& b
   for (const std::size_t rank : offered) {
     facts.texels += static_cast<double>(views.views[rank].camera.width) * views.views[rank].camera.height;
   }
-  if (const auto most = whole_number(build, "views"); most && *most < facts.offered) {
+  if (const auto most = whole_number(build, "max-views"); most && *most < facts.offered) {
     facts.texels *= static_cast<double>(*most) / static_cast<double>(facts.offered);
   }
   return facts;

@@ -15,10 +15,10 @@ struct SceneFacts {
   double diameter = 0;          // of the mesh, scene units
   std::size_t photographs = 0;  // all of them
   std::size_t offered = 0;      // less those that are held out
-  double texels = 0;  // of the photographs that are offered; of so many of them as --views lets the model hold
+  double texels = 0;  // of the photographs that are offered; of so many of them as --max-views lets the model hold
 };
 
-// Of a scene and the options of `lumatlas build` (--hold, --block, --mesh, --views if it is a number). Throws
+// Of a scene and the options of `lumatlas build` (--hold, --block, --mesh, --max-views if it is a number). Throws
 // InputError where the scene cannot be read.
 [[nodiscard]] SceneFacts scene_facts(const std::filesystem::path& scene, const OptionValues& build);
 

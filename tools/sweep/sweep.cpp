@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "mesh/base/errors.h"
 #include "tools/base/strict_json.h"
 #include "tools/sweep/metrics.h"
 
@@ -71,7 +72,7 @@ JsonPlace SweepReader::at_scale(const JsonPlace& place) const {
 }
 
 void SweepReader::check_option(const std::string& command, const std::string& name, const JsonPlace& place) const {
-  constexpr std::array kOwn = {"output", "json", "quiet", "help"};
+  constexpr std::array kOwn = {"output", "json", "quiet", "help", "help-all"};
   if (std::find(kOwn.begin(), kOwn.end(), name) != kOwn.end() ||
       (command == "validate" && (name == "views" || name == "no-pictures"))) {
     place.refuse("--" + name + " is for `lumatlas chart` to give");
@@ -291,6 +292,11 @@ void check_folders(const Sweep& sweep, const JsonPlace& file) {
   }
 }
 
+const json& members_of(const JsonPlace& place) {
+  (void)place.members();  // refuses what is no object
+  return place.value();
+}
+
 Sweep SweepReader::sweep(const JsonPlace& file) const {
   file.expect_keys({"name", "title", "expected", "label", "scenes", "series", "metrics", "plots"},
                    {"source", "option", "values", "repeats", "build", "validate", "scored_on", "breaking"});
@@ -341,9 +347,34 @@ std::vector<std::string> arguments_of(const OptionValues& options) {
   return arguments;
 }
 
-Sweep read_sweep(const std::filesystem::path& path, SweepScale scale, const KnowsOption& knows_option) {
-  const json file = read_json_with_comments(path);
-  return SweepReader(scale, knows_option).sweep({path.string(), "", file});
+std::vector<Sweep> read_sweeps(const std::filesystem::path& path, SweepScale scale, const KnowsOption& knows_option) {
+  const json value = read_json_with_comments(path);
+  const JsonPlace file(path.string(), "", value);
+  const SweepReader reader(scale, knows_option);
+  if (!file.has("sweeps")) return {reader.sweep(file)};
+  file.expect_keys({"sweeps"}, {"common"});
+  const json common = file.has("common") ? members_of(file.at("common")) : json::object();
+  std::vector<Sweep> sweeps;
+  for (const JsonPlace& place : file.at("sweeps").elements()) {
+    json description = common;
+    description.update(members_of(place));
+    sweeps.push_back(reader.sweep(place.with(description)));
+    const auto same = [&](const Sweep& sweep) { return sweep.name == sweeps.back().name; };
+    if (std::count_if(sweeps.begin(), sweeps.end(), same) > 1) {
+      place.refuse("the name \"" + sweeps.back().name + "\" is there twice");
+    }
+  }
+  if (sweeps.empty()) file.at("sweeps").refuse("is empty, describe at least one");
+  return sweeps;
+}
+
+Sweep sweep_named(const std::string& name, const std::vector<Sweep>& sweeps, const std::filesystem::path& file) {
+  std::string names;
+  for (const Sweep& sweep : sweeps) {
+    if (sweep.name == name) return sweep;
+    names += (names.empty() ? "" : ", ") + sweep.name;
+  }
+  throw InputError(file.string() + ": has no sweep called \"" + name + "\", there are " + names);
 }
 
 }  // namespace lumatlas

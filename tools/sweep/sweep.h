@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A sweep: models of the same scenes made again and again with one thing changed, and what is to be shown of them. Read
-// from a JSON file, see tools/sweep/README.md.
+// Sweeps: models of the same scenes made again and again with one thing changed, and what is to be shown of them. Read
+// from JSON files, see tools/sweep/README.md.
 #pragma once
 
 #include <filesystem>
@@ -104,8 +104,15 @@ enum class SweepScale { small, medium, full };
 // Whether a command ("synth", "build" or "validate") has an option of this name (without dashes).
 using KnowsOption = std::function<bool(const std::string& command, const std::string& option)>;
 
-// What a file describes at one scale. Throws InputError by file and place for whatever is missing, unknown, of the
-// wrong type or contradictory.
-[[nodiscard]] Sweep read_sweep(const std::filesystem::path& path, SweepScale scale, const KnowsOption& knows_option);
+// What a file describes at one scale: one sweep, {"name": ..., "scenes": ..., ...}, or several,
+//   {"common": {...}, "sweeps": [{"name": ...}, ...]},
+// each of which has the members of "common", which may be missing, that it does not have itself; their names differ.
+// Throws InputError by file and place for whatever is missing, unknown, of the wrong type or contradictory.
+[[nodiscard]] std::vector<Sweep> read_sweeps(const std::filesystem::path& path, SweepScale scale,
+                                             const KnowsOption& knows_option);
+
+// Of several sweeps the one of this name. Throws InputError naming `file` and those that there are.
+[[nodiscard]] Sweep sweep_named(const std::string& name, const std::vector<Sweep>& sweeps,
+                                const std::filesystem::path& file);
 
 }  // namespace lumatlas

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The program as a user starts it, on a tiny synthetic scene: exit statuses, sentences, outputs that are whole or
 // absent.
-#include <fcntl.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -21,93 +17,10 @@
 
 #include "mesh/mesh_file.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/tools/cli/program.h"
 
 namespace lumatlas {
 namespace {
-
-namespace fs = std::filesystem;
-using Arguments = std::vector<std::string>;
-
-struct Outcome {
-  int status = 0;  // exit status, or minus the signal that ended it
-  std::string out;
-  std::string err;
-};
-
-// A program that is running, its streams going to files in a folder of its own.
-class Run {
- public:
-  explicit Run(Arguments arguments) {
-    arguments.insert(arguments.begin(), LUMATLAS_PROGRAM);
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    const std::string out = (streams_ / "out").string();
-    const std::string err = (streams_ / "err").string();
-    child_ = fork();
-    if (child_ == 0) {
-      dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
-      dup2(open(out.c_str(), O_WRONLY | O_CREAT, 0600), STDOUT_FILENO);
-      dup2(open(err.c_str(), O_WRONLY | O_CREAT, 0600), STDERR_FILENO);
-      signal(SIGINT, SIG_DFL);  // a background job starts with it ignored
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    REQUIRE(child_ > 0);
-  }
-  void interrupt() const { kill(child_, SIGINT); }
-  [[nodiscard]] Outcome wait() const {
-    int status = 0;
-    REQUIRE(waitpid(child_, &status, 0) == child_);
-    const int code = WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
-    return {code, bytes_of(streams_ / "out"), bytes_of(streams_ / "err")};
-  }
-
- private:
-  TemporaryFolder streams_;
-  pid_t child_ = -1;
-};
-
-Outcome lumatlas(const Arguments& arguments) {
-  Outcome outcome = Run(arguments).wait();
-  INFO(outcome.err);
-  CHECK(outcome.status >= 0);
-  return outcome;
-}
-
-// One sentence for the user, that starts as every failure does.
-void check_failure(const Outcome& outcome, const std::string& part) {
-  CHECK(outcome.status == 1);
-  CHECK(outcome.out.empty());
-  CHECK_THAT(outcome.err, Catch::StartsWith("lumatlas: ") && Catch::Contains(part));
-  CHECK(outcome.err.find('\n') == outcome.err.size() - 1);
-}
-
-// The scene of all tests here, and a model of it built with --hold 4; made once.
-struct Made {
-  TemporaryFolder folder;
-  std::string scene = (folder / "scene").string();
-  std::string model = (folder / "model").string();
-  Outcome synth =
-      lumatlas({"synth", "apartment", "-o", scene, "--views", "12", "--width", "64", "--height", "48", "--samples", "2",
-                "--triangles", "3000", "--path-frames", "3", "--test-views", "2", "--quiet"});
-  Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
-};
-const Made& made() {
-  static const Made once;
-  return once;
-}
-
-std::vector<std::string> names_in(const fs::path& folder) {
-  std::vector<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.push_back(entry.path().filename().string());
-  return names;
-}
-
-// The options in effect that the program wrote beside an output.
-nlohmann::json options_beside(const fs::path& output) {
-  return nlohmann::json::parse(bytes_of(output / "lumatlas.json"))["options"];
-}
 
 // Asks the program to stop as soon as its output grows, and checks that nothing remains of it in `folder`.
 void check_interrupted(const Arguments& arguments, const fs::path& folder) {
@@ -220,21 +133,21 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"paint"},
       {"build", made().scene},
       {"build", made().scene, "-o", out, "--unknown"},
-      {"build", made().scene, "-o", out, "--views", "0"},
+      {"build", made().scene, "-o", out, "--max-views", "0"},
       {"build", made().scene, "-o", out, "--image", "gif"},
       {"build", made().scene, "-o", out, "--quality", "90"},
       {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "0"},
       {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "101"},
       {"inspect", made().model, "--mesh", "mesh.ply"},
-      {"build", made().scene, "-o", out, "--views", "-3"},
-      {"build", made().scene, "-o", out, "--views", "99999999999999999999"},
+      {"build", made().scene, "-o", out, "--max-views", "-3"},
+      {"build", made().scene, "-o", out, "--max-views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
       {"build", made().scene, "-o", out, "--refine", "all", "--refine-intrinsics"},
       {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
       {"build", made().scene, "-o", out, "--ideal-distance", "2"},
       {"build", made().scene, "-o", out, "--demand-prior", "-1"},
       {"build", made().scene, "-o", out, "--demand-prior", "inf"},
-      {"build", made().scene, "-o", out, "--coverage-lambda", "nan"},
+      {"build", made().scene, "-o", out, "--coverage-direction-weight", "nan"},
       {"build", made().scene, "-o", out, "--cell-size", "inf"},
       {"build", made().scene, "-o", out, "--min-gain", "-1"},
       {"build", made().scene, "-o", out, "--min-exchange-gain", "inf"},
@@ -252,6 +165,10 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--choice", "best"},
       {"build", made().scene, "-o", out, "--seed", "1"},
       {"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "-1"},
+      {"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "18446744073709551616"},
+      {"build", made().scene, "-o", out, "--order", "1"},
+      {"build", made().scene, "-o", ""},
+      {"build", "", "-o", out},
       {"build", made().scene, "-o", out, "--budget", "0"},
       {"build", made().scene, "-o", out, "--budget", "-5"},
       {"build", made().scene, "-o", out, "--budget", "MB"},
@@ -272,16 +189,19 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--gutter", "3"},
       {"build", made().scene, "-o", out, "--layout", "quilt"},
       {"build", made().scene, "-o", out, "--layout", "layers", "--tile", "64"},
-      {"build", made().scene, "-o", out, "--layout", "layers", "--photographs", "1MiB"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--photograph-bytes", "1MiB"},
       {"build", made().scene, "-o", out, "--budget", "100"},
       {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
-      {"render", made().model, "--views", made().scene, "-o", out, "--lambda", "nan"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--blend-direction-weight", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "0"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "5"},
       {"render", made().model, "--views", made().scene, "-o", out, "--antialias", "edges"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
       {"render", made().model, "-o", out},
       {"render", made().model, "-o", out, "--orbit", "--walk"},
+      {"render", made().model, "-o", out, "--path", ""},
+      {"render", made().model, "-o", out, "--views", ""},
+      {"render", "", "-o", out, "--orbit"},
       {"render", made().model, "-o", out, "--views", made().scene, "--hilbert"},
       {"render", made().model, "-o", out, "--views", made().scene, "--frames", "3"},
       {"render", made().model, "-o", out, "--views", made().scene, "--width", "30"},
@@ -304,7 +224,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"render", made().model, "-o", out, "--orbit", "--fps", "24"},
       {"render", made().model, "-o", out, "--orbit", "--format", "mp4", "--fps", "0"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
-      {"synth", "apartment", "-o", out, "--views", "0"},
+      {"synth", "apartment", "-o", out, "--photographs", "0"},
       {"synth", "apartment", "-o", out, "--passers-by", "1.5"},
       {"synth", "apartment", "-o", out, "--pose-noise", "-1"},
       {"synth", "apartment", "-o", out, "--noise", "-1"},
@@ -313,6 +233,12 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"synth", "lab", "-o", out, "--holes", "0.96"},
       {"synth", "lab", "-o", out, "--decimate", "0"},
       {"synth", "castle", "-o", out},
+      {"synth", "lab", "-o", out, "--seed", "-1"},
+      {"synth", "lab", "-o", out, "--photographs", "-1"},
+      {"synth", "lab", "-o", out, "--views", "4"},
+      {"validate", made().model, "--views", made().scene, "-o", out, "--test", ""},
+      {"validate", made().model, "--views", made().scene, "-o", out, "--path", made().scene + "/path"},
+      {"validate", made().model, "--views", made().scene, "-o", out, "--time-frames", "0"},
   };
   for (const Arguments& arguments : wrong) {
     const Outcome outcome = lumatlas(arguments);
@@ -322,6 +248,29 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
     CHECK_FALSE(outcome.err.empty());
     CHECK_FALSE(fs::exists(out));
   }
+}
+
+TEST_CASE("an option that is refused is told in one sentence of plain words") {
+  const std::string out = (made().folder / "unused").string();
+  const auto complaint = [&](const Arguments& arguments) {
+    const Outcome outcome = lumatlas(arguments);
+    CHECK(outcome.status == 2);
+    CHECK(outcome.out.empty());
+    return outcome.err.substr(0, outcome.err.find('\n'));
+  };
+  const std::string seed = "--seed: -1 is not a whole number from 0 to 18446744073709551615";
+  CHECK(complaint({"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "-1"}) == seed);
+  CHECK(complaint({"synth", "lab", "-o", out, "--seed", "-1"}) == seed);
+  CHECK(complaint({"build", made().scene, "-o", out, "--order", "back"}) ==
+        "--order: back is not given, reversed or shuffled");
+  CHECK(complaint({"build", made().scene, "-o", out, "--coverage-direction-weight", "nan"}) ==
+        "--coverage-direction-weight: nan is not a number from 0 to 1");
+  CHECK(complaint({"build", made().scene, "-o", out, "--ideal-distance", "-1e-9"}) ==
+        "--ideal-distance: -1e-9 is not a finite number of 0 or more");
+  CHECK(complaint({"build", made().scene, "-o", out, "--tile", "12"}) == "--tile: 12 is not a multiple of 8");
+  CHECK(complaint({"render", made().model, "-o", out, "--path", ""}) == "--path: is empty, must be a name");
+  CHECK(complaint({"render", made().model, "-o", out}) ==
+        "--views, --path, --orbit, --walk or --hilbert: must be given once, to say from where");
 }
 
 TEST_CASE("visibility on the GPU gives the model that rays give, but for a few pixels") {
@@ -356,7 +305,7 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
                 "give a folder or a .glb that `lumatlas build`");
   check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
   check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
-  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--path", "/nowhere"}), "/nowhere");
+  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--flicker", "/nowhere"}), "/nowhere");
   check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
                 "--hold and --block");
   check_failure(lumatlas({"render", made().model, "--path", "/no.json", "-o", out}), "/no.json");
@@ -383,10 +332,10 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
     const nlohmann::json summary = nlohmann::json::parse(outcome.out);
     CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
     CHECK(options_beside(model)["budget"] == bytes);
-    CHECK(options_beside(model)["views"].is_null());
+    CHECK(options_beside(model)["max_views"].is_null());
   }
   const Outcome both = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
-                                 "--views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
+                                 "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
   CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("MB of 0.1\n"));
 }
@@ -410,7 +359,7 @@ TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of t
   CHECK(some["texels"]["resident"] <= some["texels"]["budget"]);
   CHECK(some["texels"]["resident"] > 10'000);
   CHECK(options_beside(folder / "some")["budget"] == 20'000 / slot_texels * slot_size);
-  CHECK(options_beside(folder / "some")["photographs"] == 4 * (20'000 / slot_texels * slot_size));
+  CHECK(options_beside(folder / "some")["photograph_bytes"] == 4 * (20'000 / slot_texels * slot_size));
   CHECK(options_beside(folder / "some")["layout"] == "tiles");
   CHECK(build("bytes", {"--budget", "100kB"})["bytes"]["resident"] <= 100'000);
   build("layers", {"--layout", "layers", "--gutter", "2"});
@@ -427,7 +376,7 @@ TEST_CASE(
     "views may be offered in another order, chosen otherwise, and by another measure, which is told beside them") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  const Arguments base{"build", made().scene, "-o", model, "--views", "3", "--refine", "none", "--json", "--quiet"};
+  const Arguments base{"build", made().scene, "-o", model, "--max-views", "3", "--refine", "none", "--json", "--quiet"};
   const auto with = [&](const Arguments& more) {
     Arguments arguments = base;
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -503,6 +452,34 @@ TEST_CASE("spaces, other scripts and line breaks in names are names") {
   check_failure(lumatlas({"build", "no\nscene", "-o", model, "--quiet"}), "no scene: no such folder");
 }
 
+TEST_CASE("a photograph whose name is not UTF-8 is refused by build, which could not keep the name in a model") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), model = (folder / "model").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  const std::string name = "0003.png", latin =
+                                           "00\xfc"
+                                           "3.png";
+  fs::rename(fs::path(scene) / "images" / name, fs::path(scene) / "images" / latin);
+  const fs::path list = fs::path(scene) / "sparse/images.bin";
+  std::string bytes = bytes_of(list);
+  bytes.replace(bytes.find(name), name.size(), latin);
+  std::ofstream(list, std::ios::binary) << bytes;
+  check_failure(lumatlas({"build", scene, "-o", model, "--quiet"}), latin + ": its name is not UTF-8");
+  CHECK_FALSE(fs::exists(model));
+}
+
+TEST_CASE("build ends with the lines to type next, unless it is to be quiet") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "my model.glb").string();
+  const Outcome built = lumatlas({"build", made().scene, "-o", model, "--hold", "4", "--refine", "none"});
+  REQUIRE(built.status == 0);
+  const std::string look =
+      "look at it: lumatlas render '" + model + "' --orbit -o '" + (folder / "my model-orbit").string();
+  CHECK_THAT(built.err, Catch::Contains(look + "'\n"));
+  CHECK_THAT(built.err,
+             Catch::EndsWith("score it:   lumatlas validate '" + model + "' --views " + made().scene + "\n"));
+}
+
 TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
@@ -545,7 +522,7 @@ TEST_CASE("a mesh that no camera sees is named") {
 // Four points on one tiny scene.
 constexpr const char* kTinySweep = R"({
   "name": "tiny", "title": "Tiny", "expected": "It works.", "label": "references",
-  "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "views": 8, "width": 60, "height": 45, "samples": 1,
+  "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "photographs": 8, "width": 60, "height": 45, "samples": 1,
                                                   "triangles": 2000}}],
              "full": [{"name": "room", "synth": {"kind": "apartment"}}]},
   "build": {"hold": 4, "refine": "none", "cell-size": "=diameter/20"},
@@ -630,6 +607,20 @@ TEST_CASE("charts: options that the program refuses are refused before anything 
   CHECK(names_in(folder.path()) == std::vector<std::string>{"tiny.json"});
 }
 
+TEST_CASE("charts: one sweep of a file that has several is named behind its file") {
+  const std::string file = LUMATLAS_DATA "/sweeps/stability.json";
+  const Outcome all = lumatlas({"chart", "--list", "--scale", "small", "--json", file});
+  REQUIRE(all.status == 0);
+  CHECK(nlohmann::json::parse(all.out)["sweeps"].size() == 12);
+  const Outcome one = lumatlas({"chart", "--list", "--scale", "small", "--json", file + "#stability-noise"});
+  REQUIRE(one.status == 0);
+  const nlohmann::json sweeps = nlohmann::json::parse(one.out)["sweeps"];
+  REQUIRE(sweeps.size() == 1);
+  CHECK(sweeps[0]["name"] == "stability-noise");
+  check_failure(lumatlas({"chart", "--list", file + "#noise"}), "stability.json: has no sweep called \"noise\"");
+  check_failure(lumatlas({"chart", "--list", file, file + "#stability-noise"}), "is that of another");
+}
+
 TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, at every scale") {
   Arguments chart{"chart", "--list"};
   for (const auto& entry : fs::directory_iterator(fs::path(LUMATLAS_DATA) / "sweeps")) chart.push_back(entry.path());
@@ -683,8 +674,8 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   const std::string other = (folder / "other").string();
   const std::string pictures = (folder / "pictures").string();
   const std::string report = (folder / "report").string();
-  REQUIRE(lumatlas({"synth", "apartment", "-o", other, "--views", "5", "--width", "40", "--height", "30", "--samples",
-                    "1", "--triangles", "2000", "--quiet"})
+  REQUIRE(lumatlas({"synth", "apartment", "-o", other, "--photographs", "5", "--width", "40", "--height", "30",
+                    "--samples", "1", "--triangles", "2000", "--quiet"})
               .status == 0);
   const Outcome render = lumatlas({"render", made().model, "--views", other, "-o", pictures, "--quiet"});
   if (render.err.find("no OpenGL 4.5 through EGL") != std::string::npos) {
@@ -701,7 +692,7 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
       0);
   CHECK(options_beside(printed)["exposure"] == "model");
   const Outcome validate = lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report,
-                                     "--exposure", "model", "--path", made().scene + "/path", "--json", "--quiet"});
+                                     "--exposure", "model", "--flicker", made().scene + "/path", "--json", "--quiet"});
   REQUIRE(validate.status == 0);
   CHECK(validate.err.empty());
   const nlohmann::json scores = nlohmann::json::parse(validate.out);
@@ -710,7 +701,7 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   CHECK(scores["held"] == 3);
   CHECK(scores["methods"]["store"]["seams"].is_number());
   CHECK(scores["methods"]["vertex"]["flicker"]["followed"] > 1000);
-  CHECK(options_beside(report)["path"] == made().scene + "/path");
+  CHECK(options_beside(report)["flicker"] == made().scene + "/path");
   CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
   CHECK(options_beside(report)["exposure"] == "model");
   CHECK(names_in(folder.path()).size() == 4);
@@ -830,7 +821,7 @@ TEST_CASE("a video is written by the ffmpeg on PATH, and refused with a sentence
 TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
-  check_interrupted({"synth", "apartment", "-o", out, "--views", "5000"}, folder.path());
+  check_interrupted({"synth", "apartment", "-o", out, "--photographs", "5000"}, folder.path());
   check_interrupted({"build", made().scene, "-o", out}, folder.path());
   check_interrupted({"render", made().model, "--walk", "--mode", "depth", "--frames", "100000", "-o", out},
                     folder.path());

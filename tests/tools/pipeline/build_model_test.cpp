@@ -322,7 +322,7 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
   CHECK(effective["choice"] == "random");
   CHECK(effective["seed"] == 9);
   CHECK(effective["budget"] == 100 * kBytesPerView);
-  CHECK(effective["views"] == 6);
+  CHECK(effective["max_views"] == 6);
   CHECK(effective["metric"] == "departures");
   CHECK(effective["depart"] == nlohmann::json{"hemisphere"});
   for (const char* const key : {"mesh",
@@ -330,7 +330,7 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
                                 "partition",
                                 "cell_size",
                                 "references",
-                                "coverage_lambda",
+                                "coverage_direction_weight",
                                 "ideal_distance",
                                 "distance_sigma",
                                 "max_cell_coverage",

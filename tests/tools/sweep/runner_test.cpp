@@ -17,15 +17,15 @@ namespace {
 namespace fs = std::filesystem;
 using Status = PointResult::Status;
 
-// Fails as lumatlas does where it is told --views=13 or --seed=13; PSNR is the number of views.
+// Fails as lumatlas does where it is told --max-views=13 or --seed=13; PSNR is the number of views.
 constexpr const char* kStandIn = R"(#!/bin/sh
 here=$(dirname "$0")
 echo "$@" >>"$here/calls"
 for argument; do
   case $argument in
     --output=*) output=${argument#--output=} ;;
-    --views=13 | --seed=13) echo "warning" >&2; echo "lumatlas: thirteen: is unlucky" >&2; exit 1 ;;
-    --views=14) kill -KILL $$ ;;
+    --max-views=13 | --seed=13) echo "warning" >&2; echo "lumatlas: thirteen: is unlucky" >&2; exit 1 ;;
+    --max-views=14) kill -KILL $$ ;;
   esac
 done
 mkdir -p "$output"
@@ -75,7 +75,7 @@ Sweep sweep_of(const std::vector<std::string>& views) {
   SweepSeries series{.label = "ours", .mark = {}, .once = false, .options = {}, .values = {}};
   for (const std::string& number : views) {
     SweepValue value{.label = number, .x = {}, .options = {}};
-    value.options.build["views"] = {true, number};
+    value.options.build["max-views"] = {true, number};
     series.values.push_back(value);
   }
   sweep.series = {series};
@@ -104,7 +104,7 @@ TEST_CASE("a sweep makes its scene once and each point once, and finds them the 
     CHECK(result.scores["methods"]["store"]["raw"]["psnr"] == 30);
   }
   CHECK(first[1].commands ==
-        std::vector<std::string>{"lumatlas build SCENE --output=MODEL --json --quiet --views=2",
+        std::vector<std::string>{"lumatlas build SCENE --output=MODEL --json --quiet --max-views=2",
                                  "lumatlas validate MODEL --views=SCENE --no-pictures --json --quiet"});
   stage.forget_calls();
   const std::vector<PointResult> again = run(sweep_of({"1", "2", "3", "4"}), stage.options());

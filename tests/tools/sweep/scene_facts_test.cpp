@@ -67,11 +67,11 @@ TEST_CASE("the texels of a scene are of the photographs offered, or of as many a
   CHECK(plain.texels == 6 * 40 * 30);
   CHECK(with({{"hold", two}}).offered == 3);
   CHECK(with({{"hold", two}}).texels == 3 * 40 * 30);
-  CHECK(with({{"views", two}}).offered == 6);
-  CHECK(with({{"views", two}}).texels == 2 * 40 * 30);
-  CHECK(with({{"hold", two}, {"views", two}}).texels == 2 * 40 * 30);
-  CHECK(with({{"views", ten}}).texels == 6 * 40 * 30);
-  CHECK(with({{"views", all}}).texels == 6 * 40 * 30);
+  CHECK(with({{"max-views", two}}).offered == 6);
+  CHECK(with({{"max-views", two}}).texels == 2 * 40 * 30);
+  CHECK(with({{"hold", two}, {"max-views", two}}).texels == 2 * 40 * 30);
+  CHECK(with({{"max-views", ten}}).texels == 6 * 40 * 30);
+  CHECK(with({{"max-views", all}}).texels == 6 * 40 * 30);
 }
 
 }  // namespace

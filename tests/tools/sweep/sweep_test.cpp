@@ -23,13 +23,13 @@ json valid_sweep() {
   return json::parse(R"({
     "name": "cells", "title": "Cells", "expected": "More is better.", "label": "views",
     "scenes": {
-      "small": [{"name": "tiny", "synth": {"kind": "apartment", "views": 8}}],
-      "full": [{"name": "large", "synth": {"kind": "apartment", "views": 80}},
+      "small": [{"name": "tiny", "synth": {"kind": "apartment", "photographs": 8}}],
+      "full": [{"name": "large", "synth": {"kind": "apartment", "photographs": 80}},
                {"name": "other", "synth": {"kind": "apartment", "seed": 2}, "build": {"hold": 7}}]
     },
     "build": {"hold": 4, "refine": "none"},
     "validate": {"baselines": ["vertex", "unbounded"], "no-alignment": true},
-    "option": {"build": "views"},
+    "option": {"build": "max-views"},
     "values": {"small": [1, 2], "full": [1, 2, {"label": "most", "x": 9, "value": "=offered"}]},
     "series": [{"label": "ours", "mark": "default"},
                {"label": "printed", "mark": "printed", "build": {"metric": "printed", "refine": null}}],
@@ -41,21 +41,24 @@ json valid_sweep() {
 }
 
 bool knows(const std::string& command, const std::string& option) {
-  static const std::set<std::string> options{
-      "build hold",         "build refine",          "build views", "build metric", "build order",      "build seed",
-      "validate baselines", "validate no-alignment", "synth views", "synth seed",   "synth pose-noise", "build output"};
+  static const std::set<std::string> options{"build hold",         "build refine",          "build max-views",
+                                             "build metric",       "build order",           "build seed",
+                                             "validate baselines", "validate no-alignment", "synth photographs",
+                                             "synth seed",         "synth pose-noise",      "build output"};
   return options.contains(command + " " + option);
 }
 
 Sweep read(const json& description, SweepScale scale = SweepScale::small) {
   const TemporaryFolder folder;
-  return read_sweep(folder.with_file("sweep.json", description.dump()), scale, knows);
+  std::vector<Sweep> sweeps = read_sweeps(folder.with_file("sweep.json", description.dump()), scale, knows);
+  REQUIRE(sweeps.size() == 1);
+  return sweeps.front();
 }
 
 std::string refusal_of_text(const std::string& text) {
   const TemporaryFolder folder;
   try {
-    (void)read_sweep(folder.with_file("sweep.json", text), SweepScale::small, knows);
+    (void)read_sweeps(folder.with_file("sweep.json", text), SweepScale::small, knows);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -90,7 +93,57 @@ TEST_CASE("a sweep has the values of its scale, and options as the program takes
   CHECK(arguments_of(full.options.validate) ==
         std::vector<std::string>{"--baselines=vertex,unbounded", "--no-alignment"});
   CHECK(full.scenes[0].kind == "apartment");
-  CHECK(arguments_of(full.scenes[0].options.synth) == std::vector<std::string>{"--views=80"});
+  CHECK(arguments_of(full.scenes[0].options.synth) == std::vector<std::string>{"--photographs=80"});
+}
+
+// Two sweeps that differ in their names and in one value of the second.
+json valid_file() {
+  json common = valid_sweep();
+  common.erase("name");
+  json other = {{"name", "pixels"}, {"values", {{"small", {3}}, {"full", {3, 4}}}}};
+  return {{"common", common}, {"sweeps", {{{"name", "cells"}}, other}}};
+}
+
+TEST_CASE("a file may have several sweeps, which are as if each had a file with what they have in common") {
+  const TemporaryFolder folder;
+  const auto file = folder.with_file("several.json", valid_file().dump());
+  const std::vector<Sweep> sweeps = read_sweeps(file, SweepScale::full, knows);
+  REQUIRE(sweeps.size() == 2);
+  CHECK(sweeps[0].name == "cells");
+  CHECK(sweeps[1].name == "pixels");
+  CHECK(sweeps[1].title == "Cells");
+  json alone = valid_sweep();
+  const auto keys = [](const Sweep& sweep) {
+    std::vector<std::string> all;
+    for (const SweepPoint& point : points_of(sweep)) all.push_back(key_of(description_of(point)));
+    return all;
+  };
+  CHECK(keys(sweeps[0]) == keys(read(alone, SweepScale::full)));
+  alone["values"] = {{"small", {3}}, {"full", {3, 4}}};
+  CHECK(keys(sweeps[1]) == keys(read(alone, SweepScale::full)));
+  CHECK(sweep_named("pixels", sweeps, file).name == "pixels");
+  CHECK_THROWS_WITH(sweep_named("cell", sweeps, file),
+                    Catch::EndsWith("several.json: has no sweep called \"cell\", there are cells, pixels"));
+}
+
+TEST_CASE("whatever is wrong with a file of several sweeps is named with its place") {
+  const auto refusal = [](const std::function<void(json&)>& change) {
+    json file = valid_file();
+    change(file);
+    return refusal_of_text(file.dump());
+  };
+  CHECK(refusal([](json& /*unchanged*/) {}) == "accepted");
+  CHECK_THAT(refusal([](json& f) { f["sweep"] = 1; }), Catch::Contains("sweep: is not known here: there are sweeps"));
+  CHECK_THAT(refusal([](json& f) { f["sweeps"] = json::array(); }), Catch::Contains("sweeps: is empty"));
+  CHECK_THAT(refusal([](json& f) { f["sweeps"] = 3; }), Catch::Contains("sweeps: must be an array, not number"));
+  CHECK_THAT(refusal([](json& f) { f["sweeps"][1] = "pixels"; }),
+             Catch::Contains("sweeps[1]: must be an object, not string"));
+  CHECK_THAT(refusal([](json& f) { f["common"] = 1; }), Catch::Contains("common: must be an object, not number"));
+  CHECK_THAT(refusal([](json& f) { f["sweeps"][1]["name"] = "cells"; }),
+             Catch::Contains("sweeps[1]: the name \"cells\" is there twice"));
+  CHECK_THAT(refusal([](json& f) { f["sweeps"][1]["colour"] = 1; }),
+             Catch::Contains("sweeps[1].colour: is not known here"));
+  CHECK_THAT(refusal([](json& f) { f["common"].erase("title"); }), Catch::Contains("sweeps[0]: has no \"title\""));
 }
 
 TEST_CASE("a sweep may have comments, but nothing twice and nothing that is not JSON") {
@@ -101,7 +154,7 @@ TEST_CASE("a sweep may have comments, but nothing twice and nothing that is not 
   CHECK_THAT(refusal_of_text("{\"name\": "), Catch::Contains("sweep.json: is not JSON: parse error at line 1"));
   CHECK_THAT(refusal_of_text("{\"name\": 1e999}"), Catch::Contains("sweep.json: is not JSON: "));
   CHECK_THAT(refusal_of_text("[1]"), Catch::Contains("must be an object, not array"));
-  CHECK_THROWS_WITH(read_sweep("/no/sweep.json", SweepScale::small, knows), "/no/sweep.json: there is no such file");
+  CHECK_THROWS_WITH(read_sweeps("/no/sweep.json", SweepScale::small, knows), "/no/sweep.json: there is no such file");
 }
 
 TEST_CASE("whatever is wrong with a sweep is named with its place") {
@@ -219,9 +272,9 @@ TEST_CASE("options of scene, series and value replace those before, and null tak
   CHECK(points[6].name == "other/ours/1/1");
   CHECK(points[12].name == "large/ours/1/2");
   CHECK(arguments_of(points[0].build) ==
-        std::vector<std::string>{"--hold=4", "--order=shuffled", "--refine=none", "--seed=1", "--views=1"});
+        std::vector<std::string>{"--hold=4", "--max-views=1", "--order=shuffled", "--refine=none", "--seed=1"});
   CHECK(arguments_of(points[7].build) ==
-        std::vector<std::string>{"--hold=7", "--metric=printed", "--order=shuffled", "--seed=1", "--views=1"});
+        std::vector<std::string>{"--hold=7", "--max-views=1", "--metric=printed", "--order=shuffled", "--seed=1"});
 }
 
 TEST_CASE("a series that is told to be made once has one run, in the given order") {
@@ -255,7 +308,7 @@ TEST_CASE("points are scored on the photographs of the scene, disturbed or not")
   description["scored_on"] = "undisturbed";
   const SweepPoint undisturbed = points_of(read(description))[0];
   CHECK_FALSE(undisturbed.scored_synth.contains("pose-noise"));
-  CHECK(undisturbed.scored_synth.contains("views"));
+  CHECK(undisturbed.scored_synth.contains("photographs"));
   CHECK(key_of(description_of(same)) != key_of(description_of(undisturbed)));
 }
 

@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/cli/option_rules.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <system_error>
+
+#include "mesh/base/text_fields.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Help does not name an upper bound from here on: who asks for a million photographs has more urgent questions.
+constexpr std::uint64_t kNobodyReaches = 1u << 20;
+
+std::string text_of(double number) {
+  char digits[32];
+  const auto [end, error] = std::to_chars(digits, digits + sizeof digits, number);
+  return {digits, end};
+}
+
+template <typename Holds>
+CLI::Validator number_rule(const std::string& words, const std::string& complaint, Holds holds) {
+  const auto check = [complaint, holds](const std::string& text) {
+    const std::optional<double> value = parse_number(text);
+    return value && holds(*value) ? std::string() : text + " is not " + complaint;
+  };
+  return {check, words};
+}
+
+// Of a whole number and its unit; none for another text, 0 and what is more than 2^64 - 1.
+std::optional<std::uint64_t> scaled(const std::string& text, const std::map<std::string, std::uint64_t>& units) {
+  std::uint64_t number = 0;
+  const char* const end = text.data() + text.size();
+  const auto [unit_begin, error] = std::from_chars(text.data(), end, number);
+  std::string name = CLI::detail::to_lower(std::string(unit_begin, end));
+  if (name.ends_with("texels")) name.pop_back();
+  const auto unit = units.find(name);
+  if (error != std::errc() || number == 0 || unit == units.end()) return std::nullopt;
+  if (number > std::numeric_limits<std::uint64_t>::max() / unit->second) return std::nullopt;
+  return number * unit->second;
+}
+
+std::optional<std::uint64_t> bytes_of_size(const std::string& text) {
+  static const std::map<std::string, std::uint64_t> units = {
+      {"", 1},           {"b", 1},          {"kb", 1000},      {"mb", 1000'000},         {"gb", 1000'000'000},
+      {"kib", 1u << 10}, {"mib", 1u << 20}, {"gib", 1u << 30}, {"tb", 1000'000'000'000}, {"tib", 1ull << 40}};
+  return scaled(text, units);
+}
+
+std::optional<std::uint64_t> texels_of_size(const std::string& text) {
+  static const std::map<std::string, std::uint64_t> units = {
+      {"texel", 1}, {"ktexel", 1000}, {"mtexel", 1000'000}, {"gtexel", 1000'000'000}};
+  return scaled(text, units);
+}
+
+constexpr const char* kByteSizes = " is not a size: give bytes, or whole kB, MB, GB or TB, or KiB, MiB, GiB or TiB";
+
+}  // namespace
+
+std::string in_words(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) text += i + 1 < names.size() ? ", " : " or ";
+    text += names[i];
+  }
+  return text;
+}
+
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
+  const std::string from = std::to_string(least), to = std::to_string(most);
+  const auto check = [=](std::string& text) -> std::string {
+    std::uint64_t number = 0;
+    const char* const end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, number);
+    if (error != std::errc() || stop != end || number < least || number > most) {
+      return text + " is not a whole number from " + from + " to " + to;
+    }
+    text = std::to_string(number);
+    return {};
+  };
+  if (most >= kNobodyReaches) return {check, least > 1 ? from + " or more" : ""};
+  return {check, from + " to " + to};
+}
+
+CLI::Validator number_between(double least, double most) {
+  const std::string range = text_of(least) + " to " + text_of(most);
+  return number_rule(range, "a number from " + range, [=](double value) { return value >= least && value <= most; });
+}
+
+CLI::Validator finite_not_negative() {
+  return number_rule("", "a finite number of 0 or more",
+                     [](double value) { return std::isfinite(value) && value >= 0; });
+}
+
+CLI::Validator divisible_by(std::uint32_t divisor) {
+  const std::string rule = "a multiple of " + std::to_string(divisor);
+  const auto check = [=](std::string& text) {
+    std::uint64_t number = 1;
+    std::from_chars(text.data(), text.data() + text.size(), number);
+    return number % divisor == 0 ? std::string() : text + " is not " + rule;
+  };
+  return {check, rule};
+}
+
+CLI::Validator file_name() {
+  const auto check = [](std::string& text) { return std::string(text.empty() ? "is empty, must be a name" : ""); };
+  return {check, ""};
+}
+
+CLI::Validator one_of(const std::vector<std::string>& names) {
+  const auto check = [names](std::string& text) {
+    const bool known = std::find(names.begin(), names.end(), text) != names.end();
+    return known ? std::string() : text + " is not " + in_words(names);
+  };
+  return {check, in_words(names)};
+}
+
+SizeBound size_bound(const std::string& text) {
+  return {bytes_of_size(text).value_or(0), texels_of_size(text).value_or(0)};
+}
+
+CLI::Validator byte_or_texel_size(const std::vector<std::string>& words) {
+  const auto check = [words](std::string& text) -> std::string {
+    const SizeBound bound = size_bound(text);
+    if (bound.bytes > 0 || bound.texels > 0) return {};
+    if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+    return text + kByteSizes + ", or whole texels, ktexels, Mtexels or Gtexels, or " + in_words(words);
+  };
+  return {check, ""};
+}
+
+CLI::Validator byte_size() {
+  const auto to_bytes = [](std::string& text) -> std::string {
+    const std::optional<std::uint64_t> bytes = bytes_of_size(text);
+    if (!bytes) return text + kByteSizes;
+    text = std::to_string(*bytes);
+    return {};
+  };
+  return {to_bytes, ""};
+}
+
+}  // namespace lumatlas

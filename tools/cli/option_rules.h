@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the value of an option may be: rules in plain words, which --help prints and complaints repeat. CLI11's own
+// rules let NaN through, and infinity where there is no upper bound, read -1 as 2^64 - 1 and 010 as 8, and speak of
+// types.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace lumatlas {
+
+// "one, two or three".
+[[nodiscard]] std::string in_words(const std::vector<std::string>& names);
+
+// A whole number from `least` to `most`, in decimal digits alone. Help says "1 to 8", or "2 or more" where the upper
+// bound is one that nobody reaches, and nothing of 0 or 1 and more.
+[[nodiscard]] CLI::Validator whole_number(std::uint64_t least,
+                                          std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+
+// A finite number from `least` to `most`.
+[[nodiscard]] CLI::Validator number_between(double least, double most);
+
+// A finite number of 0 or more. Help says nothing of it.
+[[nodiscard]] CLI::Validator finite_not_negative();
+
+// A whole number that `divisor` divides; goes with whole_number().
+[[nodiscard]] CLI::Validator divisible_by(std::uint32_t divisor);
+
+// The name of a file or folder: not "". Help says nothing of it.
+[[nodiscard]] CLI::Validator file_name();
+
+// One of these names.
+[[nodiscard]] CLI::Validator one_of(const std::vector<std::string>& names);
+
+// A bound in bytes or in texels.
+struct SizeBound {
+  std::uint64_t bytes = 0;   // 0: it is not in bytes
+  std::uint64_t texels = 0;  // 0: it is not in texels
+};
+
+// Of "512MiB", "300 kB" without the space, "40Mtexels" or plain bytes; both 0 for what is no size.
+[[nodiscard]] SizeBound size_bound(const std::string& text);
+
+// A size in bytes or in texels, at least 1, or one of the `words`. It stays the text that it is.
+[[nodiscard]] CLI::Validator byte_or_texel_size(const std::vector<std::string>& words);
+
+// A size in bytes, at least 1, which is turned into their number.
+[[nodiscard]] CLI::Validator byte_size();
+
+// The names of an enumeration's values, in the order in which help lists them.
+template <typename Value>
+using Names = std::vector<std::pair<std::string, Value>>;
+
+template <typename Value>
+[[nodiscard]] std::string name_of(const Names<Value>& names, Value value) {
+  for (const auto& [name, named] : names) {
+    if (named == value) return name;
+  }
+  return {};
+}
+
+namespace option_rules {
+
+template <typename Value, typename Target>
+CLI::Option* add_named(CLI::App& command, const std::string& option, Target& target, const Names<Value>& names,
+                       const std::string& description) {
+  std::vector<std::string> words;
+  for (const auto& [name, named] : names) words.push_back(name);
+  const CLI::callback_t set = [&target, names](const CLI::results_t& given) {
+    for (const auto& [name, named] : names) {
+      if (name == given.back()) target = named;
+    }
+    return true;
+  };
+  return command.add_option(option, set, description)->check(one_of(words))->type_name("NAME");
+}
+
+}  // namespace option_rules
+
+// An option whose value is given by name, with the default that `value` has.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& value,
+                        const std::type_identity_t<Names<Value>>& names, const std::string& description) {
+  return option_rules::add_named<Value>(command, option, value, names, description)->default_str(name_of(names, value));
+}
+
+// The same for a value that other options decide where it is not given; `otherwise` says how.
+template <typename Value>
+CLI::Option* add_choice(CLI::App& command, const std::string& option, std::optional<Value>& value,
+                        const std::type_identity_t<Names<Value>>& names, const std::string& description,
+                        const std::string& otherwise) {
+  return option_rules::add_named<Value>(command, option, value, names, description)->default_str(otherwise);
+}
+
+}  // namespace lumatlas
