@@ -15,6 +15,7 @@
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
+#include "tools/pipeline/save_model.h"
 
 namespace lumatlas {
 
@@ -43,6 +44,7 @@ struct BuildFlags {
   ImageCoding photograph_coding;
   CLI::Option* quality = nullptr;
   bool json_output = false;
+  bool quiet = false;
 
   [[nodiscard]] ImageCoding image_coding() const {
     if (quality->count() > 0 && photograph_coding.format == ImageFormat::png) {
@@ -125,20 +127,14 @@ void run(const BuildFlags& flags) {
   const ImageCoding photographs = flags.image_coding();
   check_apart(flags.output, std::array{flags.scene, flags.mesh});
   ModelOutput output(flags.output);
-  const BuildResult result = build_model(flags.scene, options);
-  if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
+  if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
   if (result.intrinsics) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
     if (!advice.empty()) std::cerr << advice << '\n';
   }
-  const json totals = summary(result, options);
-  json plan = plan_json(result);
-  plan["summary"] = totals;
-  json effective = effective_options(result, options);
-  effective["image"] = ending(photographs.format) + 1;
-  effective["quality"] = photographs.format == ImageFormat::png ? json() : json(photographs.quality);
-  output.commit(result.snapshot, options.planner.validity, photographs, {std::move(effective), std::move(plan)});
+  const json totals = save_model(result, output, photographs);
   if (flags.json_output) {
     std::cout << json_text(totals);
   } else {
@@ -297,7 +293,7 @@ void add_build_command(CLI::App& program) {
   add_file_options(*command, *flags);
   flags->hold.add_to(*command, "Leave out every H-th view by name, to be scored by `validate`");
   command->add_flag("--json", flags->json_output, "Print what was built as JSON");
-  command->add_flag("--quiet", flags->options.quiet, "No progress");
+  command->add_flag("--quiet", flags->quiet, "No progress");
   command->callback([flags] { run(*flags); });
 }
 
