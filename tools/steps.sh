@@ -12,6 +12,7 @@ exec </dev/null  # nothing here asks anything
 current_step="the start"
 current_log=""
 step_count=0
+step_times=()  # "SECONDS TITLE" of the steps that are done
 
 say_what_failed() {
   local -r status=$?
@@ -33,5 +34,13 @@ step() {
   printf '\n== %s\n' "$current_step"
   local -r start=$SECONDS
   "$@" 2>&1 | tee "$current_log"
+  step_times+=("$(printf '%5d s  %s' $((SECONDS - start)) "$current_step")")
   printf '== done in %d s\n' $((SECONDS - start))
+}
+
+# say_times: a table of where the time went.
+say_times() {
+  printf '\n'
+  printf '%s\n' "${step_times[@]}"
+  printf '%5d s  together\n' $SECONDS
 }

@@ -216,7 +216,6 @@ BuildOptions plain_build() {
 
 BuildOptions default_build() {
   BuildOptions options;
-  options.quiet = true;
   return options;
 }
 

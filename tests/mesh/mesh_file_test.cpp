@@ -5,7 +5,6 @@
 #include <bit>
 #include <catch2/catch.hpp>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -15,6 +14,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/obj_reader.h"
 #include "mesh/ply_reader.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {
@@ -531,18 +531,15 @@ TEST_CASE("the reader of a mesh file is picked by its ending, in any case") {
 }
 
 TEST_CASE("the meshes of real scenes load whole") {
-  const char* const scenes = std::getenv("LUMATLAS_SCENES");
-  if (!scenes || !fs::is_directory(scenes)) {
-    WARN("skipped: LUMATLAS_SCENES does not name the folder of scenes");
-    return;
-  }
   struct Counts {
     const char* name;
     std::size_t vertices, faces, colors;
   };
   for (const Counts& expected : {Counts{"office", 411737, 781559, 411737}, Counts{"fox", 429956, 859557, 0},
                                  Counts{"sceaux", 159409, 318663, 0}}) {
-    const TriangleSoup soup = read_triangle_soup(fs::path(scenes) / expected.name / "mesh.ply");
+    const std::optional<fs::path> scene = real_scene_or_skip(expected.name);
+    if (!scene) return;
+    const TriangleSoup soup = read_triangle_soup(*scene / "mesh.ply");
     CAPTURE(expected.name);
     CHECK(soup.positions.size() == expected.vertices);
     CHECK(soup.faces.size() == expected.faces);

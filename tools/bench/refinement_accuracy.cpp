@@ -197,7 +197,6 @@ BuildOptions options_to_keep_all() {
   BuildOptions options;
   options.max_views = 1u << 20;
   options.planner.min_view_gain = 0;
-  options.quiet = true;
   return options;
 }
 

@@ -16,6 +16,7 @@
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
+#include "tools/pipeline/save_model.h"
 
 namespace lumatlas {
 
@@ -37,6 +38,7 @@ struct BuildFlags {
   bool paper = false;
   ImageCoding photograph_coding;
   bool json_output = false;
+  bool quiet = false;
   bool verbose = false;
   CLI::Option* max_views = nullptr;
   CLI::Option* budget = nullptr;
@@ -157,26 +159,20 @@ void run(const BuildFlags& flags) {
   const ImageCoding photographs = flags.image_coding();
   check_apart(flags.output, std::array{flags.scene, flags.mesh});
   ModelOutput output(flags.output);
-  const BuildResult result = build_model(flags.scene, options);
-  if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
+  if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
   if (result.intrinsics) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
     if (!advice.empty()) std::cerr << advice << '\n';
   }
-  const json totals = summary(result, options);
-  json plan = plan_json(result);
-  plan["summary"] = totals;
-  json effective = effective_options(result, options);
-  effective["image"] = ending(photographs.format) + 1;
-  effective["quality"] = photographs.format == ImageFormat::png ? json() : json(photographs.quality);
-  output.commit(result.snapshot, options.planner.validity, photographs, {std::move(effective), std::move(plan)});
+  const json totals = save_model(result, output, photographs);
   if (flags.json_output) {
     print_json(totals);
   } else {
     std::cout << summary_text(totals, flags.output.string());
   }
-  if (!options.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
+  if (!flags.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
 }
 
 const Names<StreamOrder> kOrders{
@@ -246,7 +242,7 @@ void add_message_options(CLI::App& command, BuildFlags& flags) {
   begin_group(command, "Messages");
   add_json(command, flags.json_output);
   command.add_flag("--verbose", flags.verbose, "Tell what was refined, a line a view");
-  add_quiet(command, flags.options.quiet);
+  add_quiet(command, flags.quiet);
 }
 
 void add_planning_experiments(CLI::App& command, BuildFlags& flags) {

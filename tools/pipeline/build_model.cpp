@@ -12,7 +12,6 @@
 
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
-#include "tools/base/progress.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
@@ -120,18 +119,19 @@ void restrict(RefinementOptions& refinement, RefineMode mode) {
 }
 
 OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stream& stream,
-                                const PlannerOptions& options, bool quiet) {
+                                const PlannerOptions& options, const BuildCallback& callback) {
   OfflinePlan plan;
   auto start = std::chrono::steady_clock::now();
   std::vector<std::vector<CellPart>> parts;
-  Progress progress("looking through all cameras", stream.size(), ProgressOptions::standard_error(quiet));
+  BuildStage stage(callback, "looking through all cameras", stream.size());
   for (const SceneView* view : stream) {
     parts.push_back(planner.parts_of(view->camera));
     std::vector<CellPixels> seen;
     for (const CellPart& entry : parts.back()) seen.push_back({entry.cell, 1});
     atlas.mark_seen(seen);
-    progress.tick();
+    stage.tick();
   }
+  stage.finish();
   plan.look_ms = ms_since(start);
   start = std::chrono::steady_clock::now();
   plan.choice = plan_offline(atlas.surface(), parts, atlas.capacity(), {options.coverage, options.min_reference_gain});
@@ -141,11 +141,11 @@ OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stre
 
 // The places in the stream of the views that are to be stored, ascending; none: the planner decides view by view.
 std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, Atlas& atlas, const Stream& stream,
-                                                      const BuildOptions& options, std::mt19937_64& random,
-                                                      BuildResult& result) {
+                                                      const BuildOptions& options, const BuildCallback& callback,
+                                                      std::mt19937_64& random, BuildResult& result) {
   switch (options.choice) {
     case ViewChoice::offline: {
-      result.offline = plan_with_hindsight(planner, atlas, stream, result.effective, options.quiet);
+      result.offline = plan_with_hindsight(planner, atlas, stream, result.effective, callback);
       const std::vector<std::uint32_t>& views = result.offline->choice.views;
       return std::vector<std::size_t>(views.begin(), views.end());
     }
@@ -160,8 +160,8 @@ std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, At
 }
 
 void run_stream(Planner& planner, const Stream& stream, const std::optional<std::vector<std::size_t>>& chosen,
-                bool quiet, BuildResult& result) {
-  Progress progress("planning views", stream.size(), ProgressOptions::standard_error(quiet));
+                const BuildCallback& callback, BuildResult& result) {
+  BuildStage stage(callback, "planning views", stream.size());
   for (std::size_t place = 0; place < stream.size(); ++place) {
     const SceneView& view = *stream[place];
     PlannedView& planned = result.planned.emplace_back();
@@ -180,8 +180,9 @@ void run_stream(Planner& planner, const Stream& stream, const std::optional<std:
       planner.pass_by(view.camera);
     }
     planned.summed_coverage = planner.summed_coverage();
-    progress.tick();
+    stage.tick();
   }
+  stage.finish();
 }
 
 // What a view would take with all of its tiles resident.
@@ -231,19 +232,20 @@ void consider_intrinsics(Planner& planner, IntrinsicsUse use, BuildResult& resul
 }
 
 // What is left to do once the stream has ended.
-void finish(Planner& planner, const BuildOptions& options, BuildResult& result) {
+void finish(Planner& planner, const BuildOptions& options, const BuildCallback& callback, BuildResult& result) {
   const auto start = std::chrono::steady_clock::now();
   if (options.refine == RefineMode::joint) {
-    Progress progress("polishing jointly", 0, ProgressOptions::standard_error(options.quiet));
+    BuildStage stage(callback, "polishing jointly", 0);
     double last = std::numeric_limits<double>::infinity();
     for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
       result.polish.push_back(planner.polish());
-      progress.tick();
+      stage.tick();
       if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
       const double residual = result.polish.back().residual_after;
       if (!(residual < (1 - kRestingShare) * last)) break;
       last = residual;
     }
+    stage.finish();
   }
   consider_intrinsics(planner, options.intrinsics, result);
   if (result.effective.refinement.trust.enabled) planner.mask();
@@ -273,10 +275,12 @@ void check(const BuildOptions& options) {
   }
 }
 
-BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options) {
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options,
+                        const BuildCallback& callback) {
   const auto start = std::chrono::steady_clock::now();
   check(options);
   BuildResult result;
+  result.options = options;
   const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
   result.mesh_file = input.mesh_file;
   const SceneViews views = read_scene_views(scene, input.surface->offset);
@@ -295,11 +299,11 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   }
   Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options));
   Planner planner(atlas, *visibility, result.effective);
-  const auto chosen = chosen_places(planner, atlas, stream, options, random, result);
-  run_stream(planner, stream, chosen, options.quiet, result);
+  const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
+  run_stream(planner, stream, chosen, callback, result);
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
-  finish(planner, options, result);
+  finish(planner, options, callback, result);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
   result.snapshot = atlas.snapshot();

@@ -15,6 +15,7 @@
 #include "mesh/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
+#include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
 
@@ -64,7 +65,6 @@ struct BuildOptions {
   // With another choice than online, planner.max_bytes counts as so many of the largest view.
   ViewChoice choice = ViewChoice::online;
   std::uint64_t seed = 0;  // of StreamOrder::shuffled and ViewChoice::random
-  bool quiet = false;
 };
 
 // What became of one view that was offered.
@@ -95,6 +95,7 @@ struct BuildResult {
   Snapshot snapshot;
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
+  BuildOptions options;                          // as they were given
   PlannerOptions effective;                      // with every automatic value filled in
   std::optional<OfflinePlan> offline;            // of ViewChoice::offline
   std::optional<Parsimony> parsimony;            // of planner.max_loss_db
@@ -112,7 +113,9 @@ struct BuildResult {
 void check(const BuildOptions& options);
 
 // Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans
-// anything. Throws InputError, what check() throws, and with VisibilityBy::gl GlError.
-[[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options);
+// anything. Writes nothing, to no stream either; tools/pipeline/save_model.h writes the result. Throws InputError, what
+// check() throws, with VisibilityBy::gl GlError, and BuildStopped once the callback has returned false.
+[[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options,
+                                      const BuildCallback& callback = {});
 
 }  // namespace lumatlas

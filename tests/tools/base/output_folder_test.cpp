@@ -10,6 +10,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {
@@ -159,7 +160,7 @@ TEST_CASE("both ways to swap folders swap them, and renaming undoes itself if it
   if (exchange_folders(a, b)) {
     CHECK(bytes_of(a / "content") == "a");
   } else {
-    WARN("this file system cannot exchange folders: not tested");
+    skip("this file system cannot exchange folders");
   }
   const std::string before = bytes_of(b / "content");
   CHECK_THROWS_AS(swap_folders_by_renaming(folder.path() / "missing", b), InputError);

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "mesh/mesh_file.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/cli/program.h"
 
@@ -280,10 +281,7 @@ TEST_CASE("visibility on the GPU gives the model that rays give, but for a few p
                      "--json", "--quiet"});
   };
   const Outcome gl = build("gl");
-  if (gl.err.find("no OpenGL 4.5") != std::string::npos) {
-    WARN("skipped: " << gl.err);
-    return;
-  }
+  if (gl.err.find("no OpenGL 4.5") != std::string::npos) return skip("no GL: " + gl.err);
   REQUIRE(gl.status == 0);
   CHECK(options_beside(folder / "gl")["visibility_by"] == "gl");
   const auto by_gl = nlohmann::json::parse(gl.out);
@@ -555,10 +553,7 @@ TEST_CASE("charts: a run that is killed goes on where it was, and ends with a pa
   REQUIRE(before >= 1);
   const Outcome ended = lumatlas(chart);
   INFO(ended.err);
-  if (ended.err.find("no OpenGL 4.5") != std::string::npos) {
-    WARN("skipped: " << ended.err);
-    return;
-  }
+  if (ended.err.find("no OpenGL 4.5") != std::string::npos) return skip("no GL: " + ended.err);
   REQUIRE(ended.status == 0);
   if (stopped.status == -SIGINT) {
     CHECK_THAT(ended.out, Catch::Contains("4 of 4 points, made now " + std::to_string(4 - before)));
@@ -656,10 +651,7 @@ TEST_CASE("a driver without OpenGL 4.5, or without an extension that is part of 
   const auto check_too_old = [&](const char* variable, const char* value) {
     const Environment old(variable, value);
     const Outcome outcome = lumatlas(render);
-    if (outcome.status == 0) {
-      WARN("skipped: " << variable << " does nothing here");
-      return;
-    }
+    if (outcome.status == 0) return skip(std::string(variable) + " does nothing here");
     check_failure(outcome, "no OpenGL 4.5 through EGL (");
     CHECK_THAT(outcome.err, Catch::Contains(": only OpenGL 3.3") || Catch::Contains(": only OpenGL 4."));
     CHECK_THAT(outcome.err, Catch::Contains("install a newer driver"));
@@ -678,10 +670,7 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
                     "--samples", "1", "--triangles", "2000", "--quiet"})
               .status == 0);
   const Outcome render = lumatlas({"render", made().model, "--views", other, "-o", pictures, "--quiet"});
-  if (render.err.find("no OpenGL 4.5 through EGL") != std::string::npos) {
-    WARN("skipped: " << render.err);
-    return;
-  }
+  if (render.err.find("no OpenGL 4.5 through EGL") != std::string::npos) return skip("no GL: " + render.err);
   REQUIRE(render.status == 0);
   CHECK(render.err.empty());
   for (const char* const name : {"0000.png", "0004.png"}) CHECK(fs::file_size(fs::path(pictures) / name) > 100);
@@ -736,7 +725,7 @@ bool has_opengl() {
   const Outcome outcome = lumatlas({"render", made().model, "--orbit", "--frames", "1", "--width", "8", "--height", "8",
                                     "-o", (folder / "out").string(), "--quiet"});
   if (outcome.status == 0) return true;
-  WARN("skipped: " << outcome.err);
+  skip("no GL: " + outcome.err);
   return false;
 }
 

@@ -4,15 +4,19 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
+#include "atlas/model_file.h"
 #include "mesh/base/errors.h"
 #include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/save_model.h"
 #include "tools/synth/synth.h"
 
 namespace lumatlas {
@@ -47,7 +51,6 @@ BuildOptions options_for(std::uint32_t max_views, ViewChoice choice = ViewChoice
   options.refine = RefineMode::none;
   options.planner.min_view_gain = 0;
   options.tiles = kWholeViews;
-  options.quiet = true;
   return options;
 }
 
@@ -57,13 +60,16 @@ Names offered(const BuildResult& result) {
   return names;
 }
 
-Names stored(const BuildResult& result) {
+Names stored(const Snapshot& snapshot) {
   Names names;
-  for (const auto& view : result.snapshot.views) {
+  for (const auto& view : snapshot.views) {
     if (view) names.push_back(view->name);
   }
   std::sort(names.begin(), names.end());
   return names;
+}
+Names stored(const BuildResult& result) {
+  return stored(result.snapshot);
 }
 
 // The second half of a file is lost; its header is not.
@@ -414,6 +420,67 @@ TEST_CASE("a bound on the loss takes views away, tells which, and keeps the numb
   CHECK_FALSE(build_model(small_scene(), options_for(6)).parsimony);
   options.choice = ViewChoice::uniform;
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("choice must be ViewChoice::online"));
+}
+
+TEST_CASE("a build tells of each stage its start, every step and its end, and writes nothing by itself") {
+  BuildOptions options = options_for(6, ViewChoice::offline);
+  options.refine = RefineMode::joint;
+  std::vector<BuildProgress> calls;
+  std::ostringstream written;
+  std::streambuf* const before = std::cerr.rdbuf(written.rdbuf());
+  const BuildResult result = build_model(small_scene(), options, [&](const BuildProgress& progress) {
+    calls.push_back(progress);
+    return true;
+  });
+  std::cerr.rdbuf(before);
+  CHECK(written.str().empty());
+  const auto stage = [&](const std::string& name, std::size_t total, std::size_t steps) {
+    CAPTURE(name);
+    std::vector<BuildProgress> of_stage;
+    for (const BuildProgress& call : calls) {
+      if (call.stage == name) of_stage.push_back(call);
+    }
+    REQUIRE(of_stage.size() == steps + 2);
+    for (std::size_t i = 0; i < of_stage.size(); ++i) {
+      CHECK(of_stage[i].done == std::min(i, steps));
+      CHECK(of_stage[i].total == total);
+      CHECK(of_stage[i].finished == (i == steps + 1));
+    }
+  };
+  stage("looking through all cameras", kViews, kViews);
+  stage("planning views", kViews, kViews);
+  stage("polishing jointly", 0, result.polish.size());
+  CHECK(calls.size() == 2 * (kViews + 2) + result.polish.size() + 2);
+}
+
+TEST_CASE("a callback stops a build by returning false, and by an exception of its own") {
+  std::size_t calls = 0;
+  const auto stopping = [&](const BuildProgress& progress) {
+    ++calls;
+    return progress.done < 3;
+  };
+  CHECK_THROWS_AS(build_model(small_scene(), options_for(6), stopping), BuildStopped);
+  CHECK(calls == 4);  // the start and three steps
+  const auto throwing = [](const BuildProgress&) -> bool { throw std::runtime_error("the battery is low"); };
+  CHECK_THROWS_WITH(build_model(small_scene(), options_for(6), throwing), "the battery is low");
+}
+
+TEST_CASE("a model is saved as a folder or as one file, with what tells how it was built, and reads back") {
+  BuildOptions options = options_for(6);
+  options.hold_out = HoldOut{8, 1};
+  const BuildResult result = build_model(small_scene(), options);
+  const TemporaryFolder folder;
+  for (const char* const name : {"model", "model.glb"}) {
+    CAPTURE(name);
+    const nlohmann::json totals = save_model(result, folder / name, {.format = ImageFormat::jpeg, .quality = 80});
+    const ModelNotes notes = read_model_notes(folder / name);
+    CHECK(notes.plan["summary"] == totals);
+    CHECK(totals["views"]["offered"] == result.planned.size());
+    CHECK(notes.options["image"] == "jpg");
+    CHECK(notes.options["quality"] == 80);
+    const Model model = read_model(folder / name);
+    CHECK(stored(model.snapshot) == stored(result));
+  }
 }
 
 }  // namespace

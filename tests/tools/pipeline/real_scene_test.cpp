@@ -10,21 +10,13 @@
 #include "blend/renderer.h"
 #include "blend/tiles.h"
 #include "tests/support/gl_test_context.h"
+#include "tests/support/skip.h"
 #include "tests/support/visibility_agreement.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
 namespace {
-
-std::optional<std::filesystem::path> scene_or_skip(const char* name) {
-  const char* const scenes = std::getenv("LUMATLAS_SCENES");
-  if (scenes != nullptr && std::filesystem::exists(std::filesystem::path(scenes) / name)) {
-    return std::filesystem::path(scenes) / name;
-  }
-  WARN("skipped: LUMATLAS_SCENES names no folder with the scene " << name);
-  return std::nullopt;
-}
 
 // Pixels in which a channel differs by more than 2 levels.
 std::size_t count_different(const Photograph& a, const Photograph& b) {
@@ -52,14 +44,13 @@ Agreement compare(const Snapshot& snapshot, const Camera& camera, Renderer& rend
 TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   const char* const name = GENERATE("sceaux", "fox", "office");
   CAPTURE(name);
-  const std::optional<std::filesystem::path> path = scene_or_skip(name);
+  const std::optional<std::filesystem::path> path = real_scene_or_skip(name);
   if (!path) return;
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   BuildOptions options;
   options.max_views = 8;
   options.hold_out = HoldOut{8, 1};
-  options.quiet = true;
   if (std::string(name) == "office") options.hold_out = HoldOut{2, 480};  // fewer views are quicker
   const BuildResult built = build_model(*path, options);
   const SceneViews scene = read_scene_views(*path, built.snapshot.surface->offset);
@@ -81,7 +72,7 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
 }
 
 TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tiles with the whole picture") {
-  const std::optional<std::filesystem::path> path = scene_or_skip("fox");
+  const std::optional<std::filesystem::path> path = real_scene_or_skip("fox");
   if (!path) return;
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
@@ -89,7 +80,6 @@ TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tile
   options.max_views = 8;
   options.hold_out = HoldOut{8, 1};
   options.refine = RefineMode::none;
-  options.quiet = true;
   const BuildResult built = build_model(*path, options);
   const SceneViews scene = read_scene_views(*path, built.snapshot.surface->offset);
   const auto visibility = make_ray_visibility(built.snapshot.surface->mesh);
@@ -118,7 +108,7 @@ TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tile
 TEST_CASE("on a real scene the GPU sees what rays see, away from silhouettes") {
   const char* const name = GENERATE("sceaux", "fox", "office");
   CAPTURE(name);
-  const std::optional<std::filesystem::path> path = scene_or_skip(name);
+  const std::optional<std::filesystem::path> path = real_scene_or_skip(name);
   if (!path || !context_or_skip()) return;
   const SurfaceInput input = load_surface(*path, std::nullopt, {});
   const Mesh& mesh = input.surface->mesh;

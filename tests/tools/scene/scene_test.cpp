@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdlib>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <set>
@@ -13,6 +12,7 @@
 
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {
@@ -353,11 +353,6 @@ TEST_CASE("a protocol that leaves nothing to learn from, or has no blocks, is re
 }
 
 TEST_CASE("the real scenes have their views, poses and meshes") {
-  const char* const scenes = std::getenv("LUMATLAS_SCENES");
-  if (scenes == nullptr || !fs::is_directory(scenes)) {
-    WARN("LUMATLAS_SCENES names no folder, so the real scenes are not looked at");
-    return;
-  }
   struct Expected {
     const char* name;
     std::size_t views;
@@ -365,17 +360,14 @@ TEST_CASE("the real scenes have their views, poses and meshes") {
   };
   for (const Expected& expected :
        {Expected{"office", 1000, 640, 480}, Expected{"fox", 50, 1067, 1899}, Expected{"sceaux", 11, 1668, 1234}}) {
-    const fs::path path = fs::path(scenes) / expected.name;
-    if (!fs::is_directory(path)) {
-      WARN(path.string() << " is absent");
-      continue;
-    }
-    const SceneViews scene = read_scene_views(path, glm::dvec3(0.0));
+    const std::optional<fs::path> path = real_scene_or_skip(expected.name);
+    if (!path) return;
+    const SceneViews scene = read_scene_views(*path, glm::dvec3(0.0));
     REQUIRE(scene.views.size() == expected.views);
     CHECK(scene.views.front().camera.width == expected.width);
     CHECK(scene.views.front().camera.height == expected.height);
     for (const SceneView& view : scene.views) CHECK_NOTHROW(check(view.camera));
-    CHECK(find_mesh(path, {}) == path / "mesh.ply");
+    CHECK(find_mesh(*path, {}) == *path / "mesh.ply");
     CHECK(load_photograph(scene.views.front()).valid.empty());
   }
 }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/base/child_process.h"
 #include "tools/sweep/markdown.h"
@@ -273,10 +274,7 @@ std::vector<std::string> drawn(const Sweep& sweep, const TemporaryFolder& folder
 }
 
 TEST_CASE("gnuplot draws what it is told, labels as they are, and nothing is left beside the plot") {
-  if (find_program("gnuplot").empty()) {
-    WARN("skipped: there is no gnuplot");
-    return;
-  }
+  if (find_program("gnuplot").empty()) return skip("there is no gnuplot");
   const TemporaryFolder folder;
   const std::vector<std::string> plots = drawn(sample_sweep(), folder);
   for (const std::string& plot : plots) {

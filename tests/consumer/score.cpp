@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The measures alone: a picture against itself and against one that is twice as bright.
+#include <cmath>
+#include <cstdio>
+
+#include "tools/score/scores.h"
+
+int main() {
+  using namespace lumatlas;
+  Photograph photograph;
+  photograph.width = 32;
+  photograph.height = 32;
+  for (int i = 0; i < 3 * 32 * 32; ++i) photograph.rgb.push_back(static_cast<std::uint8_t>(40 + i * 7 % 90));
+  const Photograph brighter = apply_gain(photograph, 2);
+  const ViewScores same = score_view(photograph, photograph, {}, {});
+  const ViewScores darker = score_view(photograph, brighter, {}, {});
+  std::printf("the same: %.1f dB; half as bright: %.1f dB raw, %.1f dB fitted by a gain of %.3f\n", same.raw.psnr,
+              darker.raw.psnr, darker.fitted.psnr, darker.gain);
+  return std::isinf(same.raw.psnr) && darker.raw.psnr < darker.fitted.psnr && std::abs(darker.gain - 2) < 0.05 ? 0 : 1;
+}

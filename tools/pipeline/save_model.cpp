@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/save_model.h"
+
+#include <utility>
+
+#include "tools/pipeline/build_summary.h"
+
+namespace lumatlas {
+
+using nlohmann::json;
+
+json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs) {
+  json totals = summary(result, result.options);
+  json plan = plan_json(result);
+  plan["summary"] = totals;
+  json effective = effective_options(result, result.options);
+  effective["image"] = ending(photographs.format) + 1;
+  effective["quality"] = photographs.format == ImageFormat::png ? json() : json(photographs.quality);
+  output.commit(result.snapshot, result.options.planner.validity, photographs, {std::move(effective), std::move(plan)});
+  return totals;
+}
+
+json save_model(const BuildResult& result, const std::filesystem::path& path, const ImageCoding& photographs) {
+  ModelOutput output(path);
+  return save_model(result, output, photographs);
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model that was built, onto disk, with what tells how it was built.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "atlas/photograph.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/pipeline/model_output.h"
+
+namespace lumatlas {
+
+// Writes the model, the options in effect and what became of each photograph: into a folder (scene.gltf, scene.bin,
+// images/, lumatlas.json, plan.json), or into one file if `path` ends in .glb. An earlier model there is replaced; the
+// new one appears complete or not at all. Returns the summary (tools/pipeline/build_summary.h) that it wrote. Throws
+// InputError where something else stands at `path` or the file system refuses; Interrupted.
+nlohmann::json save_model(const BuildResult& result, const std::filesystem::path& path,
+                          const ImageCoding& photographs = {});
+
+// The same into an output that was opened before the build, so that a path that cannot be written is refused at once.
+nlohmann::json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs = {});
+
+}  // namespace lumatlas
