@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/float_image.h"
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
 #include <memory>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/pending_file.h"
+#include "mesh/base/whole_file.h"
 
 namespace lumatlas {
 
@@ -47,12 +50,16 @@ void write_float_image(const std::filesystem::path& path, const FloatImage& imag
                        static_cast<int>(image.channels.size()), OIIO::TypeDesc::FLOAT);
   spec.channelnames = image.channels;
   spec.attribute("compression", "zip");
-  PendingFile file(path);
-  if (!output->open(file.path().string(), spec) || !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) ||
+  // Into memory, because not every write that fails is told by the writer for files.
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
+  if (!output->open(path.string(), spec) || !output->write_image(OIIO::TypeDesc::FLOAT, image.values.data()) ||
       !output->close()) {
     throw InputError(path.string() + ": cannot be written" + one_line(output->geterror()));
   }
-  file.commit();
+  write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, Durability::left_to_folder);
 }
 
 }  // namespace lumatlas

@@ -421,12 +421,24 @@ void write_image(const fs::path& path, const Photograph& image) {
     fail(path, "no image format is known by the ending '" + path.extension().string() + "'; use .png or .jpg");
   }
   output->threads(1);
-  const OIIO::ImageSpec spec = spec_of(image);
-  PendingFile file(path);
-  if (!output->open(file.path().string(), spec) || !write_pixels(*output, image) || !output->close()) {
+  OIIO::ImageSpec spec = spec_of(image);
+  // Into memory where the format allows that: its writers for files do not all tell of writes that failed.
+  std::vector<unsigned char> bytes;
+  OIIO::Filesystem::IOVecOutput memory(bytes);
+  OIIO::Filesystem::IOProxy* proxy = &memory;
+  const bool in_memory = output->supports("ioproxy") != 0;
+  if (in_memory) spec.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+  std::optional<PendingFile> file;
+  if (!in_memory) file.emplace(path);
+  const std::string name = in_memory ? path.string() : file->path().string();
+  if (!output->open(name, spec) || !write_pixels(*output, image) || !output->close()) {
     fail(path, "cannot be written" + because(output->geterror()));
   }
-  file.commit();
+  if (in_memory) {
+    write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, Durability::left_to_folder);
+  } else {
+    file->commit(Durability::left_to_folder);
+  }
 }
 
 }  // namespace lumatlas

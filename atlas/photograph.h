@@ -54,6 +54,7 @@ void check(const ImageCoding& coding);
 [[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding);
 
 // PNG, 8-bit RGB, or by the ending another format that OpenImageIO writes. Writes beside `path`, then renames.
+// Throws InputError unless every byte was taken; waits for no disk, see Durability::left_to_folder.
 void write_image(const std::filesystem::path& path, const Photograph& image);
 
 }  // namespace lumatlas

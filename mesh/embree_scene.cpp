@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -18,6 +19,7 @@ constexpr const char* kSettings = "LUMATLAS_EMBREE";
 void throw_on_error(RTCDevice device, const std::string& what) {
   const RTCError error = rtcGetDeviceError(device);
   if (error == RTC_ERROR_NONE) return;
+  if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
   throw std::runtime_error("ray casting: Embree reports error " + std::to_string(error) + " while " + what);
 }
 
@@ -45,6 +47,13 @@ EmbreeDevice make_embree_device() {
   const char* settings = std::getenv(kSettings);
   EmbreeDevice device(rtcNewDevice(settings));
   if (!device) {
+    // By what the library itself says: a processor is blamed only where it is the processor.
+    const RTCError error = rtcGetDeviceError(nullptr);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
+    if (error != RTC_ERROR_UNSUPPORTED_CPU && error != RTC_ERROR_INVALID_ARGUMENT) {
+      throw std::runtime_error("ray casting: Embree cannot start (its error " + std::to_string(error) +
+                               "): memory, threads or stack may be limited too much");
+    }
     throw std::runtime_error("ray casting: Embree cannot start on this processor" +
                              (settings ? std::string(" with ") + kSettings + "=" + settings : std::string()));
   }

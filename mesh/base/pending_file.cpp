@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/base/pending_file.h"
 
-#include <unistd.h>
-
-#include <atomic>
+#include <cerrno>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -14,35 +12,52 @@ namespace lumatlas {
 
 namespace {
 
-std::filesystem::path temporary_beside(const std::filesystem::path& target) {
-  static std::atomic<unsigned> serial{0};
-  std::string name = ".";
-  name += target.stem().string();
-  name.append(".").append(std::to_string(getpid())).append("-").append(std::to_string(serial++));
-  name += target.extension().string();
-  return target.parent_path() / name;
+namespace fs = std::filesystem;
+
+fs::path folder_of(const fs::path& target) {
+  return target.has_parent_path() ? target.parent_path() : ".";
+}
+
+// Writers choose the format by it. A longer one would make a name that is too long, and means no format.
+std::string short_ending(const fs::path& target) {
+  constexpr std::size_t kLongestEnding = 16;
+  const std::string ending = target.extension().string();
+  return ending.size() <= kLongestEnding ? ending : "";
+}
+
+[[noreturn]] void refuse(const fs::path& target, const std::string& reason) {
+  throw InputError(target.string() + ": cannot be written (" + reason + ")");
+}
+
+std::unique_ptr<TemporaryEntry> temporary_beside(const fs::path& target) {
+  const fs::path folder = folder_of(target);
+  std::error_code ignored;
+  if (!fs::is_directory(folder, ignored)) {
+    throw InputError(target.string() + ": cannot be written, its folder does not exist");
+  }
+  try {
+    return std::make_unique<TemporaryEntry>(TemporaryEntry::Kind::file, folder,
+                                            [&] { return random_temporary_name(short_ending(target)); });
+  } catch (const std::system_error& error) {
+    refuse(target, error.code().message());
+  }
 }
 
 }  // namespace
 
-PendingFile::PendingFile(std::filesystem::path target)
-    : target_(std::move(target)), temporary_(temporary_beside(target_)) {
-  const std::filesystem::path folder = target_.has_parent_path() ? target_.parent_path() : ".";
-  std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored)) {
-    throw InputError(target_.string() + ": cannot be written, its folder does not exist");
+PendingFile::PendingFile(fs::path target) : target_(std::move(target)), temporary_(temporary_beside(target_)) {}
+
+void PendingFile::commit(Durability durability) {
+  const auto code = [] { return std::error_code(errno, std::generic_category()).message(); };
+  if (durability == Durability::on_disk && !sync_to_disk(path())) refuse(target_, code());
+  {
+    const auto lock = removal_paused();
+    std::error_code error;
+    fs::rename(path(), target_, error);
+    if (error) refuse(target_, error.message());
+    temporary_->release();
   }
-}
-
-PendingFile::~PendingFile() {
-  std::error_code ignored;
-  std::filesystem::remove(temporary_, ignored);
-}
-
-void PendingFile::commit() {
-  std::error_code error;
-  std::filesystem::rename(temporary_, target_, error);
-  if (error) throw InputError(target_.string() + ": cannot be written (" + error.message() + ")");
+  if (durability == Durability::on_disk && !sync_to_disk(folder_of(target_))) refuse(target_, code());
 }
 
 }  // namespace lumatlas

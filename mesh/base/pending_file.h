@@ -4,27 +4,33 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
+
+#include "mesh/base/temporary_entry.h"
 
 namespace lumatlas {
+
+// Whether commit() waits until the disk has the file. Files that come by the thousand leave that to whoever puts the
+// folder around them in place.
+enum class Durability { on_disk, left_to_folder };
 
 // Write to path(), then commit(). Without commit() nothing is left behind and the target is as it was.
 class PendingFile {
  public:
-  // Nothing is created yet. Throws InputError if the target's folder does not exist.
+  // Makes an empty file at path(). Throws InputError if the target's folder does not exist or cannot be written to.
   explicit PendingFile(std::filesystem::path target);
-  ~PendingFile();
   PendingFile(const PendingFile&) = delete;
   PendingFile& operator=(const PendingFile&) = delete;
 
-  // Beside the target, with the target's ending; different for every object of every process.
-  [[nodiscard]] const std::filesystem::path& path() const { return temporary_; }
+  // Beside the target, with the target's ending; different for every object of every process, see temporary_entry.h.
+  [[nodiscard]] const std::filesystem::path& path() const { return temporary_->path(); }
 
   // Renames path() to the target, which may exist. Throws InputError naming the target.
-  void commit();
+  void commit(Durability durability = Durability::on_disk);
 
  private:
   std::filesystem::path target_;
-  std::filesystem::path temporary_;
+  std::unique_ptr<TemporaryEntry> temporary_;
 };
 
 }  // namespace lumatlas

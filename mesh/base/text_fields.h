@@ -18,10 +18,10 @@ namespace lumatlas {
 // Beyond the range of double: infinity or 0.
 [[nodiscard]] std::optional<double> parse_number(std::string_view field);
 
-// Decimal, the whole field.
+// The whole field as a decimal number without a fraction; none if it is anything else or does not fit.
 [[nodiscard]] std::optional<long long> parse_integer(std::string_view field);
 
-// In single quotes, shortened, without characters that would break a one-line message.
+// The field in single quotes, shortened, without characters that would break a one-line message.
 [[nodiscard]] std::string in_quotes(std::string_view field);
 
 }  // namespace lumatlas

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// This is not Boost.Process: a child must end with its parent (PR_SET_PDEATHSIG) and start with no signal blocked, for
+// which that has no words, and Debian 12's needs a compiled Boost.Filesystem besides.
 #include "tools/base/child_process.h"
 
 #include <fcntl.h>

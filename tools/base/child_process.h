@@ -23,7 +23,7 @@ struct ChildProcess {
 // The first of PATH's programs of this name; empty: none.
 [[nodiscard]] std::filesystem::path find_program(const std::string& name);
 
-// As one would type it into a shell.
+// The command line as one would type it into a shell.
 [[nodiscard]] std::string shell_line(const std::string& program, const std::vector<std::string>& arguments);
 
 }  // namespace lumatlas

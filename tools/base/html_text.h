@@ -6,7 +6,7 @@
 
 namespace lumatlas {
 
-// For text and for attribute values in quotes of either kind.
+// The text, safe as the content of an element and as an attribute value in quotes of either kind.
 [[nodiscard]] std::string html_escaped(const std::string& text);
 
 // A relative path with '/' as a URL: whatever could end it, or make a scheme or a query of it, is percent-encoded.

@@ -1,31 +1,54 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/base/interrupt.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
+#include <cerrno>
 #include <csignal>
+#include <system_error>
+#include <thread>
+
+#include "mesh/base/temporary_entry.h"
 
 namespace lumatlas {
 
 namespace {
 
+constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGPIPE};
+
 std::atomic<int> received_signal{0};
+std::atomic<int> wake_watcher{-1};  // a pipe's end
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
+
+bool kills_when_repeated(int signal) {
+  return signal == SIGINT || signal == SIGTERM;  // people repeat these; the others repeat themselves
+}
+
+bool is_ignored(int signal) {
+  struct sigaction present {};
+  sigaction(signal, nullptr, &present);
+  return present.sa_handler == SIG_IGN;
+}
 
 // Only calls that are safe in a signal handler.
 void remember_signal(int signal) {
-  received_signal.store(signal);
-  ::signal(SIGINT, SIG_DFL);
-  ::signal(SIGTERM, SIG_DFL);
+  const int error = errno;
+  int none = 0;
+  if (received_signal.compare_exchange_strong(none, signal)) {
+    const char byte = 0;
+    if (write(wake_watcher.load(), &byte, 1) < 0) errno = error;  // there is no watcher
+  }
+  for (const int other : kSignals) {
+    if (kills_when_repeated(other) && !is_ignored(other)) ::signal(other, SIG_DFL);
+  }
+  errno = error;
 }
 
 void handle(int signal) {
-  struct sigaction previous {};
-  sigaction(signal, nullptr, &previous);
-  if (previous.sa_handler == SIG_IGN) {
-    return;
-  }
+  if (is_ignored(signal)) return;
   struct sigaction action {};
   action.sa_handler = remember_signal;
   action.sa_flags = SA_RESTART;  // libraries that read files need not know of us
@@ -33,11 +56,36 @@ void handle(int signal) {
   sigaction(signal, &action, nullptr);
 }
 
+// In the watcher's thread, once a signal has come.
+void end_after_unwinding_time() {
+  std::this_thread::sleep_for(kUnwindingTime);
+  remove_temporary_entries();
+  die_of(Interrupted(received_signal.load()));
+}
+
+// Where the process may have no thread more, it is ended by unwinding alone.
+void start_watcher() {
+  std::array<int, 2> ends{};
+  if (pipe2(ends.data(), O_CLOEXEC) != 0) return;
+  try {
+    std::thread([input = ends[0]] {
+      char byte = 0;
+      while (read(input, &byte, 1) < 0 && errno == EINTR) {
+      }
+      end_after_unwinding_time();
+    }).detach();
+    wake_watcher.store(ends[1]);
+  } catch (const std::system_error&) {
+    close(ends[0]);
+    close(ends[1]);
+  }
+}
+
 }  // namespace
 
 void install_interrupt_handler() {
-  handle(SIGINT);
-  handle(SIGTERM);
+  start_watcher();
+  for (const int signal : kSignals) handle(signal);
 }
 
 void throw_if_interrupted() {
@@ -52,7 +100,7 @@ void die_of(const Interrupted& interrupted) {
   sigset_t only_this;
   sigemptyset(&only_this);
   sigaddset(&only_this, signal);
-  sigprocmask(SIG_UNBLOCK, &only_this, nullptr);
+  pthread_sigmask(SIG_UNBLOCK, &only_this, nullptr);
   raise(signal);
   _exit(128 + signal);  // what a shell makes of such a death, should the signal not have killed
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Ctrl-C as an exception, so that half-written outputs vanish by unwinding.
+// Ctrl-C, and what else asks a program to stop, as an exception, so that half-written outputs vanish by unwinding.
 #pragma once
 
+#include <chrono>
 #include <exception>
 
 namespace lumatlas {
@@ -17,8 +18,13 @@ class Interrupted : public std::exception {
   int signal_;
 };
 
-// From now on the first SIGINT or SIGTERM only makes throw_if_interrupted throw; the second kills at once. A signal
-// that the program was started to ignore (nohup, a background job) stays ignored.
+// How long the program has to unwind after the signal, before it is ended without.
+inline constexpr auto kUnwindingTime = std::chrono::milliseconds(700);
+
+// From now on the first SIGINT, SIGTERM, SIGHUP or SIGPIPE only makes throw_if_interrupted throw. Work that does not
+// ask for longer than kUnwindingTime is ended where it is: a thread that waits for this removes the outputs that are
+// being written (remove_temporary_entries) and lets the process die of the signal. A second SIGINT or SIGTERM kills at
+// once. A signal that the program was started to ignore (nohup, a background job) stays ignored. Call it once.
 void install_interrupt_handler();
 
 // Throws Interrupted once a signal has come. Cheap, and safe from any thread.

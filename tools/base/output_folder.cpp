@@ -2,19 +2,22 @@
 #include "tools/base/output_folder.h"
 
 #include <fcntl.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cerrno>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
+#include "tools/base/strict_json.h"
 
 namespace lumatlas {
 
@@ -43,21 +46,6 @@ fs::path resolved(const fs::path& path) {
   return result.has_filename() ? result : result.parent_path();
 }
 
-fs::path fresh_name_beside(const fs::path& target) {
-  static std::atomic<unsigned> counter{0};
-  while (true) {
-    const std::string name = ".lumatlas-" + std::to_string(getpid()) + "-" + std::to_string(counter++);
-    fs::path candidate = target.parent_path() / name;
-    std::error_code error;
-    if (fs::symlink_status(candidate, error).type() == fs::file_type::not_found) {
-      return candidate;
-    }
-    if (error) {
-      refuse(candidate, "cannot be made", error);
-    }
-  }
-}
-
 std::vector<fs::path> make_parents(const fs::path& target) {
   std::vector<fs::path> missing;
   for (fs::path parent = target.parent_path(); !fs::exists(parent); parent = parent.parent_path()) {
@@ -81,20 +69,84 @@ void remove_parents(const std::vector<fs::path>& made) {
   }
 }
 
-bool holds_marker(const fs::path& folder) {
-  constexpr std::uintmax_t kLargestMarker = 1 << 20;
-  const fs::path marker = folder / kMarkerFile;
-  std::error_code error;
-  if (!fs::is_regular_file(marker, error) || fs::file_size(marker, error) > kLargestMarker || error) {
-    return false;
-  }
-  std::ifstream file(marker, std::ios::binary);
-  const nlohmann::json content = nlohmann::json::parse(file, nullptr, false);
-  return content.is_object() && content.contains("lumatlas");
+// What a marker file says.
+struct Marker {
+  std::string command;
+  std::set<std::string> files;  // names in the folder, as name_in_marker() gives them
+};
+
+// A name as JSON holds it: bytes that are not UTF-8 become U+FFFD.
+std::string name_in_marker(const std::string& name) {
+  return nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-void write_marker(const fs::path& folder, const nlohmann::json& options) {
-  write_json(folder / kMarkerFile, {{"lumatlas", LUMATLAS_VERSION}, {"options", options}});
+std::optional<Marker> marker_in(const fs::path& folder) {
+  constexpr std::uintmax_t kLargestMarker = 256 << 20;
+  const fs::path file = folder / kMarkerFile;
+  std::error_code error;
+  if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > kLargestMarker || error) return std::nullopt;
+  try {
+    const nlohmann::json content = read_json(file);
+    content.at("lumatlas").get_ref<const std::string&>();
+    Marker marker{content.at("command").get<std::string>(), {name_in_marker(kMarkerFile)}};
+    for (const auto& name : content.at("files")) marker.files.insert(name_in_marker(name.get<std::string>()));
+    return marker;
+  } catch (const std::runtime_error&) {  // no such file that lumatlas writes
+    return std::nullopt;
+  } catch (const nlohmann::json::exception&) {
+    return std::nullopt;
+  }
+}
+
+// Everything in a folder but folders, by name; throws InputError.
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    if (!entry->is_directory(error) || entry->is_symlink(error)) files.push_back(entry->path());
+  }
+  if (error) refuse(folder, "cannot be read", error);
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+bool is_below(const fs::path& path, const fs::path& folder) {
+  return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
+}
+
+// Folders that hold a report of `lumatlas validate`, with what it lists.
+std::map<fs::path, Marker> reports_among(const std::vector<fs::path>& files, const fs::path& folder) {
+  std::map<fs::path, Marker> reports;
+  for (const fs::path& file : files) {
+    if (file.filename() != kMarkerFile || file.parent_path() == folder) continue;
+    auto marker = marker_in(file.parent_path());
+    if (marker && marker->command == "validate") reports.emplace(file.parent_path(), std::move(*marker));
+  }
+  return reports;
+}
+
+// The first file that no marker lists; empty: there is none.
+fs::path first_foreign_file(const fs::path& folder, const Marker& marker) {
+  const std::vector<fs::path> files = files_in(folder);
+  const std::map<fs::path, Marker> reports = reports_among(files, folder);
+  const auto is_listed = [](const fs::path& file, const fs::path& in, const Marker& by) {
+    return by.files.contains(name_in_marker(file.lexically_relative(in).generic_string()));
+  };
+  for (const fs::path& file : files) {
+    if (is_listed(file, folder, marker)) continue;
+    const auto lists = [&](const auto& report) {
+      return is_below(file, report.first) && is_listed(file, report.first, report.second);
+    };
+    if (std::none_of(reports.begin(), reports.end(), lists)) return file;
+  }
+  return {};
+}
+
+void write_marker(const fs::path& folder, const std::string& command, const nlohmann::json& options) {
+  nlohmann::json files = nlohmann::json::array();
+  for (const fs::path& file : files_in(folder)) files.push_back(file.lexically_relative(folder).generic_string());
+  write_json(folder / kMarkerFile,
+             {{"lumatlas", LUMATLAS_VERSION}, {"command", command}, {"files", files}, {"options", options}});
 }
 
 void rename_or_refuse(const fs::path& from, const fs::path& to) {
@@ -107,22 +159,27 @@ void rename_or_refuse(const fs::path& from, const fs::path& to) {
 
 }  // namespace
 
-void check_replaceable(const fs::path& folder) {
+void check_replaceable(const fs::path& folder, const std::string& command) {
   std::error_code error;
   const fs::file_status status = fs::status(folder, error);
-  if (status.type() == fs::file_type::not_found) {
-    return;
-  }
-  if (status.type() != fs::file_type::directory) {
-    refuse(folder, "is not a folder, name another output");
-  }
-  const bool empty = fs::is_empty(folder, error);
-  if (error) {
-    refuse(folder, "cannot be read", error);
-  }
-  if (!empty && !holds_marker(folder)) {
+  if (status.type() == fs::file_type::not_found) return;
+  if (status.type() != fs::file_type::directory) refuse(folder, "is not a folder, name another output");
+  const bool is_empty = fs::is_empty(folder, error);
+  if (error) refuse(folder, "cannot be read", error);
+  if (is_empty) return;
+  const std::optional<Marker> marker = marker_in(folder);
+  if (!marker) {
     refuse(folder, std::string("is not an earlier output of lumatlas (it has no ") + kMarkerFile +
                        ") and will not be replaced, name another folder or remove it");
+  }
+  if (marker->command != command) {
+    refuse(folder, "is an output of `lumatlas " + marker->command + "` and will not be replaced by one of `lumatlas " +
+                       command + "`, name another folder or remove it");
+  }
+  if (const fs::path foreign = first_foreign_file(folder, *marker); !foreign.empty()) {
+    refuse(folder, "will not be replaced, because lumatlas did not write " +
+                       foreign.lexically_relative(folder).generic_string() +
+                       " in it: move that elsewhere, or name another folder");
   }
 }
 
@@ -151,7 +208,7 @@ bool exchange_folders(const fs::path& fresh, const fs::path& target) {
 }
 
 void swap_folders_by_renaming(const fs::path& fresh, const fs::path& target) {
-  const fs::path aside = fresh_name_beside(target);
+  const fs::path aside = target.parent_path() / random_temporary_name();
   rename_or_refuse(target, aside);
   try {
     rename_or_refuse(fresh, target);
@@ -162,23 +219,44 @@ void swap_folders_by_renaming(const fs::path& fresh, const fs::path& target) {
   rename_or_refuse(aside, fresh);
 }
 
-OutputFolder::OutputFolder(const fs::path& path) : target_(resolved(path)) {
-  check_replaceable(target_);
+OutputFolder::OutputFolder(const fs::path& path, std::string command)
+    : target_(resolved(path)), command_(std::move(command)) {
+  check_replaceable(target_, command_);
   made_parents_ = make_parents(target_);
-  temporary_ = fresh_name_beside(target_);
-  std::error_code error;
-  fs::create_directory(temporary_, error);
-  if (error) {
+  remove_leftovers(target_.parent_path());
+  try {
+    temporary_ = std::make_unique<TemporaryEntry>(TemporaryEntry::Kind::folder, target_.parent_path(),
+                                                  [] { return random_temporary_name(); });
+  } catch (const std::system_error& error) {
     remove_parents(made_parents_);
-    refuse(target_, "cannot be made", error);
+    refuse(target_, "cannot be made", error.code());
   }
 }
 
 OutputFolder::~OutputFolder() {
-  if (!committed_) {
-    std::error_code ignored;  // a destructor has nobody to tell
-    fs::remove_all(temporary_, ignored);
-    remove_parents(made_parents_);
+  temporary_.reset();
+  if (!committed_) remove_parents(made_parents_);
+}
+
+void OutputFolder::put_in_place() {
+  const bool replaces = fs::exists(target_);
+  const LeftoverLock held(target_);  // whatever its name: nobody takes it for a leftover while it may have to go back
+  {
+    const auto paused = removal_paused();
+    if (!replaces) {
+      rename_or_refuse(temporary_->path(), target_);
+      temporary_->release();
+    } else if (!exchange_folders(temporary_->path(), target_)) {
+      swap_folders_by_renaming(temporary_->path(), target_);
+    }
+    committed_ = true;
+  }
+  if (!replaces) return;
+  std::error_code error;
+  fs::remove_all(temporary_->path(), error);
+  if (error) {
+    refuse(target_, "is complete, but the earlier output, now " + temporary_->path().string() + ", cannot be removed",
+           error);
   }
 }
 
@@ -187,23 +265,17 @@ void OutputFolder::commit(const nlohmann::json& effective_options) {
     throw std::invalid_argument("output folder: committed is true, must be committed only once");
   }
   throw_if_interrupted();
-  write_marker(temporary_, effective_options);
-  check_replaceable(target_);
-  const bool replaces = fs::exists(target_);
-  if (!replaces) {
-    rename_or_refuse(temporary_, target_);
-  } else if (!exchange_folders(temporary_, target_)) {
-    swap_folders_by_renaming(temporary_, target_);
+  write_marker(temporary_->path(), command_, effective_options);
+  if (!sync_file_system(temporary_->path())) {
+    refuse(target_, "could not be written to the end", std::error_code(errno, std::generic_category()));
   }
-  committed_ = true;
-  std::error_code error;
-  fs::remove_all(temporary_, error);
-  if (error) {
-    refuse(target_, "is complete, but the earlier output, now " + temporary_.string() + ", cannot be removed", error);
-  }
+  check_replaceable(target_, command_);
+  put_in_place();
+  (void)sync_to_disk(target_.parent_path());  // it is in place for every process; only a power cut might undo that
 }
 
 AtomicFile::AtomicFile(const fs::path& path) : target_(resolved(path)), pending_(target_) {
+  remove_leftovers(target_.parent_path());
   std::error_code error;
   const fs::file_type type = fs::status(target_, error).type();
   if (type != fs::file_type::not_found && type != fs::file_type::regular) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Outputs that appear complete or not at all: they grow beside their place, on the same file system, and are moved into
-// it by commit(). Without commit() nothing remains of them, and what was there before stays as it was. (A program
-// killed at once leaves a folder or file named .lumatlas-* behind, which can be removed.)
+// it by commit(). Without commit() nothing remains of them, and what was there before stays as it was. What a process
+// that was killed at once left behind (.lumatlas-*) is removed by the next output at its side.
 //
 // A path through a symbolic link stands for what the link points to. Everything here throws InputError when the file
 // system refuses something: one sentence with the path and the reason.
@@ -9,20 +9,25 @@
 
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "mesh/base/pending_file.h"
+#include "mesh/base/temporary_entry.h"
 
 namespace lumatlas {
 
-// A folder's file that says that lumatlas wrote it, so that it may be replaced, and with which options.
+// A folder's file that says which command of lumatlas wrote it, with which options and which files, so that it may be
+// replaced.
 inline constexpr const char* kMarkerFile = "lumatlas.json";
 
-// A folder may be replaced if it is empty or holds a marker file. Throws InputError for any other existing path.
-void check_replaceable(const std::filesystem::path& folder);
+// A folder may be replaced by an output of `command` if it is empty, or if an earlier output of the same command is all
+// that is in it: a person's own files are never removed. A report of `lumatlas validate` inside it goes with it. Throws
+// InputError for any other existing path, naming the first file that stands in the way.
+void check_replaceable(const std::filesystem::path& folder, const std::string& command);
 
 // Throws InputError if an output at `output` would take the place of one of the inputs, because it is that or a folder
 // around it. Empty paths among the inputs, for what was not given, are left out.
@@ -30,23 +35,28 @@ void check_apart(const std::filesystem::path& output, std::span<const std::files
 
 class OutputFolder {
  public:
-  // Missing parents are made, and removed again if nothing is committed. Refuses at once what commit() would refuse.
-  explicit OutputFolder(const std::filesystem::path& path);
+  // `command` of lumatlas makes it. Missing parents are made, and removed again if nothing is committed. Refuses at
+  // once what commit() would refuse.
+  OutputFolder(const std::filesystem::path& path, std::string command);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
   // Where to write until commit(); afterwards where the output is.
-  [[nodiscard]] const std::filesystem::path& path() const { return committed_ ? target_ : temporary_; }
+  [[nodiscard]] const std::filesystem::path& path() const { return committed_ ? target_ : temporary_->path(); }
 
-  // Writes the marker file {"lumatlas": version, "options": effective_options} and moves the folder into its place; the
-  // earlier output, if there is one, is exchanged with it in one step and removed. Throws std::invalid_argument if
+  // Writes the marker file {"lumatlas": version, "command": ..., "files": [...], "options": effective_options}, waits
+  // until the disk has it all, and moves the folder into its place; the earlier output, if there is one, is exchanged
+  // with it in one step and removed. Throws std::invalid_argument if
   // called twice, Interrupted if the user has asked the program to stop.
   void commit(const nlohmann::json& effective_options);
 
  private:
+  void put_in_place();
+
   std::filesystem::path target_;
-  std::filesystem::path temporary_;
+  std::string command_;
+  std::unique_ptr<TemporaryEntry> temporary_;
   std::vector<std::filesystem::path> made_parents_;  // outermost first
   bool committed_ = false;
 };

@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
 
 namespace lumatlas {
 
@@ -22,6 +23,32 @@ std::string listed(std::initializer_list<std::string_view> words) {
   std::string text;
   for (const std::string_view word : words) text += (text.empty() ? "" : ", ") + std::string(word);
   return text;
+}
+
+// "[json.exception.parse_error.101] parse error at line 3, column 5: ..." on one line, without what is in brackets.
+std::string reason_of(const json::exception& error) {
+  std::string reason = error.what();
+  if (const std::size_t start = reason.find("] "); start != std::string::npos) reason.erase(0, start + 2);
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  return reason;
+}
+
+// Shows each event of the parser to `look`, which may throw.
+template <typename Look>
+json parsed(std::string_view text, const std::string& file, const Look& look, bool comments) {
+  const auto watch = [&](int depth, json::parse_event_t event, const json& value) {
+    const bool opens = event == json::parse_event_t::object_start || event == json::parse_event_t::array_start;
+    if (opens && depth >= kDeepestJson) {
+      throw InputError(file + ": has arrays or objects more than " + std::to_string(kDeepestJson) + " deep");
+    }
+    look(event, value);
+    return true;
+  };
+  try {
+    return json::parse(text.begin(), text.end(), watch, true, comments);
+  } catch (const json::exception& error) {
+    throw InputError(file + ": is not JSON: " + reason_of(error));
+  }
 }
 
 }  // namespace
@@ -106,26 +133,25 @@ bool JsonPlace::boolean() const {
   return value_->get<bool>();
 }
 
+json parse_json(std::string_view text, const std::string& file) {
+  return parsed(
+      text, file, [](json::parse_event_t, const json&) {}, false);
+}
+
+json read_json(const std::filesystem::path& path) {
+  return parse_json(read_whole_file(path), path.string());
+}
+
 json read_json_with_comments(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file || std::filesystem::is_directory(path)) throw InputError(path.string() + ": there is no such file");
   std::vector<std::set<std::string>> keys;  // of the objects that are open
-  const auto refuse_repetition = [&](int /*depth*/, json::parse_event_t event, json& parsed) {
+  const auto refuse_repetition = [&](json::parse_event_t event, const json& value) {
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();
-    if (event == json::parse_event_t::key && !keys.back().insert(parsed.get<std::string>()).second) {
-      throw InputError(path.string() + ": has \"" + parsed.get<std::string>() + "\" twice in one object");
+    if (event == json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second) {
+      throw InputError(path.string() + ": has " + in_quotes(value.get<std::string>()) + " twice in one object");
     }
-    return true;
   };
-  try {
-    return json::parse(file, refuse_repetition, true, true);
-  } catch (const json::exception& error) {
-    std::string reason = error.what();  // "[json.exception.parse_error.101] parse error at line 3, column 5: ..."
-    if (const std::size_t start = reason.find("] "); start != std::string::npos) reason.erase(0, start + 2);
-    std::replace(reason.begin(), reason.end(), '\n', ' ');
-    throw InputError(path.string() + ": is not JSON: " + reason);
-  }
+  return parsed(read_whole_file(path), path.string(), refuse_repetition, true);
 }
 
 }  // namespace lumatlas

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// JSON that people write, read strictly: comments are allowed, but an unknown or repeated key, a missing one and a
-// wrong type are refused by file and place ("sweep.json: series[2].build.cell-sise: ...").
+// JSON files of unknown origin, read without trusting them, and JSON that people write, read strictly: comments are
+// allowed, but an unknown or repeated key, a missing one and a wrong type are refused by file and place ("sweep.json:
+// series[2].build.cell-sise: ...").
 #pragma once
 
 #include <filesystem>
@@ -25,7 +26,7 @@ class JsonPlace {
   [[nodiscard]] const nlohmann::json& value() const { return *value_; }
   // The same place with another value, which must outlive it.
   [[nodiscard]] JsonPlace with(const nlohmann::json& value) const { return {file_, place_, value}; }
-  // Of an object: refuses other keys, and the absence of the required ones.
+  // The value must be an object. Refuses keys that are not named here, and the absence of the required ones.
   void expect_keys(std::initializer_list<std::string_view> required,
                    std::initializer_list<std::string_view> optional) const;
   [[nodiscard]] bool has(std::string_view key) const;
@@ -45,7 +46,15 @@ class JsonPlace {
   const nlohmann::json* value_;
 };
 
-// A file's value. Throws InputError where it cannot be read, is not JSON or repeats a key.
+// How deep arrays and objects may lie in one another. Code that walks through values calls itself once a level.
+inline constexpr int kDeepestJson = 100;
+
+// The value that `text` is, which `file` names in sentences. Throws InputError where it is not JSON, or deeper than
+// kDeepestJson. Every JSON text that this process did not write itself comes through here.
+[[nodiscard]] nlohmann::json parse_json(std::string_view text, const std::string& file);
+
+// A file's value. Throws InputError as read_whole_file() and parse_json() do; the second also where a key is repeated.
+[[nodiscard]] nlohmann::json read_json(const std::filesystem::path& path);
 [[nodiscard]] nlohmann::json read_json_with_comments(const std::filesystem::path& path);
 
 }  // namespace lumatlas

@@ -266,6 +266,21 @@ ChartPage made_page(const ChartFlags& flags, const std::vector<Sweep>& sweeps, C
   return page;
 }
 
+// A folder that `lumatlas chart` has worked in has points/. In any other, what has the name of a figure is somebody
+// else's.
+void check_replaceable_figures(const fs::path& folder, const std::vector<Sweep>& sweeps) {
+  std::error_code ignored;
+  if (fs::exists(folder / "points", ignored)) return;
+  std::vector<std::string> names{"index.html"};
+  for (const Sweep& sweep : sweeps) names.insert(names.end(), {sweep.name + ".csv", sweep.name + ".json"});
+  for (const std::string& name : names) {
+    if (!fs::exists(folder / name, ignored)) continue;
+    throw InputError((folder / name).string() +
+                     ": was not written by `lumatlas chart` and will not be replaced, name " +
+                     "another folder or remove it");
+  }
+}
+
 void run(const ChartFlags& flags) {
   if (flags.output.empty() && !flags.list) throw CLI::RequiredError("--output");
   const std::vector<Sweep> sweeps = read_sweeps(flags);
@@ -276,6 +291,7 @@ void run(const ChartFlags& flags) {
   std::vector<fs::path> files;
   for (const std::string& sweep : flags.sweeps) files.push_back(source_of(sweep).file);
   for (const Sweep& sweep : sweeps) check_apart(flags.output / (sweep.name + ".json"), files);
+  check_replaceable_figures(flags.output, sweeps);
   Counts counts;
   const ChartPage page = made_page(flags, sweeps, counts);
   for (const std::string& note : page.notes) std::cerr << note << '\n';

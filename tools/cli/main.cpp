@@ -7,8 +7,11 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <system_error>
 
 #include "tools/base/interrupt.h"
+#include "tools/base/process_limits.h"
+#include "tools/base/standard_streams.h"
 #include "tools/cli/commands.h"
 
 namespace {
@@ -39,8 +42,13 @@ int main(int argc, char** argv) {
   lumatlas::add_chart_command(program);
   lumatlas::install_interrupt_handler();
   try {
+    lumatlas::reserve_standard_streams();
+    lumatlas::check_process_limits();
     program.parse(argc, argv);
-    if (!std::cout.flush()) return fail("the result cannot be written to standard output, is the disk full?");
+    if (!std::cout.flush()) {
+      lumatlas::throw_if_interrupted();  // by SIGPIPE: nobody listens any more
+      return fail("the result cannot be written to standard output, is the disk full?");
+    }
     return 0;
   } catch (const CLI::ParseError& error) {
     return program.exit(error) == 0 ? 0 : 2;
@@ -48,6 +56,12 @@ int main(int argc, char** argv) {
     lumatlas::die_of(interrupted);
   } catch (const std::bad_alloc&) {
     return fail("out of memory: use fewer or smaller photographs (--max-views), or a smaller mesh");
+  } catch (const std::system_error& error) {
+    if (error.code() == std::errc::resource_unavailable_try_again) {
+      return fail(
+          "no more threads can be started: raise the limits of processes and memory (`ulimit -u`, `ulimit -v`)");
+    }
+    return fail(error.what());
   } catch (const std::exception& error) {
     return fail(error.what());
   }

@@ -157,7 +157,7 @@ void run(const RenderFlags& flags) {
   flags.check();
   const FrameOptions options = flags.frame_options();
   check_apart(flags.output, std::array{flags.model, flags.views, flags.path});
-  OutputFolder folder(flags.output);
+  OutputFolder folder(flags.output, "render");
   PictureOutput output(folder.path(), flags.format, flags.frames_per_second);
   FirstPicture first(flags.verbose);
   const Model model = read_model(flags.model);

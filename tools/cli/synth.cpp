@@ -33,7 +33,7 @@ void run(SynthFlags flags) {
   flags.options.kind = synth_kind_named(flags.kind);
   if (!flags.trajectory.empty()) flags.options.trajectory = synth_trajectory_named(flags.trajectory);
   check_usage(flags.options);
-  OutputFolder output(flags.output);
+  OutputFolder output(flags.output, "synth");
   {
     Progress progress("tracing photographs", flags.options.views + flags.options.path_frames + flags.options.test_views,
                       ProgressOptions::standard_error(flags.quiet));

@@ -152,7 +152,7 @@ void run(const ValidateFlags& flags) {
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
   check_apart(target, std::array{flags.model, flags.views, flags.flicker});
-  OutputFolder output(target);
+  OutputFolder output(target, "validate");
   const Model model = read_model(flags.model);
   options.validity = model.validity;
   const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);

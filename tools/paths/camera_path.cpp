@@ -48,7 +48,7 @@ dquat exp_of(const dvec3& turn) {
   return glm::normalize(dquat(std::cos(half), turn * factor));
 }
 
-// Of the two quaternions of a turn, the one nearer to another.
+// A turn has two quaternions; this is the one of them that is nearer to another.
 dquat nearer(const dquat& q, const dquat& to) {
   return glm::dot(q, to) < 0 ? -q : q;
 }

@@ -44,7 +44,7 @@ class CameraPath {
   [[nodiscard]] double end() const { return keys_.back().time; }
   [[nodiscard]] Vantage at(double time) const;  // before begin() and after end() as there
 
-  // At equal times from begin() to end(), both included; a single one is at begin().
+  // The places at equal times from begin() to end(), both included; a single one is at begin().
   [[nodiscard]] std::vector<Vantage> evenly(std::size_t count) const;
 
  private:

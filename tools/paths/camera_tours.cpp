@@ -135,8 +135,8 @@ Ground ground_under(const Mesh& mesh, const dvec3& up) {
   return ground;
 }
 
-// Of the square whose curve begins at `corner` and ends at the far end of `a`: four of half the side, turned so that
-// each begins beside where the last one ends.
+// The points of the square whose curve begins at `corner` and ends at the far end of `a`: four of half the side, turned
+// so that each begins beside where the last one ends.
 void add_cells(std::vector<glm::ivec2>& cells, glm::ivec2 corner, glm::ivec2 a, glm::ivec2 b, std::uint32_t order) {
   if (order == 0) {
     cells.push_back(corner);

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/whole_file.h"
+#include "tools/base/strict_json.h"
 
 namespace lumatlas {
 
@@ -28,8 +28,7 @@ class PathReader {
   PathReader(const std::filesystem::path& file, const PathDefaults& defaults) : file_(file), defaults_(defaults) {}
 
   [[nodiscard]] std::vector<KeyFrame> keys() const {
-    const json content = json::parse(read_whole_file(file_), nullptr, false);
-    if (content.is_discarded()) refuse("is not JSON");
+    const json content = read_json(file_);
     if (!content.is_object() || !content.contains("keys") || !content["keys"].is_array() || content["keys"].empty()) {
       refuse("must be an object with \"keys\", an array of at least one key frame");
     }

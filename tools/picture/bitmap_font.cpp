@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// OpenImageIO draws text only with a font file of the machine that it runs on. Legends must have the same size and
+// bytes on every machine, so that pictures can be compared, and must not fail where no font is installed.
 #include "tools/picture/bitmap_font.h"
 
 #include <algorithm>

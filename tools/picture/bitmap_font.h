@@ -13,7 +13,7 @@ namespace lumatlas {
 inline constexpr std::uint32_t kGlyphAdvance = 6;  // dots from one letter to the next
 inline constexpr std::uint32_t kGlyphHeight = 9;   // dots
 
-// Of `scale` pixels a dot, >= 1.
+// Each dot is a square of `scale` >= 1 pixels.
 [[nodiscard]] std::uint32_t text_width(std::string_view text, std::uint32_t scale);
 
 // The text's top left corner is at (left, top); what lies outside of the picture is cut off. Letters, digits, space and

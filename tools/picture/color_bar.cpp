@@ -16,7 +16,7 @@ namespace {
 constexpr Rgb8 kBackground = {22, 22, 24};
 constexpr Rgb8 kText = {235, 235, 235};
 
-// In dots, of `scale` pixels each.
+// Lengths in dots. A dot is a square of 2 pixels or more, larger on larger pictures.
 constexpr std::uint32_t kMargin = 5;
 constexpr std::uint32_t kBarHeight = 9;
 constexpr std::uint32_t kTick = 3;        // length of its line

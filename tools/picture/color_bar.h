@@ -17,7 +17,7 @@ namespace lumatlas {
 struct ColorScale {
   double least = 0;
   double most = 1;
-  std::function<Rgb8(double part)> color;  // of [0, 1]
+  std::function<Rgb8(double part)> color;  // part is in [0, 1]
   bool whole = false;                      // only whole numbers are named
   bool open = false;                       // the last colour stands for larger values too: its number has a '+'
 };

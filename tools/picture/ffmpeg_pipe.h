@@ -28,8 +28,8 @@ class FfmpegPipe {
   FfmpegPipe(const FfmpegPipe&) = delete;
   FfmpegPipe& operator=(const FfmpegPipe&) = delete;
 
-  // Of the size that was given (std::invalid_argument). Throws InputError, with ffmpeg's own last words, if it has
-  // gone.
+  // The frame must have the size that was given (std::invalid_argument). Throws InputError, with ffmpeg's own last
+  // words, if it has gone.
   void write(const Photograph& frame);
   // Waits for ffmpeg to end. Throws InputError, with its last words, unless it has succeeded.
   void finish();

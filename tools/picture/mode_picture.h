@@ -34,7 +34,7 @@ class ModeColors {
 
   Mode mode_;
   ColorBar bar_;
-  std::vector<Rgb8> ramp_;  // of a scale, in equal steps
+  std::vector<Rgb8> ramp_;  // the scale's colours in equal steps
 };
 
 [[nodiscard]] bool has_range(Mode mode);

@@ -12,9 +12,20 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr const char* kVideoName = "video.mp4";
+constexpr std::size_t kLongestName = 255;  // bytes; of all file systems in use
 
 const char* ending_of(PictureFormat format) {
   return format == PictureFormat::exr ? ".exr" : ".png";
+}
+
+// A file's name, without its ending, that tells as much of a view's name as there is room for.
+std::string own_name(std::string name, std::size_t number) {
+  constexpr std::size_t kMostKept = 200;  // bytes
+  std::replace(name.begin(), name.end(), '/', '_');
+  const auto continues_character = [](char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; };
+  std::size_t length = std::min(name.size(), kMostKept);
+  while (length > 0 && length < name.size() && continues_character(name[length])) --length;
+  return name.substr(0, length) + "-" + std::to_string(number);
 }
 
 }  // namespace
@@ -25,13 +36,22 @@ PictureOutput::PictureOutput(fs::path folder, PictureFormat format, double frame
 }
 
 fs::path PictureOutput::file_for_view(const std::string& name) {
-  fs::path path = name;
-  path.replace_extension(ending_of(format_));
-  if (!taken_.insert(path).second) {
-    path = name + ending_of(format_);
-    taken_.insert(path);
-  }
+  fs::path path = fs::path(name).replace_extension(ending_of(format_));
+  if (!is_free(path)) path = name + ending_of(format_);
+  for (std::size_t number = 1; !is_free(path); ++number) path = own_name(name, number) + ending_of(format_);
+  taken_.insert(path);
+  for (fs::path folder = path.parent_path(); !folder.empty(); folder = folder.parent_path()) folders_.insert(folder);
   return path;
+}
+
+bool PictureOutput::is_free(const fs::path& file) const {
+  const auto is_too_long = [](const fs::path& part) { return part.native().size() > kLongestName; };
+  if (std::any_of(file.begin(), file.end(), is_too_long) || taken_.contains(file) || folders_.contains(file)) {
+    return false;
+  }
+  fs::path folder = file.parent_path();
+  while (!folder.empty() && !taken_.contains(folder)) folder = folder.parent_path();
+  return folder.empty();
 }
 
 fs::path PictureOutput::file_for_frame(std::size_t index, std::size_t count) const {

@@ -26,7 +26,8 @@ class PictureOutput {
   PictureOutput(std::filesystem::path folder, PictureFormat format, double frames_per_second);
 
   // The file that a view's picture is written to: its name in the scene with another ending. Two photographs may differ
-  // in nothing but their ending: the second keeps it before the new one.
+  // in nothing but their ending: the second keeps it before the new one. Where that name is too long for a file, or a
+  // folder of another view has it, the picture gets a name of its own in the output folder.
   [[nodiscard]] std::filesystem::path file_for_view(const std::string& name);
   // The same for a frame of a path: its number, padded to five digits or to what the last one of `count` needs.
   [[nodiscard]] std::filesystem::path file_for_frame(std::size_t index, std::size_t count) const;
@@ -45,7 +46,10 @@ class PictureOutput {
   std::filesystem::path ffmpeg_;
   std::unique_ptr<FfmpegPipe> video_;
   std::uint32_t video_width_ = 0, video_height_ = 0;
-  std::set<std::filesystem::path> taken_;
+  [[nodiscard]] bool is_free(const std::filesystem::path& file) const;
+
+  std::set<std::filesystem::path> taken_;    // files
+  std::set<std::filesystem::path> folders_;  // around them
 };
 
 }  // namespace lumatlas

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "atlas/model_file.h"
+#include "mesh/base/errors.h"
 #include "planner/planner.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_output.h"
@@ -48,9 +49,30 @@ json budget_in(const json& options) {
   return options.is_object() && options.contains("budget") ? options["budget"] : json();
 }
 
-json parsimony_in(const json& plan) {
+bool has_number(const json& object, const char* name) {
+  return object.is_object() && object.contains(name) && object[name].is_number();
+}
+
+// Whether parsimony_text() can tell it.
+bool is_parsimony(const json& parsimony) {
+  const auto is_part = [&](const char* part) {
+    return parsimony.contains(part) && has_number(parsimony[part], "stored") &&
+           has_number(parsimony[part], "unbounded");
+  };
+  return has_number(parsimony, "predicted_loss_db") && has_number(parsimony, "bound_db") && is_part("views") &&
+         is_part("references") && is_part("texels") && parsimony.contains("short_of_room") &&
+         parsimony["short_of_room"].is_boolean() &&
+         (!parsimony.contains("references_given_up") || has_number(parsimony, "references_given_up"));
+}
+
+// Null: the plan has none. Throws InputError for a plan that `lumatlas build` did not write.
+json parsimony_in(const json& plan, const fs::path& model) {
   if (!plan.is_object() || !plan.contains("summary")) return nullptr;
-  return plan["summary"].value("parsimony", json());
+  const json& summary = plan["summary"];
+  const json parsimony = summary.is_object() ? summary.value("parsimony", json()) : json();
+  if (summary.is_object() && (parsimony.is_null() || is_parsimony(parsimony))) return parsimony;
+  throw InputError(model.string() + ": its plan (plan.json, or the extras of a .glb) has a \"summary\" that " +
+                   "`lumatlas build` did not write: build the model again, or remove plan.json");
 }
 
 json file_json(const ModelFacts& facts) {
@@ -96,7 +118,7 @@ json inspect_model(const fs::path& model) {
       {"tiles", tiles_json(facts.tiles)},
       {"texels", {{"resident", texels_of(facts)}}},
       {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(notes.options)}}},
-      {"parsimony", parsimony_in(notes.plan)},
+      {"parsimony", parsimony_in(notes.plan, model)},
       {"file", file_json(facts)}};
 }
 

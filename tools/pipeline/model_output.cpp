@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/model_output.h"
 
-#include <fstream>
+#include <stdexcept>
+#include <string>
 
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
+#include "tools/base/strict_json.h"
 
 namespace lumatlas {
 
@@ -15,32 +17,52 @@ using nlohmann::json;
 
 constexpr const char* kPlanFile = "plan.json";
 
-json parsed(std::istream& text) {
-  json value = json::parse(text, nullptr, false);
-  return value.is_object() ? value : json();
-}
-
 json object_in(const json& object, const char* name) {
   if (!object.is_object() || !object.contains(name) || !object[name].is_object()) return {};
   return object[name];
 }
 
+// Null: there is no such file.
+json object_of_file(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) return {};
+  json value = read_json(file);
+  if (!value.is_object()) throw InputError(file.string() + ": must be a JSON object, as `lumatlas build` writes it");
+  return value;
+}
+
+// A .glb is replaced only where lumatlas wrote it: it would be the one trace of somebody else's work.
+void check_replaceable_glb(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return;  // nothing to lose, or refused as an AtomicFile
+  std::string generator;
+  try {
+    const json gltf = parse_json(read_model_json(file), file.string());
+    generator = object_in(gltf, "asset").value("generator", "");
+  } catch (const std::runtime_error&) {  // no model at all
+  } catch (const json::exception&) {
+  }
+  if (generator == "lumatlas") return;
+  throw InputError(file.string() + ": is no model that `lumatlas build` wrote and will not be replaced, name another " +
+                   "output or remove it");
+}
+
 }  // namespace
 
 ModelNotes read_model_notes(const fs::path& model) {
-  const json gltf = json::parse(read_model_json(model), nullptr, false);
+  const json gltf = parse_json(read_model_json(model), model.string());
   const json extras = object_in(object_in(gltf, "asset"), "extras");
   if (!extras.is_null()) return {object_in(extras, "options"), object_in(extras, "plan")};
   const fs::path folder = fs::is_directory(model) ? model : model.parent_path();
-  std::ifstream marker(folder / kMarkerFile), plan(folder / kPlanFile);
-  return {object_in(parsed(marker), "options"), parsed(plan)};
+  return {object_in(object_of_file(folder / kMarkerFile), "options"), object_of_file(folder / kPlanFile)};
 }
 
 ModelOutput::ModelOutput(const fs::path& path) {
   if (path.extension() == ".glb") {
+    check_replaceable_glb(path);
     file_ = std::make_unique<AtomicFile>(path);
   } else {
-    folder_ = std::make_unique<OutputFolder>(path);
+    folder_ = std::make_unique<OutputFolder>(path, "build");
   }
 }
 

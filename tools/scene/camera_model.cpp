@@ -19,7 +19,7 @@ namespace lumatlas {
 namespace {
 
 // From the plane z = 1 to the distorted plane; `k` are the coefficients after focal lengths and principal point.
-// Not a number where the model has no image.
+// The result is not a number where the model has no image.
 using Distortion = glm::dvec2 (*)(const double* k, const glm::dvec2& p);
 
 double squared_length(const glm::dvec2& p) {
@@ -134,7 +134,7 @@ struct Description {
   bool fisheye;           // distorted even with every coefficient 0
 };
 
-// In the order of COLMAP's numbers.
+// The models stand in the order of COLMAP's numbers.
 constexpr std::array<Description, kLensModelCount> kDescriptions{{
     {"SIMPLE_PINHOLE", 1, 3, "f, cx, cy", identity, false},
     {"PINHOLE", 2, 4, "fx, fy, cx, cy", identity, false},
@@ -207,8 +207,8 @@ void check_coefficients(const CameraModel& lens) {
   }
 }
 
-// Of the distortion, by differences: the area of a small square's image over the square's, negative if it is turned
-// over.
+// The distortion's change of area, by differences: the area of a small square's image over the square's, negative if it
+// is turned over.
 double jacobian_determinant(Distortion distortion, const double* k, const glm::dvec2& p) {
   const double step = 1e-6 * (1 + glm::length(p));
   const glm::dvec2 dx = distortion(k, p + glm::dvec2(step, 0)) - distortion(k, p - glm::dvec2(step, 0));

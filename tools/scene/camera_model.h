@@ -63,10 +63,10 @@ struct CameraModel {
 // lengths positive, principal point within 1e6, omega of FOV in (-pi, pi), alpha of EUCM in [0, 1] and beta positive.
 void check(const CameraModel& lens);
 
-// False for a full panorama: no plane holds what it sees.
+// This is false for a full panorama: no plane holds what it sees.
 [[nodiscard]] bool can_be_pinhole(LensModel model);
 
-// False if the lens is a pinhole already, by its model or because every coefficient of its distortion is 0.
+// This is false if the lens is a pinhole already, by its model or because every coefficient of its distortion is 0.
 [[nodiscard]] bool is_distorted(const CameraModel& lens);
 
 // Where the lens images a direction (of any length) of the camera frame; none behind the camera (z <= 0) and where the

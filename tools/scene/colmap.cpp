@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "mesh/base/errors.h"
-#include "tools/base/mapped_file.h"
+#include "mesh/base/whole_file.h"
 
 namespace lumatlas {
 namespace {
@@ -12,8 +12,10 @@ namespace {
 namespace fs = std::filesystem;
 
 bool is_there(const fs::path& path) {
-  std::error_code ignored;
-  return fs::exists(path, ignored);
+  std::error_code error;
+  const bool exists = fs::exists(path, error);
+  if (error) throw InputError(path.string() + ": cannot be looked at (" + error.message() + ")");
+  return exists;
 }
 
 struct Files {
@@ -71,13 +73,13 @@ const ColmapCamera& ColmapModel::camera_of(const ColmapImage& image) const {
 
 ColmapModel read_colmap_model(const fs::path& scene) {
   const Files files = find_model(scene);
-  const MappedFile cameras(files.cameras);
-  const MappedFile images(files.images);
+  const std::string cameras = read_whole_file(files.cameras);
+  const std::string images = read_whole_file(files.images);
   ColmapModel model{files.cameras, files.images, {}, {}};
-  model.cameras = files.binary ? parse_cameras_binary(cameras.bytes(), files.cameras)
-                               : parse_cameras_text(cameras.text(), files.cameras);
-  model.images =
-      files.binary ? parse_images_binary(images.bytes(), files.images) : parse_images_text(images.text(), files.images);
+  model.cameras = files.binary ? parse_cameras_binary(std::as_bytes(std::span(cameras)), files.cameras)
+                               : parse_cameras_text(cameras, files.cameras);
+  model.images = files.binary ? parse_images_binary(std::as_bytes(std::span(images)), files.images)
+                              : parse_images_text(images, files.images);
   if (model.images.empty()) {
     throw InputError(files.images.string() + ": holds no image, so there is nothing to see the scene from");
   }

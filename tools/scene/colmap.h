@@ -35,7 +35,7 @@ struct ColmapImage {
   glm::dvec3 cam_from_world_translation{0.0};      // model units, each within 1e12
 };
 
-// Each in the order of the file; ids and names occur once.
+// Each parser returns the records in the order of the file; ids and names occur once.
 [[nodiscard]] std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file,
                                                              const std::filesystem::path& path);
 [[nodiscard]] std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path);

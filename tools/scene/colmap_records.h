@@ -23,7 +23,7 @@ struct Place {
 // InputError "PATH: UNIT NUMBER: REASON".
 [[noreturn]] void fail(const Place& place, const std::string& reason);
 
-// In quotes, on one line, not too long, whatever the bytes are.
+// The text in quotes, on one line and shortened, whatever its bytes are.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
 // Throws InputError unless `lens` passes check().

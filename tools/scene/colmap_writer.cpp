@@ -4,12 +4,11 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <fstream>
 #include <glm/gtc/quaternion.hpp>
 #include <map>
 #include <stdexcept>
 
-#include "mesh/base/errors.h"
+#include "mesh/base/whole_file.h"
 
 namespace lumatlas {
 namespace {
@@ -29,12 +28,7 @@ class Bytes {
   }
   void put_text(const std::string& text) { text_.append(text.c_str(), text.size() + 1); }
 
-  void write(const std::filesystem::path& path) const {
-    std::ofstream file(path, std::ios::binary);
-    file.write(text_.data(), static_cast<std::streamsize>(text_.size()));
-    file.close();
-    if (!file) throw InputError(path.string() + ": cannot be written");
-  }
+  void write(const std::filesystem::path& path) const { write_whole_file(path, text_, Durability::left_to_folder); }
 
  private:
   std::string text_;

@@ -74,8 +74,10 @@ bool has_lens_size(const SceneView& view, Orientation orientation) {
 
 // How the file's pixels become the lens's image. Throws InputError unless the file is there and of the lens's size.
 Orientation orientation_of(const SceneView& view, const ColmapImage& image, const ColmapModel& model) {
-  std::error_code ignored;
-  if (!fs::exists(view.image, ignored)) {
+  std::error_code error;
+  const bool is_there = fs::exists(view.image, error);
+  if (error) throw InputError(view.image.string() + ": cannot be looked at (" + error.message() + ")");
+  if (!is_there) {
     throw InputError(view.image.string() + ": no such photograph, but image " + std::to_string(image.id) + " of " +
                      model.images_path.string() + " names it");
   }
@@ -101,8 +103,12 @@ SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset) {
   const ColmapModel model = read_colmap_model(scene);
   const std::map<std::uint32_t, Camera> cameras = pinhole_views(model);
   const fs::path folder = scene / "images";
-  std::error_code ignored;
-  if (!fs::is_directory(folder, ignored)) {
+  std::error_code error;
+  const bool is_folder = fs::is_directory(folder, error);
+  if (fs::status(folder, error).type() == fs::file_type::none) {
+    throw InputError(folder.string() + ": cannot be looked at (" + error.message() + ")");
+  }
+  if (!is_folder) {
     throw InputError(folder.string() + ": no such folder, but the photographs must be in it");
   }
   SceneViews result{scene, {}};

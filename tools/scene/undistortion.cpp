@@ -136,7 +136,7 @@ bool is_masked(const Photograph& photograph, const Footprint& f) {
   return false;
 }
 
-// False if the photograph itself is masked there.
+// Returns false if the photograph itself is masked there.
 bool resample(const Photograph& photograph, const glm::dvec2& place, std::uint8_t* rgb) {
   const Footprint f =
       footprint(static_cast<std::int32_t>(photograph.width), static_cast<std::int32_t>(photograph.height), place);

@@ -1,4 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+// These are not OpenImageIO's colour maps, because their lightness is not in proportion to the value: inferno, magma
+// and plasma are off by 13 to 14 % of their range, viridis by 18 %, and turbo falls again; the ramps here by 1 %.
+//
 // Oklab: B. Ottosson, "A perceptual color space for image processing", 2020. The ramps are cylinder segments in it, of
 // our own choice; that of quantities runs through the hues of Matplotlib's viridis.
 #include "tools/score/color_map.h"

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/whole_file.h"
 #include "tools/base/output_folder.h"
 
 namespace lumatlas {
@@ -13,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// For a cell of a table.
+// The text as a cell of a table.
 std::string cell_text(const std::string& text) {
   std::string result;
   for (const char c : text) result += c == '|' ? std::string("\\|") : std::string(1, c);
@@ -87,13 +88,10 @@ void replace_block(std::string& text, const std::string& name, const std::string
 
 void update_markdown(const fs::path& file, const ChartPage& page) {
   std::string text;
-  if (fs::exists(file)) {
-    std::ifstream stream(file, std::ios::binary);
-    text.assign(std::istreambuf_iterator<char>(stream), {});
-    if (!stream) throw InputError(file.string() + ": cannot be read");
-  }
-  const fs::path images = fs::absolute(file).parent_path() / "images";
   std::error_code error;
+  const bool is_new = !fs::exists(file, error) || (fs::is_regular_file(file, error) && fs::file_size(file, error) == 0);
+  if (!is_new) text = read_whole_file(file);
+  const fs::path images = fs::absolute(file).parent_path() / "images";
   fs::create_directories(images, error);
   if (error) throw InputError(images.string() + ": cannot be made: " + error.message());
   for (const SweepReport& report : page.sweeps) {

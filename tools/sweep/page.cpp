@@ -95,7 +95,7 @@ std::string counts_of(const std::vector<PointResult>& results) {
   return count_of(results.size(), "point") + ": " + joined(parts, ", ");
 }
 
-// Each reason once, with the points that it holds for.
+// Lists each reason once, with the points that it holds for.
 std::string reasons_of(const std::vector<PointResult>& results) {
   std::map<std::pair<std::string, std::string>, std::vector<std::string>> points;
   for (const PointResult& result : results) {

@@ -69,7 +69,7 @@ class Drawing {
   [[nodiscard]] std::string script(const fs::path& svg) const;
 
  private:
-  // Of panels: scenes beside each other and metrics below, or the metrics of a single scene beside each other.
+  // The grid of panels: scenes beside each other and metrics below, or the metrics of a single scene beside each other.
   [[nodiscard]] bool is_of_one_scene() const { return scenes_.size() == 1; }
   [[nodiscard]] int across() const { return static_cast<int>(is_of_one_scene() ? plot_.y.size() : scenes_.size()); }
   [[nodiscard]] int columns() const { return std::min(kMostColumns, across()); }
@@ -92,7 +92,7 @@ class Drawing {
     return whole.substr(0, whole.find(" pt "));
   }
   [[nodiscard]] std::string title(std::size_t series) const;
-  // Of the x axis, where each value has its own; none where they are numbers or too many.
+  // The marks of the x axis, where each value has its own; none where they are numbers or too many.
   [[nodiscard]] std::map<double, std::string> labelled_ticks() const;
   // How far down their labels reach where they have no room beside each other; 0 where they have.
   [[nodiscard]] int slanted_height() const;
@@ -137,7 +137,7 @@ bool Drawing::has_samples(std::size_t scene, const std::string& y) const {
                      [&](const Curve& curve) { return curve.scene == scene && !samples(curve, y).empty(); });
 }
 
-// As many entries in a row as there is room for the longest.
+// The legend puts as many entries into a row as there is room for the longest.
 int Drawing::key_columns() const {
   constexpr int kLetter = 8, kSample = 60;
   std::size_t longest = plot_.front ? 12 : 1;
@@ -177,7 +177,8 @@ std::string Drawing::title(std::size_t series) const {
   return label;
 }
 
-// At 1, 2 and 5 times each power of ten: gnuplot's own are none but the powers, of which a panel may have only one.
+// Marks at 1, 2 and 5 times each power of ten: gnuplot's own are none but the powers, of which a panel may have only
+// one.
 std::string log_ticks() {
   std::string list;
   for (int exponent = -9; exponent <= 12; ++exponent) {
@@ -360,6 +361,7 @@ void draw_plot(const fs::path& gnuplot, const std::string& script, const fs::pat
     std::replace(line.begin(), line.end(), '\n', ' ');
     throw InputError(svg.string() + ": gnuplot cannot draw it: " + line);
   }
+  if (fs::file_size(pending.path()) == 0) throw InputError(svg.string() + ": gnuplot has drawn nothing");
   pending.commit();
 }
 

@@ -26,6 +26,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
+#include "tools/base/strict_json.h"
 #include "tools/sweep/scene_facts.h"
 
 namespace lumatlas {
@@ -62,20 +63,13 @@ class FolderLock {
   int file_ = -1;
 };
 
-// What a program that was killed at once left behind, see tools/base/output_folder.h.
-void remove_unfinished(const fs::path& folder) {
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
-    if (entry.path().filename().string().starts_with(".lumatlas-")) fs::remove_all(entry.path(), ignored);
-  }
-}
-
 // Null if there is no such file, or none that is JSON.
 json json_in(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return {};
-  json value = json::parse(file, nullptr, false);
-  return value.is_discarded() ? json() : value;
+  try {
+    return read_json(path);
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 // The last line that a failing program wrote to stderr: its one sentence.
@@ -143,7 +137,7 @@ class SweepRunner::Work {
   explicit Work(SweepRunOptions options) : options_(std::move(options)), lock_(options_.output) {
     for (const fs::path& folder : {scenes(), points()}) {
       fs::create_directories(folder);
-      remove_unfinished(folder);
+      remove_leftovers(folder);
     }
   }
 
@@ -313,7 +307,7 @@ void SweepRunner::Work::make(PointResult& result) {
       const auto failed = failed_scenes_.find(scene.string());
       if (failed != failed_scenes_.end()) throw StepFailed(failed->second);
     }
-    OutputFolder folder(points() / key_of(description));
+    OutputFolder folder(points() / key_of(description), "chart");
     build_and_score(result, folder.path());
     result.build = json_in(folder.path() / "build.json");
     result.scores = json_in(folder.path() / "scores.json");

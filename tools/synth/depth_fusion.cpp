@@ -38,7 +38,7 @@ std::size_t index_in_block(const ivec3& v) {  // of v in [0, kSide)^3
 
 constexpr int kReach = (1 << 20) - 2;  // blocks from the origin that measurements are within
 
-// Of a block: ordered like (x, y, z).
+// A block's number, ordered like (x, y, z).
 std::uint64_t key_of(const ivec3& block) {
   const auto part = [](int i) { return static_cast<std::uint64_t>(i + kReach + 2); };
   return (part(block.x) << 42U) | (part(block.y) << 21U) | part(block.z);
@@ -148,7 +148,7 @@ class BlockUpdate {
   }
 
  private:
-  // Of a ball in the camera frame; balls that reach behind the camera are taken to be in view.
+  // Whether a ball in the camera frame is out of view; balls that reach behind the camera are taken to be in view.
   [[nodiscard]] bool is_out_of_view(const dvec3& middle, double radius) const {
     if (middle.z + radius <= 0) return true;
     const double nearest = middle.z - radius;
@@ -217,7 +217,7 @@ class DistanceVolume {
     return around;
   }
 
-  // False if one of the corners was not seen.
+  // Returns false if one of the corners was not seen.
   bool read_corners(const BlocksAround& around, const ivec3& cell, Corners& corners) const {
     for (int i = 0; i < 8; ++i) {
       const ivec3 at = cell + offset(i);

@@ -4,8 +4,8 @@
 // al., "Real-time 3D reconstruction at scale using voxel hashing", 2013), and its zero set is cut out by surface nets
 // (Gibson, "Constrained elastic surface nets", 1998).
 //
-// Of our own, because CGAL's meshers of implicit surfaces take functions that are known everywhere: they close what no
-// image has seen, and the holes of a scan are what it is wanted for here.
+// It is our own, because CGAL's meshers of implicit surfaces take functions that are known everywhere: they close what
+// no image has seen, and the holes of a scan are what it is wanted for here.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,8 @@ struct FusionOptions {
   double truncation = 0.05;  // how far from a measurement it says something, scene units, >= voxel
   // A voxel says something where so many images at distance 1 have seen it; one at distance z counts 1 / z^2, > 0.
   double least_weight = 1;
-  // Of 512 voxels, 8 bytes each, >= 1: where the surface takes more, the voxels are made larger until it does not.
+  // Blocks of 512 voxels, 8 bytes each, >= 1: where the surface takes more, the voxels are made larger until it does
+  // not.
   std::size_t max_blocks = std::size_t{1} << 18U;  // 1 GiB
 };
 

@@ -191,7 +191,7 @@ class Lab : private Furnisher {
     }
   }
 
-  // In the middle of the room.
+  // What stands in the middle of the room.
   void island(dvec2 at) {
     const std::int32_t body = add(Pattern::wood, {dye() * 0.4F + 0.3F, dye() * 0.3F + 0.1F, vec3(0.1F)}, 1.2F);
     const std::int32_t top = add(Pattern::tiles, {tone(60, 66, 70), tone(90, 96, 100), dye()}, 0.2F);

@@ -14,9 +14,9 @@ namespace lumatlas::synth {
 // square, scene units. Faces stay as they are.
 [[nodiscard]] Mesh with_mesh_noise(Mesh mesh, double rms, std::uint64_t seed);
 
-// Without patches of this share of its area, [0, 1), to within a face. A patch is what hangs together with a random
-// point of the surface and is nearer to it than a random radius, between 1 and 3 % of the diagonal of the mesh's box.
-// Vertices that would join two corners of the rest are parted, so that it stays manifold.
+// The mesh without patches that make up this share of its area, [0, 1), to within a face. A patch is what hangs
+// together with a random point of the surface and is nearer to it than a random radius, between 1 and 3 % of the
+// diagonal of the mesh's box. Vertices that would join two corners of the rest are parted, so that it stays manifold.
 [[nodiscard]] Mesh with_holes(const Mesh& mesh, double share, std::uint64_t seed);
 
 // All of it that the options ask for: noise, then holes, then edge collapses (mesh/decimation.h).

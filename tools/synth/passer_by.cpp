@@ -21,7 +21,7 @@ using glm::dvec3;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 
-// Of the clothes: saturated, as no wall is.
+// The colour of the clothes is saturated, as no wall is.
 glm::vec3 strong_color(Random& random) {
   const auto hue = static_cast<float>(random.uniform(0, 6));
   const auto value = static_cast<float>(random.uniform(0.35, 0.7));

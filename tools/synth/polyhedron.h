@@ -15,7 +15,7 @@ struct Polyhedron {
 
 [[nodiscard]] Polyhedron icosahedron();  // not of unit size
 
-// Each face cut into `frequency`^2 flat ones, which stand in its place; frequency >= 1. Points on shared edges are
+// The polyhedron with each face cut into `frequency`^2 flat ones; frequency >= 1. Points on shared edges are
 // shared.
 [[nodiscard]] Polyhedron cut_flat(const Polyhedron& base, std::uint32_t frequency);
 

@@ -24,7 +24,7 @@ constexpr std::uint64_t hashed(std::uint64_t seed, std::uint64_t key, Rest... re
   return hashed(mixed(seed) ^ key, rest...);
 }
 
-// In [0, 1), a multiple of 2^-24.
+// A number in [0, 1), a multiple of 2^-24.
 constexpr float unit_float(std::uint64_t bits) {
   return static_cast<float>(bits >> 40) * 0x1p-24F;
 }
@@ -42,7 +42,7 @@ class Random {
   std::uint64_t state_;
 };
 
-// Of the standard normal distribution, cut off at 5.8 (Box, Muller 1958).
+// A draw of the standard normal distribution, cut off at 5.8 (Box, Muller 1958).
 inline double gaussian(Random& random) {
   const double radius = std::sqrt(-2 * std::log(1 - static_cast<double>(random.uniform())));
   return radius * std::cos(2 * std::numbers::pi * random.uniform());

@@ -28,8 +28,8 @@ constexpr double kFarthest = 3.5;      // scene units
 constexpr double kLateralNoise = 0.8;  // standard deviation of where a pixel looks, of kColumns
 constexpr double kWindow = 9;          // pixels of kColumns that are matched together and so have their error in common
 constexpr float kLeastCosine = 0.26F;  // of the angle to the normal, 75 degrees
-// Of what comes back, reflectance times cosine over squared distance. Black plastic of reflectance 0.03 falls below it
-// at 2.7 units straight ahead, a dark wall of 0.2 at 3.5 units and 76 degrees.
+// The least share of the light that must come back: reflectance times cosine over squared distance. Black plastic of
+// reflectance 0.03 falls below it at 2.7 units straight ahead, a dark wall of 0.2 at 3.5 units and 76 degrees.
 constexpr float kLeastSignal = 0.004F;
 
 // The operator walks the loop three times, turning all the way: looking at the floor, level, and up.
@@ -88,7 +88,7 @@ float measured_depth(const Tracer& tracer, const Camera& camera, const glm::dvec
   return measured >= kNearest && measured <= kFarthest ? static_cast<float>(measured) : 0;
 }
 
-// Of the surface's normals: how many grid edges of a unit grid a unit of it crosses.
+// From the surface's normals, how many grid edges of a unit grid a unit of it crosses.
 double edges_per_area(const Mesh& mesh) {
   double edges = 0;
   for (const glm::uvec3& f : mesh.faces) {
@@ -99,7 +99,8 @@ double edges_per_area(const Mesh& mesh) {
   return edges;
 }
 
-// For about `faces` of them: two at each edge of the grid that the surface crosses where it was seen.
+// The voxels' side for about `faces` faces, of which there are two at each edge of the grid that the surface crosses
+// where it was seen.
 double voxel_for_faces(const Mesh& surface, double faces) {
   constexpr double kSeen = 0.7;  // of the surface, about
   return std::sqrt(2 * kSeen * edges_per_area(surface) / faces);
@@ -143,7 +144,7 @@ std::vector<std::uint32_t> pieces_of(const TriangleSoup& soup) {
   return root;
 }
 
-// As programs for scans do: what floats in the air is rarely there.
+// Small pieces are dropped, as programs for scans do: what floats in the air is rarely there.
 TriangleSoup without_crumbs(TriangleSoup soup) {
   constexpr std::uint32_t kFewest = 100;  // faces of a piece
   const std::vector<std::uint32_t> piece = pieces_of(soup);

@@ -354,7 +354,7 @@ double count(const Convex& body, double max_edge) {
   return triangles * n * n;
 }
 
-// Of the smallest rectangle round a side, in the world, with t upwards or, on a level side, along y.
+// The axes of the smallest rectangle round a side, in the world, with t upwards or, on a level side, along y.
 Surface side_surface(const Convex& body, const ConvexSide& side) {
   const auto corner = [&](std::size_t i) { return body.origin + turned(body.yaw, body.corners[side.corners[i]]); };
   const dvec3 out = glm::normalize(glm::cross(corner(1) - corner(0), corner(2) - corner(0)));

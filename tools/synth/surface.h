@@ -67,7 +67,7 @@ struct Surface {
 // Unit, of the smooth shape: planes towards cross(u, v), the others outwards.
 [[nodiscard]] glm::vec3 normal(const Surface& surface, const glm::vec3& point);
 
-// In linear light, >= 0.
+// The colour in linear light, >= 0.
 [[nodiscard]] glm::vec3 pattern_color(const Material& material, const glm::vec2& st, const glm::vec2& size);
 
 // What lies beyond all surfaces: radiances, and clouds by the seed.
@@ -75,7 +75,7 @@ struct Sky {
   glm::vec3 zenith{0.3F, 0.5F, 0.85F}, horizon{0.75F, 0.82F, 0.9F}, below{0.3F, 0.32F, 0.28F};
   std::uint32_t seed = 0;
 };
-// Of a unit direction; linear, >= 0.
+// The light that comes from a unit direction; linear, >= 0.
 [[nodiscard]] glm::vec3 sky_color(const Sky& sky, const glm::vec3& direction);
 
 // Linear light of an 8-bit sRGB colour, and back: rounded to nearest, clamped to [0, 1] first.

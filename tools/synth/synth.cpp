@@ -130,7 +130,7 @@ std::vector<Camera> written_cameras(const std::vector<synth::Disturbance>& distu
   return cameras;
 }
 
-// Of a camera's rotation against another's, degrees.
+// The angle between the rotations of two cameras, degrees.
 double rotation_between_deg(const Camera& a, const Camera& b) {
   const glm::dmat3 between = a.cam_from_world_rotation * glm::transpose(b.cam_from_world_rotation);
   const glm::dvec3 sine(between[1][2] - between[2][1], between[2][0] - between[0][2], between[0][1] - between[1][0]);

@@ -19,8 +19,8 @@ namespace lumatlas {
 
 // Known errors, so that what a program makes of them can be measured exactly. Each is chosen by the seed, view by view.
 struct SynthDisturbances {
-  // Of the written poses: a random turn and shift, by each half of it, that displace what the view sees by so many
-  // pixels (root mean square); [0, an eighth of the width]
+  // Error of the written poses: a random turn and shift, by each half of it, that displace what the view sees by so
+  // many pixels (root mean square); [0, an eighth of the width]
   double pose_noise = 0;
   double exposure_noise = 0;       // EV, [0, 10]: the linear light is multiplied by 2^u, u uniform in [-EV, EV]
   double white_balance_noise = 0;  // EV, [0, 10]: the same for red and for blue, green stays
@@ -32,7 +32,7 @@ struct SynthDisturbances {
   // Motion of the camera while the shutter is open: by how many pixels it moves what the view sees (root mean square),
   // [0, an eighth of the width]. The true pose is that of the middle.
   double blur = 0;
-  // Of the mesh, in this order; the photographs show the true surface.
+  // Errors of the mesh, made in this order; the photographs show the true surface.
   double mesh_noise = 0;  // root mean square displacement of its vertices along the normal, scene units, [0, 1]
   double holes = 0;       // share of its area that is cut out, in round patches, [0, 0.95]
   double decimate = 1;    // share of its faces that is left, [0.001, 1]
@@ -59,7 +59,7 @@ struct SynthOptions {
   std::uint32_t height = 240;                 // pixels, [16, 8192]
   double fov_deg = 75;                        // horizontal field of view, (0, 170]
   std::uint32_t samples = 12;  // light paths per pixel, [1, 1024]; noise falls with the square root at worst
-  // Of the mesh, about, [1, 20000000]; the shapes are the same, cut more or less finely.
+  // About how many the mesh has, [1, 20000000]; the shapes are the same, cut more or less finely.
   std::uint32_t triangles = 30000;
   SynthDisturbances disturbances;
   // Frames of a smooth path beside the walk, with their true pictures, for measuring flicker; [0, 100000]
@@ -127,7 +127,8 @@ struct Scene {
   Tessellation geometry;
 };
 
-// Of the kind, seed and triangles that the options name. Throws std::invalid_argument for bad options.
+// Makes the kind of scene with the seed and triangles that the options name. Throws std::invalid_argument for bad
+// options.
 [[nodiscard]] Scene make_scene(const SynthOptions& options);
 
 // Two furnished rooms joined by a doorway. Of each kind, all but the tessellation depends on the seed alone.

@@ -143,7 +143,7 @@ class Layer {
   Layer(RTCDevice device, const Tessellation& geometry, const std::vector<Material>& materials)
       : geometry_(geometry), materials_(materials), rtc_scene_(make_scene(device, geometry.mesh)) {}
 
-  // False where nothing is hit; else `reach` becomes the distance in steps.
+  // Returns false where nothing is hit; else `reach` becomes the distance in steps.
   bool intersect(const vec3& from, const vec3& step, float& reach, Hit& hit) const {
     RTCRayHit query{};
     query.ray = make_ray(from, step, reach);
@@ -157,7 +157,8 @@ class Layer {
     return true;
   }
 
-  // The same for a bundle: hits are by lane, and those of rays that hit nothing are left as they are.
+  // Traces all rays of a bundle as the function above traces one: hits are by lane, and those of rays that hit nothing
+  // are left as they are.
   void intersect(Bundle& bundle, std::array<Hit, kLanes>& hits) const {
     EmbreePacket packet = packet_of(bundle);
     packet.intersect(rtc_scene_.get());
@@ -407,7 +408,7 @@ class Paths {
     return sums;
   }
 
-  // Of a light that `step` leads to, if nothing is in the way.
+  // The share of a light that `step` leads to, if nothing is in the way.
   static vec3 arriving(const AreaLight& light, const Place& place, const vec3& step) {
     const float arriving = glm::dot(place.n, step);
     const float leaving = -glm::dot(glm::cross(light.edge_u, light.edge_v), step);  // times the light's area

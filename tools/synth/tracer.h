@@ -20,14 +20,15 @@ namespace lumatlas::synth {
 
 // What a camera makes of the light, before it is cut off at white and rounded to 8 bits.
 struct Exposure {
-  glm::vec3 gain{1.0F};  // of the linear light, per channel, > 0
+  glm::vec3 gain{1.0F};  // factor of the linear light, per channel, > 0
   // The light is also multiplied by 1 - vignetting r^2 at the middle of a pixel, r being its distance from the
   // principal point over half of the picture's diagonal; [0, 1).
   double vignetting = 0;
-  // Of the sensor, added to that light in each channel by itself: the standard deviation that it gives a mid grey (sRGB
-  // 128), in 8-bit levels, >= 0. Its variance grows with the light (shot noise) from a small part of it (read noise).
+  // Noise of the sensor, added to that light in each channel by itself: the standard deviation that it gives a mid grey
+  // (sRGB 128), in 8-bit levels, >= 0. Its variance grows with the light (shot noise) from a small part of it (read
+  // noise).
   double noise = 0;
-  // Of the camera while the shutter is open, half of it before the camera's pose is reached and half after.
+  // How the camera moves while the shutter is open, half of it before the camera's pose is reached and half after.
   Motion motion{};
 };
 
@@ -69,7 +70,7 @@ class Tracer {
 
   // The point of the scene's surface that an image position shows; none where the ray hits nothing.
   [[nodiscard]] std::optional<glm::dvec3> surface_at(const Camera& camera, const glm::dvec2& position) const;
-  // The same with what is there; it points into the scene.
+  // The first surface that the ray meets, with what is there; it points into the scene.
   [[nodiscard]] std::optional<Sighting> sighting_at(const Camera& camera, const glm::dvec2& position) const;
   // Whether nothing lies between two points, apart from the last 1e-3 of the way.
   [[nodiscard]] bool sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor = nullptr) const;

@@ -129,7 +129,7 @@ std::vector<double> middles(const Way& way, const SynthOptions& options, const c
   return distances;
 }
 
-// Of 4^order cells, each of which gets three views or more, if there are so many.
+// The order of a curve of 4^order cells, each of which gets three views or more, if there are so many.
 std::uint32_t hilbert_order(std::uint32_t views) {
   std::uint32_t order = 1;
   while (order < kMostHilbertOrder && 3ULL << (2 * (order + 1)) <= views) ++order;

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/synth/truth.h"
 
-#include <fstream>
 #include <glm/gtc/quaternion.hpp>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "tools/base/strict_json.h"
 #include "tools/scene/colmap.h"
 #include "tools/scene/undistortion.h"
 
@@ -17,16 +18,12 @@ namespace {
 using nlohmann::json;
 
 json read_disturbances(const std::filesystem::path& path) {
-  std::ifstream file(path);
-  if (!file) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored)) {
     throw InputError(path.string() + ": cannot be read, make the scene with `lumatlas synth` and a known error, " +
                      "--pose-noise 1 for example");
   }
-  try {
-    return json::parse(file);
-  } catch (const json::exception& error) {
-    throw InputError(path.string() + ": is not JSON: " + error.what());
-  }
+  return read_json(path);
 }
 
 Camera placed(const ColmapImage& image, const ColmapCamera& lens, const glm::dvec3& offset) {

@@ -97,7 +97,7 @@ class Wall : private SceneBuilder {
     scene_.solids.emplace_back(air);
   }
 
-  // With a curtain behind it.
+  // A curtain hangs behind it.
   std::int32_t glass() {
     const vec3 cloth = 0.05F + 0.35F * dye();
     return add_glossy(Pattern::fabric, {cloth, 0.6F * cloth, dye() * 0.6F}, 1.2F, 0.09F);
@@ -293,7 +293,7 @@ class Wall : private SceneBuilder {
     return glm::mix(base, dye(), 0.25F);
   }
 
-  // False if something that was placed is there already.
+  // Returns false if something that was placed is there already.
   bool place(dvec2 low, dvec2 high) {
     for (const Opening& other : placed_) {
       if (high.x > other.low.x && low.x < other.high.x && high.y > other.low.y && low.y < other.high.y) return false;

@@ -5,12 +5,14 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "tests/support/temporary_folder.h"
 #include "tools/base/output_folder.h"
@@ -27,6 +29,8 @@ int wait_status_of(const std::function<void()>& work) {
   if (child == 0) {
     signal(SIGINT, SIG_DFL);
     signal(SIGTERM, SIG_DFL);
+    signal(SIGHUP, SIG_DFL);
+    signal(SIGPIPE, SIG_DFL);
     try {
       work();
     } catch (const Interrupted& interrupted) {
@@ -49,7 +53,7 @@ bool ended(int status) {
 
 // Work like the program's: an output that grows while progress ticks; the signal comes at the third tick of ten.
 void write_output(const std::filesystem::path& path, int signal) {
-  OutputFolder out(path);
+  OutputFolder out(path, "synth");
   std::ostringstream lines;
   ProgressOptions options;
   options.out = &lines;
@@ -65,13 +69,31 @@ void write_output(const std::filesystem::path& path, int signal) {
 }
 
 TEST_CASE("an interrupted program removes its half-written output and dies of the signal") {
-  for (const int signal : {SIGINT, SIGTERM}) {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
     const TemporaryFolder folder;
     const int status = wait_status_of([&] {
       install_interrupt_handler();
       write_output(folder.path() / "sub" / "out", signal);
     });
     CHECK(died_of(status, signal));
+    CHECK(std::filesystem::is_empty(folder.path()));
+  }
+}
+
+TEST_CASE("work that does not ask is ended all the same, soon, and its half-written output removed") {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) {
+    const TemporaryFolder folder;
+    const auto start = std::chrono::steady_clock::now();
+    const int status = wait_status_of([&] {
+      install_interrupt_handler();
+      const OutputFolder out(folder.path() / "out", "synth");
+      std::ofstream(out.path() / "half") << "half";
+      raise(signal);
+      while (true) std::this_thread::sleep_for(std::chrono::seconds(1));
+    });
+    const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
+    CHECK(died_of(status, signal));
+    CHECK(taken.count() < 5);  // at most one on a machine with nothing else to do
     CHECK(std::filesystem::is_empty(folder.path()));
   }
 }
@@ -94,6 +116,15 @@ TEST_CASE("the first signal alone does not end the program, the second does, eve
                   raise(SIGTERM);
                 }),
                 SIGTERM));
+}
+
+TEST_CASE("a terminal that goes and a pipe that nobody reads repeat themselves, and do not kill at once") {
+  for (const int signal : {SIGHUP, SIGPIPE}) {
+    CHECK(ended(wait_status_of([&] {
+      install_interrupt_handler();
+      for (int i = 0; i < 3; ++i) raise(signal);
+    })));
+  }
 }
 
 TEST_CASE("a signal that the program was started to ignore stays ignored") {

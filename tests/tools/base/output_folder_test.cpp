@@ -27,7 +27,7 @@ std::ptrdiff_t entries(const fs::path& folder) {
 }
 
 void make_output(const fs::path& path, const std::string& content) {
-  OutputFolder out(path);
+  OutputFolder out(path, "build");
   write_text(out.path() / "content", content);
   out.commit({{"content", content}});
 }
@@ -38,7 +38,7 @@ const std::string kNotOurs =
 
 TEST_CASE("a committed folder is in place with its marker and options, and nothing else is left") {
   const TemporaryFolder folder;
-  OutputFolder out(folder.path() / "out");
+  OutputFolder out(folder.path() / "out", "build");
   write_text(out.path() / "content", "new");
   CHECK_FALSE(fs::exists(folder.path() / "out"));
   out.commit({{"hold", 8}});
@@ -53,7 +53,7 @@ TEST_CASE("a committed folder is in place with its marker and options, and nothi
 TEST_CASE("a folder that is not committed vanishes with the parents that were made for it") {
   const TemporaryFolder folder;
   {
-    const OutputFolder out(folder.path() / "a" / "b" / "out");
+    const OutputFolder out(folder.path() / "a" / "b" / "out", "build");
     write_text(out.path() / "content", "half");
     CHECK(entries(folder.path() / "a" / "b") == 1);
   }
@@ -63,10 +63,14 @@ TEST_CASE("a folder that is not committed vanishes with the parents that were ma
 TEST_CASE("an earlier output stays until commit and is replaced as a whole") {
   const TemporaryFolder folder;
   const fs::path target = folder.path() / "out";
-  make_output(target, "old");
-  write_text(target / "only in the old one", "");
   {
-    const OutputFolder abandoned(target);
+    OutputFolder old(target, "build");
+    write_text(old.path() / "content", "old");
+    write_text(old.path() / "only in the old one", "");
+    old.commit({});
+  }
+  {
+    const OutputFolder abandoned(target, "build");
     write_text(abandoned.path() / "content", "half");
   }
   CHECK(bytes_of(target / "content") == "old");
@@ -88,20 +92,106 @@ TEST_CASE("a folder that lumatlas did not write is refused at once and left alon
   const fs::path target = folder.path() / "photographs";
   fs::create_directory(target);
   write_text(target / "DSC_0001.jpg", "precious");
-  CHECK_THROWS_WITH(OutputFolder(target), target.string() + kNotOurs);
+  CHECK_THROWS_WITH(OutputFolder(target, "build"), target.string() + kNotOurs);
   for (const std::string marker : {"", "[]", "{}", "{\"lumatlas\"", "{\"mesh\": \"lumatlas\"}"}) {
     write_text(target / "lumatlas.json", marker);
-    CHECK_THROWS_WITH(OutputFolder(target), target.string() + kNotOurs);
+    CHECK_THROWS_WITH(OutputFolder(target, "build"), target.string() + kNotOurs);
   }
   CHECK(bytes_of(target / "DSC_0001.jpg") == "precious");
   CHECK(entries(folder.path()) == 1);
+}
+
+// A folder as `lumatlas build` leaves it, with a report that `lumatlas validate` put into it.
+void make_model_with_report(const fs::path& target) {
+  make_output(target, "old");
+  OutputFolder report(target / "report", "validate");
+  fs::create_directory(report.path() / "pictures");
+  write_text(report.path() / "pictures" / "a.png", "picture");
+  report.commit({});
+}
+
+TEST_CASE("a model's own report goes with it, a person's notes in either keep both") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "out";
+  for (const std::string notes : {"notes.txt", "images/notes.txt", "report/notes.txt", "report/pictures/b.png"}) {
+    CAPTURE(notes);
+    make_model_with_report(target);
+    fs::create_directories((target / notes).parent_path());
+    write_text(target / notes, "precious");
+    CHECK_THROWS_WITH(OutputFolder(target, "build"), target.string() +
+                                                         ": will not be replaced, because lumatlas did not write " +
+                                                         notes + " in it: move that elsewhere, or name another folder");
+    CHECK(bytes_of(target / "content") == "old");
+    fs::remove(target / notes);
+    make_output(target, "new");
+    CHECK(bytes_of(target / "content") == "new");
+    CHECK_FALSE(fs::exists(target / "report"));
+  }
+  fs::create_symlink("content", target / "link");
+  CHECK_THROWS_WITH(OutputFolder(target, "build"), Catch::Contains("did not write link in it"));
+}
+
+TEST_CASE("notes that are written beside an output while the next one is made keep it") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "out";
+  make_output(target, "old");
+  OutputFolder out(target, "build");
+  write_text(target / "notes.txt", "precious");
+  CHECK_THROWS_WITH(out.commit({}), Catch::Contains("did not write notes.txt in it"));
+  CHECK(bytes_of(target / "notes.txt") == "precious");
+  CHECK(bytes_of(target / "content") == "old");
+}
+
+TEST_CASE("an output of another command is refused") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "out";
+  make_output(target, "model");
+  CHECK_THROWS_WITH(OutputFolder(target, "synth"),
+                    target.string() + ": is an output of `lumatlas build` and will not be replaced by one of " +
+                        "`lumatlas synth`, name another folder or remove it");
+  CHECK_THROWS_AS(OutputFolder(target, "validate"), InputError);
+  CHECK(bytes_of(target / "content") == "model");
+}
+
+TEST_CASE("files whose names are not UTF-8 are known again") {
+  const TemporaryFolder folder;
+  {
+    OutputFolder out(folder.path() / "out", "build");
+    write_text(out.path() / "caf\xe9.png", "picture");
+    out.commit({});
+  }
+  CHECK_NOTHROW(check_replaceable(folder.path() / "out", "build"));
+}
+
+TEST_CASE("what a killed process left behind is removed by the next output beside it, what a living one holds stays") {
+  const TemporaryFolder folder;
+  const fs::path dead = folder.path() / random_temporary_name(),
+                 dead_file = folder.path() / random_temporary_name(".png");
+  const fs::path other = folder.path() / ".lumatlas-mine";
+  for (const fs::path& path : {dead, other}) {
+    fs::create_directory(path);
+    write_text(path / "content", "half");
+  }
+  write_text(dead_file, "half");
+  fs::create_directory_symlink(other, folder.path() / random_temporary_name());  // not ours: we make no links
+  const OutputFolder living(folder.path() / "living", "build");
+  write_text(living.path() / "content", "half");
+  make_output(folder.path() / "out", "new");
+  CHECK_FALSE(fs::exists(dead));
+  CHECK_FALSE(fs::exists(dead_file));
+  CHECK(bytes_of(living.path() / "content") == "half");
+  CHECK(bytes_of(other / "content") == "half");
+  CHECK(entries(folder.path()) == 4);
+  write_text(dead_file, "half");
+  write_json(folder / "a.json", {});
+  CHECK_FALSE(fs::exists(dead_file));
 }
 
 TEST_CASE("a folder that somebody else fills meanwhile is refused at commit") {
   const TemporaryFolder folder;
   const fs::path target = folder.path() / "out";
   {
-    OutputFolder out(target);
+    OutputFolder out(target, "build");
     fs::create_directory(target);
     write_text(target / "theirs", "precious");
     CHECK_THROWS_WITH(out.commit({}), target.string() + kNotOurs);
@@ -114,14 +204,14 @@ TEST_CASE("a file in the folder's place or in its parent's is refused") {
   const TemporaryFolder folder;
   const fs::path file = folder.path() / "out";
   write_text(file, "precious");
-  CHECK_THROWS_WITH(OutputFolder(file), file.string() + ": is not a folder, name another output");
-  CHECK_THROWS_AS(OutputFolder(file / "below"), InputError);
+  CHECK_THROWS_WITH(OutputFolder(file, "build"), file.string() + ": is not a folder, name another output");
+  CHECK_THROWS_AS(OutputFolder(file / "below", "build"), InputError);
   CHECK(bytes_of(file) == "precious");
 }
 
 TEST_CASE("an output path that is empty or the root is refused") {
-  CHECK_THROWS_WITH(OutputFolder(""), "the output path is empty, name a file or folder");
-  CHECK_THROWS_WITH(OutputFolder("/"), "/" + kNotOurs);
+  CHECK_THROWS_WITH(OutputFolder("", "build"), "the output path is empty, name a file or folder");
+  CHECK_THROWS_WITH(OutputFolder("/", "build"), "/" + kNotOurs);
 }
 
 TEST_CASE("a trailing slash and a link to an earlier output mean the folder itself") {
@@ -136,14 +226,14 @@ TEST_CASE("a trailing slash and a link to an earlier output mean the folder itse
 
 TEST_CASE("options with bytes that are not UTF-8 do not cost the output") {
   const TemporaryFolder folder;
-  OutputFolder out(folder.path() / "out");
+  OutputFolder out(folder.path() / "out", "build");
   out.commit({{"mesh", "caf\xe9.ply"}});
-  CHECK_NOTHROW(check_replaceable(folder.path() / "out"));
+  CHECK_NOTHROW(check_replaceable(folder.path() / "out", "build"));
 }
 
 TEST_CASE("a folder is committed only once") {
   const TemporaryFolder folder;
-  OutputFolder out(folder.path() / "out");
+  OutputFolder out(folder.path() / "out", "build");
   out.commit({});
   CHECK_THROWS_AS(out.commit({}), std::invalid_argument);
 }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <string>
+#include <vector>
 
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
@@ -58,6 +59,38 @@ TEST_CASE("frames are numbered with as many digits as the last one needs, views 
   PictureOutput exr("out", PictureFormat::exr, 30);
   CHECK(exr.file_for_frame(12, 13) == "00012.exr");
   CHECK(exr.file_for_view("x.jpg") == "x.exr");
+}
+
+TEST_CASE("every view gets a picture that can be written, whatever the views are called") {
+  const std::string longest(255, 'x');
+  std::string umlauts = "a";
+  while (umlauts.size() < 255) umlauts += "\xc3\xa4";
+  const std::vector<std::string> names{"a.jpg",
+                                       "a.png/c.jpg",
+                                       "a.png/c.tif",
+                                       "b.png/c.jpg",
+                                       "b.jpg",
+                                       "b.png",
+                                       longest,
+                                       "d/" + longest,
+                                       longest + "/e.jpg",
+                                       std::string(251, 'y') + ".jpg",
+                                       std::string(251, 'y') + ".tif",
+                                       umlauts};
+  const TemporaryFolder folder;
+  PictureOutput output(folder.path(), PictureFormat::png, 30);
+  std::vector<fs::path> files;
+  for (const std::string& name : names) files.push_back(output.file_for_view(name));
+  for (const fs::path& file : files) {
+    CAPTURE(file);
+    CHECK_FALSE(fs::exists(folder.path() / file));
+    CHECK_NOTHROW(output.write(file, frame(2, 2, 7)));
+    CHECK(fs::is_regular_file(folder.path() / file));
+  }
+  CHECK(files[0] == "a.png");
+  CHECK(files[1] == "a.png_c.jpg-1.png");
+  CHECK(files[9] == std::string(251, 'y') + ".png");
+  CHECK(files[11].string().size() < 255);
 }
 
 TEST_CASE("a video's frames arrive at ffmpeg, every byte and in order, with their size and rate") {

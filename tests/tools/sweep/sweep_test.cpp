@@ -154,7 +154,7 @@ TEST_CASE("a sweep may have comments, but nothing twice and nothing that is not 
   CHECK_THAT(refusal_of_text("{\"name\": "), Catch::Contains("sweep.json: is not JSON: parse error at line 1"));
   CHECK_THAT(refusal_of_text("{\"name\": 1e999}"), Catch::Contains("sweep.json: is not JSON: "));
   CHECK_THAT(refusal_of_text("[1]"), Catch::Contains("must be an object, not array"));
-  CHECK_THROWS_WITH(read_sweeps("/no/sweep.json", SweepScale::small, knows), "/no/sweep.json: there is no such file");
+  CHECK_THROWS_WITH(read_sweeps("/no/sweep.json", SweepScale::small, knows), "/no/sweep.json: no such file");
 }
 
 TEST_CASE("whatever is wrong with a sweep is named with its place") {

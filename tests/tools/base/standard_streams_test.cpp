@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/base/standard_streams.h"
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <functional>
+
+namespace lumatlas {
+namespace {
+
+// What `work` returns in a child of its own.
+int in_child(const std::function<int()>& work) {
+  const pid_t child = fork();
+  if (child == 0) _exit(work());
+  int status = 0;
+  REQUIRE(waitpid(child, &status, 0) == child);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST_CASE("a file that is opened after a stream was closed does not get the stream's number") {
+  for (const int stream : {0, 1, 2}) {
+    CAPTURE(stream);
+    CHECK(in_child([&] {
+            close(stream);
+            return open("/dev/null", O_RDONLY);
+          }) == stream);
+    CHECK(in_child([&] {
+            close(stream);
+            reserve_standard_streams();
+            return open("/dev/null", O_RDONLY);
+          }) > 2);
+  }
+}
+
+TEST_CASE("a stream that was closed refuses to be written to, one that is open is left alone") {
+  CHECK(in_child([] {
+          close(2);
+          reserve_standard_streams();
+          return write(2, "x", 1) < 0 ? 7 : 0;
+        }) == 7);
+  CHECK(in_child([] {
+          const int file = open("/dev/null", O_WRONLY);
+          dup2(file, 2);
+          reserve_standard_streams();
+          return write(2, "x", 1) == 1 ? 7 : 0;
+        }) == 7);
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/base/strict_json.h"
+
+#include <sys/stat.h>
+
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "mesh/base/errors.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+std::string nested(int depth, const std::string& open, const std::string& close) {
+  std::string text;
+  for (int i = 0; i < depth; ++i) text += open;
+  text += "1";
+  for (int i = 0; i < depth; ++i) text += close;
+  return text;
+}
+
+TEST_CASE("JSON is read to a depth of a hundred and refused beyond, whoever reads it") {
+  const TemporaryFolder folder;
+  CHECK_NOTHROW(parse_json(nested(kDeepestJson, "[", "]"), "a.json"));
+  CHECK_NOTHROW(parse_json(nested(kDeepestJson, "{\"a\":", "}"), "a.json"));
+  for (const int depth : {kDeepestJson + 1, 100000}) {
+    CAPTURE(depth);
+    for (const std::string& text : {nested(depth, "[", "]"), nested(depth, "{\"a\":", "}")}) {
+      const std::filesystem::path file = folder.with_file("a.json", text);
+      const std::string sentence = file.string() + ": has arrays or objects more than 100 deep";
+      CHECK_THROWS_WITH(parse_json(text, file.string()), sentence);
+      CHECK_THROWS_WITH(read_json(file), sentence);
+      CHECK_THROWS_WITH(read_json_with_comments(file), sentence);
+    }
+  }
+}
+
+TEST_CASE("a JSON file that is none is named, in one line") {
+  const TemporaryFolder folder;
+  CHECK_THROWS_WITH(read_json(folder.with_file("a.json", "{\"a\":\n1e999}")),
+                    Catch::StartsWith((folder / "a.json").string() + ": is not JSON: ") && !Catch::Contains("\n"));
+  CHECK_THROWS_WITH(read_json(folder.with_file("a.json", "[1] // one")), Catch::Contains("is not JSON"));
+  CHECK(read_json_with_comments(folder.with_file("a.json", "[1] // one")) == nlohmann::json{1});
+  CHECK_THROWS_WITH(read_json(folder / "b.json"), (folder / "b.json").string() + ": no such file");
+}
+
+TEST_CASE("a pipe in a JSON file's place is refused, and not waited for") {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder / "a.json";
+  REQUIRE(mkfifo(pipe.c_str(), 0600) == 0);
+  CHECK_THROWS_WITH(read_json(pipe), pipe.string() + ": is not a file");
+  CHECK_THROWS_WITH(read_json_with_comments(pipe), pipe.string() + ": is not a file");
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/base/process_limits.h"
+
+#include <pthread.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <climits>
+#include <condition_variable>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+namespace lumatlas {
+
+namespace {
+
+constexpr rlim_t kLeastAddressSpace = rlim_t{2} << 30;  // bytes: libraries, driver, threads and their heaps
+constexpr rlim_t kLeastStack = rlim_t{1} << 20;         // bytes: trees over meshes are built by functions that recurse
+
+void require_limit(int resource, rlim_t least, const char* name, const char* option) {
+  rlimit limit{};
+  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= least) return;
+  throw std::runtime_error(std::string("the limit of ") + name + " is " + std::to_string(limit.rlim_cur >> 10) +
+                           " KiB, lumatlas needs at least " + std::to_string(least >> 10) + ": raise it (`ulimit " +
+                           option + " " + std::to_string(least >> 10) + "`)");
+}
+
+// Threads that wait until this object goes.
+class WaitingThreads {
+ public:
+  ~WaitingThreads() {
+    {
+      const std::lock_guard lock(mutex_);
+      may_end_ = true;
+    }
+    ended_.notify_all();
+    for (const pthread_t thread : threads_) pthread_join(thread, nullptr);
+  }
+  WaitingThreads() = default;
+  WaitingThreads(const WaitingThreads&) = delete;
+  WaitingThreads& operator=(const WaitingThreads&) = delete;
+
+  // False where the system gives no more.
+  [[nodiscard]] bool start(std::size_t count) {
+    constexpr std::size_t kStack = 64 << 10;  // bytes; they do next to nothing
+    threads_.reserve(count);
+    pthread_attr_t attributes;
+    pthread_attr_init(&attributes);
+    pthread_attr_setstacksize(&attributes, std::max<std::size_t>(kStack, static_cast<std::size_t>(PTHREAD_STACK_MIN)));
+    while (threads_.size() < count) {
+      pthread_t thread{};
+      if (pthread_create(&thread, &attributes, wait, this) != 0) break;
+      threads_.push_back(thread);
+    }
+    pthread_attr_destroy(&attributes);
+    return threads_.size() == count;
+  }
+  [[nodiscard]] std::size_t started() const { return threads_.size(); }
+
+ private:
+  static void* wait(void* object) {
+    auto& self = *static_cast<WaitingThreads*>(object);
+    std::unique_lock lock(self.mutex_);
+    self.ended_.wait(lock, [&] { return self.may_end_; });
+    return nullptr;
+  }
+
+  std::mutex mutex_;
+  std::condition_variable ended_;
+  bool may_end_ = false;
+  std::vector<pthread_t> threads_;
+};
+
+void require_threads() {
+  // The planner, the photographs' reader and the driver each start as many as there are cores, and some.
+  const std::size_t count = 3 * std::size_t{std::max(1u, std::thread::hardware_concurrency())} + 4;
+  WaitingThreads threads;
+  if (threads.start(count)) return;
+  throw std::runtime_error("only " + std::to_string(threads.started()) + " threads can be started, lumatlas needs " +
+                           std::to_string(count) + " on this machine: raise the limit of processes (`ulimit -u`, " +
+                           "--pids-limit of a container), or stop some");
+}
+
+}  // namespace
+
+void check_process_limits() {
+  require_limit(RLIMIT_AS, kLeastAddressSpace, "memory", "-v");
+  require_limit(RLIMIT_STACK, kLeastStack, "the stack", "-s");
+  require_threads();
+}
+
+}  // namespace lumatlas
