@@ -27,7 +27,7 @@ struct Made {
   TemporaryFolder folder;
   std::string scene = (folder / "scene").string();
   std::string model = (folder / "model").string();
-  Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--views", "8", "--width", "64", "--height", "48",
+  Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--photographs", "8", "--width", "64", "--height", "48",
                             "--samples", "2", "--triangles", "3000", "--quiet"});
   Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
 };
@@ -70,7 +70,7 @@ TEST_CASE("pictures, models and scenes that a disk does not take to the end are 
   const std::vector<Arguments> runs{
       depth_pictures(out),
       {"render", made().model, "--orbit", "--frames", "1", "--mode", "depth", "--format", "exr", "-o", out, "--quiet"},
-      {"synth", "apartment", "-o", out, "--views", "2", "--width", "200", "--height", "200", "--samples", "1",
+      {"synth", "apartment", "-o", out, "--photographs", "2", "--width", "200", "--height", "200", "--samples", "1",
        "--quiet"},
       {"build", made().scene, "-o", out, "--refine", "none", "--quiet"},
       {"build", made().scene, "-o", out + ".glb", "--refine", "none", "--quiet"},
@@ -142,7 +142,7 @@ TEST_CASE("a .glb that lumatlas wrote is replaced") {
 
 TEST_CASE("what a killed program leaves behind is removed by the next one, which leaves a living one's alone") {
   const TemporaryFolder folder;
-  const Arguments endless{"synth", "apartment", "-o", (folder / "a").string(), "--views", "5000", "--quiet"};
+  const Arguments endless{"synth", "apartment", "-o", (folder / "a").string(), "--photographs", "5000", "--quiet"};
   const Run killed(endless);
   Run::wait_until([&] { return holds_temporary(folder.path()); });
   killed.send(SIGKILL);
@@ -162,7 +162,7 @@ TEST_CASE("a terminal that goes, a reader that goes, and Ctrl-C in the middle of
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   const std::vector<Arguments> runs{
-      {"synth", "apartment", "-o", out, "--views", "1", "--width", "8192", "--height", "8192", "--samples", "64",
+      {"synth", "apartment", "-o", out, "--photographs", "1", "--width", "8192", "--height", "8192", "--samples", "64",
        "--quiet"},
       depth_pictures(out, "2", "32768"),
   };
@@ -206,7 +206,7 @@ TEST_CASE("limits that are too low are told by name, instead of a crash or a wro
       {"build", made().scene, "-o", out, "--quiet"},
       depth_pictures(out),
       {"validate", made().model, "--views", made().scene, "-o", out, "--quiet"},
-      {"synth", "apartment", "-o", out, "--views", "2", "--quiet"},
+      {"synth", "apartment", "-o", out, "--photographs", "2", "--quiet"},
   };
   for (const Arguments& arguments : runs) {
     CAPTURE(arguments.front());
