@@ -7,7 +7,7 @@ set_tests_properties("package: installs" PROPERTIES FIXTURES_SETUP lumatlas_inst
 # Some of them are given a scene.
 set(consumer_scene ${CMAKE_CURRENT_BINARY_DIR}/consumer/scene)
 add_test(NAME "package: makes a scene" COMMAND ${consumer_prefix}/${CMAKE_INSTALL_BINDIR}/lumatlas
-  synth apartment -o ${consumer_scene} --views 24 --width 96 --height 72 --samples 1 --triangles 3000 --quiet)
+  synth apartment -o ${consumer_scene} --photographs 24 --width 96 --height 72 --samples 1 --triangles 3000 --quiet)
 set_tests_properties("package: makes a scene" PROPERTIES
   FIXTURES_REQUIRED lumatlas_installed FIXTURES_SETUP lumatlas_scene)
 
