@@ -162,7 +162,7 @@ void run(const BuildFlags& flags) {
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
-  if (result.intrinsics) {
+  if (result.intrinsics && !options.quiet) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
     if (!advice.empty()) std::cerr << advice << '\n';
   }
