@@ -127,6 +127,7 @@ void run(const BuildFlags& flags) {
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options);
   if (!options.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
   if (result.intrinsics) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
