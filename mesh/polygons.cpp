@@ -25,7 +25,7 @@ using FaceBase =
     CGAL::Constrained_triangulation_face_base_2<Kernel, CGAL::Triangulation_face_base_with_info_2<Side, Kernel>>;
 using Triangulation =
     CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
-                                               CGAL::No_constraint_intersection_tag>;
+                                               CGAL::No_constraint_intersection_requiring_constructions_tag>;
 using VertexHandle = Triangulation::Vertex_handle;
 // How often the outline passes along an edge: twice where a hole is joined to it by a bridge.
 using Edge = std::pair<VertexHandle, VertexHandle>;
@@ -88,9 +88,9 @@ Edge edge_between(VertexHandle a, VertexHandle b) {
   return a < b ? Edge(a, b) : Edge(b, a);
 }
 
-// The triangulation of the outline's corners, with its edges as constraints. Throws if two of these cross.
-Triangulation constrained(const Outline& outline, Passes& passes) {
-  Triangulation triangulation;
+// The triangulation of the outline's corners, with its edges as constraints, and how often the outline passes along
+// each. False if an edge goes through a corner; throws if two edges cross.
+bool constrain(const Outline& outline, Triangulation& triangulation, Passes& passes) {
   std::vector<std::pair<Kernel::Point_2, std::uint32_t>> corners;
   for (std::size_t i = 0; i < outline.points.size(); ++i) corners.emplace_back(outline.points[i], outline.vertices[i]);
   triangulation.insert(corners.begin(), corners.end());  // in an order of its own, which is fast
@@ -99,11 +99,12 @@ Triangulation constrained(const Outline& outline, Passes& passes) {
     const VertexHandle vertex = triangulation.insert(point, previous->face());
     if (vertex != previous) {
       triangulation.insert_constraint(previous, vertex);
+      if (!triangulation.is_edge(previous, vertex)) return false;
       ++passes[edge_between(previous, vertex)];
     }
     previous = vertex;
   }
-  return triangulation;
+  return true;
 }
 
 // Marks every face as inside or outside: the side changes where the outline passes an odd number of times.
@@ -126,11 +127,12 @@ void mark_sides(Triangulation& triangulation, const Passes& passes) {
   }
 }
 
-// Nothing if the outline crosses itself.
+// Nothing if the outline crosses itself, or touches itself along an edge.
 std::optional<std::vector<glm::uvec3>> triangles_of(const Outline& outline) {
   try {
     Passes passes;
-    Triangulation triangulation = constrained(outline, passes);
+    Triangulation triangulation;
+    if (!constrain(outline, triangulation, passes)) return std::nullopt;
     mark_sides(triangulation, passes);
     std::vector<glm::uvec3> triangles;
     for (const Triangulation::Face_handle face : triangulation.finite_face_handles()) {

@@ -422,9 +422,9 @@ TEST_CASE("OBJ: vertices and faces in all their forms") {
                             {0, 1, 2},
                             {0, 1, 2},
                             {0, 1, 2},
-                            {0, 1, 2},
-                            {0, 2, 0},
-                            {0, 0, 1},
+                            {2, 0, 1},  // corners that repeat are nothing
+                            {0, 0, 0},
+                            {0, 0, 0},
                             {0, 1, 1},
                             {3, 0, 1}});
 }

@@ -109,6 +109,14 @@ TEST_CASE("what repeats a corner has a degenerate face for repair() to count") {
   CHECK(covered_area(soup) == Approx(1));
 }
 
+TEST_CASE("a polygon that touches itself at a corner is covered, and one that does along an edge stays a fan") {
+  const TriangleSoup hourglass = triangulated({{0, 0, 0}, {2, 1, 0}, {4, 0, 0}, {4, 4, 0}, {2, 1, 0}, {0, 4, 0}});
+  CHECK(hourglass.faces.size() == 4);
+  CHECK(covered_area(hourglass) == Approx(8));
+  const Points along{{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 0, 0}, {0, 4, 0}};  // its fourth corner on its first edge
+  CHECK(triangulated(along).faces == Faces{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
+}
+
 TEST_CASE("a polygon that crosses itself, has no area or is not finite stays a fan") {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Points& points :
