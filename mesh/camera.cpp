@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <sstream>
 #include <stdexcept>
-#include <string>
 
 namespace lumatlas {
 
@@ -25,7 +25,26 @@ glm::dvec3 Camera::ray(const glm::dvec2& image) const {
   return glm::transpose(cam_from_world_rotation) * glm::dvec3((image.x - cx) / fx, (image.y - cy) / fy, 1.0);
 }
 
+namespace {
+
+void require(bool holds, const char* field, double value, const char* rule) {
+  if (holds) return;
+  std::ostringstream message;
+  message << "camera: " << field << " is " << value << ", must be " << rule;
+  throw std::invalid_argument(message.str());
+}
+
+void require_some(const char* field, std::uint32_t pixels) {
+  require(pixels > 0, field, pixels, "above 0");
+}
+
+}  // namespace
+
 Camera Camera::scaled_to(std::uint32_t new_width, std::uint32_t new_height) const {
+  require_some("width", width);
+  require_some("height", height);
+  require_some("the new width", new_width);
+  require_some("the new height", new_height);
   const double sx = static_cast<double>(new_width) / width;
   const double sy = static_cast<double>(new_height) / height;
   Camera scaled = *this;
@@ -39,22 +58,15 @@ Camera Camera::scaled_to(std::uint32_t new_width, std::uint32_t new_height) cons
 }
 
 Camera Camera::shrunk_to(std::uint32_t pixels) const {
+  require_some("width", width);
+  require_some("height", height);
+  require_some("the new longer side", pixels);
   const double scale = std::min(1.0, static_cast<double>(pixels) / std::max(width, height));
   const auto shrunk = [scale](std::uint32_t size) {
     return std::max(1u, static_cast<std::uint32_t>(std::lround(size * scale)));
   };
   return scaled_to(shrunk(width), shrunk(height));
 }
-
-namespace {
-
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (!holds) {
-    throw std::invalid_argument("camera: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
-  }
-}
-
-}  // namespace
 
 void check(const Camera& camera) {
   constexpr std::uint32_t kMaxSize = 65536;

@@ -35,7 +35,8 @@ struct Camera {
   // center() + depth * ray(p) has that depth.
   [[nodiscard]] glm::dvec3 ray(const glm::dvec2& image) const;
 
-  // The same view at another resolution; a pixel keeps its place relative to the image.
+  // The same view at another resolution; a pixel keeps its place relative to the image. These two throw
+  // std::invalid_argument if one of the sizes, the camera's own among them, is 0.
   [[nodiscard]] Camera scaled_to(std::uint32_t new_width, std::uint32_t new_height) const;
   // The same view with its longer side `pixels` long, its shape kept to the nearest pixel; never enlarged.
   [[nodiscard]] Camera shrunk_to(std::uint32_t pixels) const;

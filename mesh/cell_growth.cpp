@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "mesh/face_areas.h"
+#include "mesh/cluster_mesh.h"
 #include "mesh/face_corners.h"
-#include "mesh/face_graph.h"
+#include "mesh/face_geometry.h"
 #include "mesh/partitions.h"
 #include "mesh/slivers.h"
 
@@ -126,7 +126,7 @@ void join_small(const Mesh& mesh, double size, std::span<const std::uint32_t> ad
   std::vector<std::uint32_t> part_labels;
   part_labels.reserve(faces.size());
   for (const std::uint32_t face : faces) part_labels.push_back(labels[face]);
-  merge_slivers(make_face_graph(part, face_areas(part), kNormalSmoothing * size), size, part_labels, first_new);
+  merge_slivers(ClusterMesh(part, face_geometry(part), size), size, part_labels, first_new);
   for (std::size_t i = 0; i < faces.size(); ++i) labels[faces[i]] = part_labels[i];
 }
 
@@ -145,13 +145,13 @@ std::vector<std::uint32_t> grown_clusters(const Cells& before, const Mesh& mesh,
   }
   if (added.empty()) return labels;
   const Mesh part = part_of(mesh, added);
-  const std::vector<std::uint32_t> clusters = cluster_labels(part, face_areas(part), before.size, normal_weight);
+  const std::vector<std::uint32_t> clusters = cluster_labels(part, face_geometry(part), before.size, normal_weight);
   for (std::size_t i = 0; i < added.size(); ++i) labels[added[i]] = first_new + clusters[i];
   join_small(mesh, before.size, added, first_new, labels);
   return labels;
 }
 
-// Likewise.
+// The same labels for a grid, where a face's cube alone decides.
 std::vector<std::uint32_t> grown_grid(const Mesh& mesh_before, const Cells& before, const Mesh& mesh) {
   Mesh both = mesh_before;
   both.positions.insert(both.positions.end(), mesh.positions.begin(), mesh.positions.end());
@@ -177,7 +177,7 @@ std::vector<std::uint32_t> grown_grid(const Mesh& mesh_before, const Cells& befo
   return labels;
 }
 
-// Numbers the labels in place as CellGrowth has them; returns its previous_cell.
+// Numbers the labels in place in the order that CellGrowth promises, and returns its previous_cell.
 std::vector<std::uint32_t> number_old_first(std::vector<std::uint32_t>& labels, std::size_t cells_before) {
   const std::size_t largest = *std::max_element(labels.begin(), labels.end());
   std::vector<std::uint8_t> occurs(std::max(largest + 1, cells_before), 0);
@@ -218,6 +218,8 @@ std::vector<std::uint32_t> faces_as_before(const Mesh& mesh_before, const Cells&
 CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                       std::span<const std::uint32_t> previous_face, const CellOptions& options) {
   check(options);
+  check(mesh_before);
+  check(mesh);
   if (mesh.faces.empty()) refuse("the changed mesh has no face, must have at least one");
   check_before(mesh_before, before);
   check_previous(mesh_before, mesh, previous_face);

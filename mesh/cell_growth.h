@@ -15,7 +15,8 @@ namespace lumatlas {
 
 // For each face of `mesh`, the face of `before` at the same place: its three corners have the same coordinates, to the
 // bit, and the same turn. kNoFace where there is none. The order of faces and vertices, and which corner comes first,
-// do not matter. Faces at one place are matched one to one, in their order.
+// do not matter. Faces at one place are matched one to one, in their order. Coordinates may be anything, also not
+// finite. Throws std::invalid_argument for a face that refers to no vertex.
 [[nodiscard]] std::vector<std::uint32_t> match_faces(const Mesh& before, const Mesh& mesh);
 
 struct CellGrowth {
@@ -40,7 +41,8 @@ struct CellGrowth {
 //
 // The new faces should be no larger than a cell (split_large_faces with before.size). `options` are those that the
 // cells before were made with: a size other than before.size is refused, unless it is 0. Of no cells before, the result
-// is that of make_cells(). Throws std::invalid_argument for bad options, for a mesh without faces, if `previous_face`
+// is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
+// mesh.h, for a changed mesh without faces, if `previous_face`
 // has not one entry per face, names a face that was not there or names one twice, if `before` is not of `mesh_before`,
 // and if the partition is a grid and the cells before are not its cubes.
 [[nodiscard]] CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,

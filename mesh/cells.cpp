@@ -5,14 +5,17 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 
-#include "mesh/face_areas.h"
+#include "mesh/face_geometry.h"
 #include "mesh/partitions.h"
+#include "mesh/scene_extent.h"
 
 namespace lumatlas {
 
@@ -48,17 +51,7 @@ std::vector<std::vector<std::uint32_t>> faces_by_cell(const std::vector<std::uin
   return faces;
 }
 
-struct Triangle {
-  glm::dvec3 a, b, c;
-  [[nodiscard]] glm::dvec3 centroid() const { return (a + b + c) / 3.0; }
-  [[nodiscard]] glm::dvec3 normal() const {  // unit; zero where rounding leaves no area
-    const glm::dvec3 normal = glm::cross(b - a, c - a);
-    const double length = glm::length(normal);
-    return length > 0 ? normal / length : glm::dvec3(0);
-  }
-};
-
-Triangle triangle(const Mesh& mesh, std::uint32_t index) {
+std::array<glm::dvec3, 3> corners_of(const Mesh& mesh, std::uint32_t index) {
   const glm::uvec3& face = mesh.faces[index];
   return {glm::dvec3(mesh.positions[face.x]), glm::dvec3(mesh.positions[face.y]), glm::dvec3(mesh.positions[face.z])};
 }
@@ -70,39 +63,75 @@ glm::dvec3 mean_normal(const glm::dvec3& area_weighted_sum, double area) {
   return length > kCancelled * area ? area_weighted_sum / length : glm::dvec3(0);
 }
 
-void measure_extent(const Mesh& mesh, const std::vector<std::uint32_t>& faces, Cell& cell) {
+void measure_extent(const Mesh& mesh, std::span<const FaceGeometry> geometry, const std::vector<std::uint32_t>& faces,
+                    Cell& cell) {
   const bool has_normal = cell.normal != glm::dvec3(0);
   cell.normal_cone_cos = has_normal ? 1 : -1;
   for (const std::uint32_t face : faces) {
-    const Triangle t = triangle(mesh, face);
-    for (const glm::dvec3& corner : {t.a, t.b, t.c}) {
+    for (const glm::dvec3& corner : corners_of(mesh, face)) {
       cell.radius = std::max(cell.radius, glm::distance(corner, cell.centroid));
     }
     if (!has_normal) continue;
-    cell.normal_cone_cos = std::min(cell.normal_cone_cos, glm::dot(t.normal(), cell.normal));
+    cell.normal_cone_cos = std::min(cell.normal_cone_cos, glm::dot(geometry[face].normal, cell.normal));
   }
 }
 
-Cell measure(const Mesh& mesh, const std::vector<double>& areas, const std::vector<std::uint32_t>& faces) {
+Cell measure(const Mesh& mesh, std::span<const FaceGeometry> geometry, const std::vector<std::uint32_t>& faces) {
   Cell cell;
   cell.faces = static_cast<std::uint32_t>(faces.size());
   glm::dvec3 moment(0), normal(0), sum(0);
   for (const std::uint32_t face : faces) {
-    const Triangle t = triangle(mesh, face);
-    cell.area += areas[face];
-    moment += areas[face] * t.centroid();
-    normal += areas[face] * t.normal();
-    sum += t.centroid();
+    const auto [a, b, c] = corners_of(mesh, face);
+    const glm::dvec3 centroid = (a + b + c) / 3.0;
+    cell.area += geometry[face].area;
+    moment += geometry[face].area * centroid;
+    normal += geometry[face].area * geometry[face].normal;
+    sum += centroid;
   }
   cell.centroid = cell.area > 0 ? moment / cell.area : sum / static_cast<double>(faces.size());
   cell.normal = mean_normal(normal, cell.area);
-  measure_extent(mesh, faces, cell);
+  measure_extent(mesh, geometry, faces, cell);
   return cell;
 }
 
-double size_for(const Mesh& mesh, const CellOptions& options) {
+// Throws unless cells are numbered from 0 without gaps.
+std::vector<std::vector<std::uint32_t>> checked_faces_by_cell(const std::vector<std::uint32_t>& cell_of_face) {
+  const std::uint32_t last = *std::max_element(cell_of_face.begin(), cell_of_face.end());
+  if (last >= cell_of_face.size()) {
+    throw std::invalid_argument("cells: a face is in cell " + std::to_string(last) + " of a mesh with " +
+                                std::to_string(cell_of_face.size()) + " faces, cells must be numbered without gaps");
+  }
+  auto faces = faces_by_cell(cell_of_face, last + 1);
+  const auto empty = std::find_if(faces.begin(), faces.end(), [](const auto& members) { return members.empty(); });
+  if (empty != faces.end()) {
+    throw std::invalid_argument("cells: cell " + std::to_string(empty - faces.begin()) +
+                                " has no face, cells must be numbered without gaps");
+  }
+  return faces;
+}
+
+Cells measured(const Mesh& mesh, std::span<const FaceGeometry> geometry, std::vector<std::uint32_t> cell_of_face,
+               double size) {
+  Cells result;
+  result.size = size;
+  result.cell_of_face = std::move(cell_of_face);
+  if (mesh.faces.empty()) return result;
+  const auto faces = checked_faces_by_cell(result.cell_of_face);
+  result.cells.resize(faces.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces.size()), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) result.cells[i] = measure(mesh, geometry, faces[i]);
+  });
+  return result;
+}
+
+double size_of_diameter(double diameter) {
+  constexpr double kCellsAcross = 60;
+  return diameter / kCellsAcross;
+}
+
+double size_for(const Mesh& mesh, std::span<const FaceGeometry> geometry, const CellOptions& options) {
   if (options.size > 0) return options.size;
-  const double size = automatic_cell_size(mesh);
+  const double size = size_of_diameter(scene_extent(mesh, geometry).diameter);
   if (!(size > 0)) {
     throw std::invalid_argument("mesh: its faces have no area, must have some for an automatic cell size");
   }
@@ -118,47 +147,30 @@ void check(const CellOptions& options) {
 }
 
 double automatic_cell_size(const Mesh& mesh) {
-  constexpr double kCellsAcross = 60;
-  return scene_diameter(mesh) / kCellsAcross;
+  return size_of_diameter(scene_diameter(mesh));
 }
 
 Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size) {
+  check(mesh);
+  require(std::isfinite(size) && size >= 0, "size", size, "finite and not negative");
   if (cell_of_face.size() != mesh.faces.size()) {
     throw std::invalid_argument("cells: cell_of_face has " + std::to_string(cell_of_face.size()) +
                                 " entries, must have one per face, " + std::to_string(mesh.faces.size()));
   }
-  Cells result;
-  result.size = size;
-  result.cell_of_face = std::move(cell_of_face);
-  if (mesh.faces.empty()) return result;
-  const std::uint32_t last = *std::max_element(result.cell_of_face.begin(), result.cell_of_face.end());
-  if (last >= mesh.faces.size()) {
-    throw std::invalid_argument("cells: a face is in cell " + std::to_string(last) + " of a mesh with " +
-                                std::to_string(mesh.faces.size()) + " faces, cells must be numbered without gaps");
-  }
-  const auto faces = faces_by_cell(result.cell_of_face, last + 1);
-  const auto empty = std::find_if(faces.begin(), faces.end(), [](const auto& members) { return members.empty(); });
-  if (empty != faces.end()) {
-    throw std::invalid_argument("cells: cell " + std::to_string(empty - faces.begin()) +
-                                " has no face, cells must be numbered without gaps");
-  }
-  const std::vector<double> areas = face_areas(mesh);
-  result.cells.resize(faces.size());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, faces.size()), [&](const auto& range) {
-    for (std::size_t i = range.begin(); i < range.end(); ++i) result.cells[i] = measure(mesh, areas, faces[i]);
-  });
-  return result;
+  return measured(mesh, face_geometry(mesh), std::move(cell_of_face), size);
 }
 
-Cells make_cells(const Mesh& mesh, const CellOptions& options) {
+Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick) {
   check(options);
-  if (mesh.faces.empty()) return measure_cells(mesh, {}, options.size);
-  const double size = size_for(mesh, options);
+  check(mesh);
+  const std::vector<FaceGeometry> geometry = face_geometry(mesh);
+  if (mesh.faces.empty()) return measured(mesh, geometry, {}, options.size);
+  const double size = size_for(mesh, geometry, options);
   std::vector<std::uint32_t> labels = options.partition == Partition::grid
                                           ? grid_labels(mesh, size)
-                                          : cluster_labels(mesh, face_areas(mesh), size, options.normal_weight);
+                                          : cluster_labels(mesh, geometry, size, options.normal_weight, tick);
   number_by_first_face(labels);
-  return measure_cells(mesh, std::move(labels), size);
+  return measured(mesh, geometry, std::move(labels), size);
 }
 
 }  // namespace lumatlas

@@ -4,8 +4,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec3.hpp>
-#include <span>
 #include <vector>
 
 #include "mesh/mesh.h"
@@ -46,28 +46,48 @@ struct Cells {
   std::vector<std::uint32_t> cell_of_face;  // one per face of the mesh
 };
 
-// Diagonal of the box that holds all but the outermost 1% of the area on each side of each axis: stray triangles far
-// away do not count. > 0 for a mesh with area.
-[[nodiscard]] double scene_diameter(const Mesh& mesh);
+// Where the bulk of a mesh lies.
+struct SceneExtent {
+  Bounds core;          // along each axis, all but the outermost 1% of the area on each side
+  double diameter = 0;  // of the core's diagonal; > 0 for a mesh with area
+};
+
+// Stray triangles far away do not count, for they have little area. Nor does one stray vertex, whose faces may have
+// more area than the scene: where faces that are more than a hundred times as high as their shortest edge is long make
+// the box more than twice as large, they do not count either.
+[[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
+[[nodiscard]] double scene_diameter(const Mesh& mesh);  // of scene_extent()
 
 // What CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper finds 1/100
 // to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
 
+// What long work calls now and then, from the thread that began it. It may throw, and so end the work.
+using Tick = std::function<void()>;
+
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
-// interpolated. Keeps the mesh manifold, and its faces' first corners and order where nothing is long; new faces come
-// last. Throws std::invalid_argument unless max_edge > 0, is at least four times the resolution, as floats, of the
-// positions of the faces to be split, and leaves fewer than 5e8 faces; or if the mesh is not manifold.
-[[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge);
+// interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. The faces' first corners and
+// their order stay where nothing is long; new faces come last.
+//
+// An edge between needles, faces more than twenty times as long as high, stays as it is if it is longer than a thousand
+// times `max_edge`, as those at a stray vertex are, or once one million such edges have been halved: a large polygon
+// that was cut into a fan would else become more faces than memory holds, for no area.
+//
+// Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless max_edge is finite, above 0 and at least
+// four times the resolution, as floats, of the positions of the faces to be split, and if the area of these makes more
+// than four million faces.
+[[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell
 // (split_large_faces with the options' size). Cells are numbered by their first face. A cluster is connected over
-// edges; one much smaller than the target is left only where it fits no neighbour. Throws std::invalid_argument for bad
-// options, or if the size is automatic and the faces have no area.
-[[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options);
+// manifold edges: where more than two faces meet at an edge, or two that turn against each other, it ends. One much
+// smaller than the target is left only where it fits no neighbour. Throws std::invalid_argument for bad options, if the
+// mesh breaks a rule of mesh.h, or if the size is automatic and the faces have no area.
+[[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick = {});
 
-// The cells of a partition that is known already: statistics of each, by its number in `cell_of_face` (one per face,
-// cells numbered from 0 without gaps; std::invalid_argument otherwise). `size` is passed on.
+// The cells of a partition that is known already: statistics of each, by its number in `cell_of_face`. `size` is passed
+// on. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless `cell_of_face` has one entry per face
+// and numbers the cells from 0 without gaps, and unless `size` is finite and not negative.
 [[nodiscard]] Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size);
 
 }  // namespace lumatlas

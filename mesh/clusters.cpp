@@ -11,10 +11,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numeric>
 #include <utility>
 
-#include "mesh/face_graph.h"
+#include "mesh/cluster_mesh.h"
 #include "mesh/partitions.h"
 #include "mesh/slivers.h"
 
@@ -34,14 +33,14 @@ struct Metric {
   float normal_weight;
 
   // See CellOptions::normal_weight.
-  [[nodiscard]] float cost(const FaceGraph& graph, const Center& center, std::uint32_t face) const {
-    const float turn = std::max(0.0f, 1 - glm::dot(graph[face].normal, center.normal));  // rounding can exceed 1
-    return glm::distance(graph[face].centroid, center.position) * per_size + normal_weight * turn;
+  [[nodiscard]] float cost(const ClusterMesh& surface, const Center& center, std::uint32_t face) const {
+    const float turn = std::max(0.0f, 1 - glm::dot(surface[face].normal, center.normal));  // rounding can exceed 1
+    return glm::distance(surface[face].centroid, center.position) * per_size + normal_weight * turn;
   }
 };
 
-Center center_at(const FaceGraph& graph, std::uint32_t face) {
-  return {face, graph[face].centroid, graph[face].normal};
+Center center_at(const ClusterMesh& surface, std::uint32_t face) {
+  return {face, surface[face].centroid, surface[face].normal};
 }
 
 // The last step of splitmix64: a permutation of the integers that looks random.
@@ -53,10 +52,11 @@ std::uint64_t scramble(std::uint64_t x) {
 }
 
 std::vector<std::uint32_t> shuffled_faces(std::size_t faces) {
+  std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed(faces);
+  for (std::size_t face = 0; face < faces; ++face) keyed[face] = {scramble(face), static_cast<std::uint32_t>(face)};
+  tbb::parallel_sort(keyed);
   std::vector<std::uint32_t> order(faces);
-  std::iota(order.begin(), order.end(), 0u);
-  tbb::parallel_sort(order.begin(), order.end(),
-                     [](std::uint32_t a, std::uint32_t b) { return scramble(a) < scramble(b); });
+  std::transform(keyed.begin(), keyed.end(), order.begin(), [](const auto& entry) { return entry.second; });
   return order;
 }
 
@@ -64,13 +64,13 @@ std::vector<std::uint32_t> shuffled_faces(std::size_t faces) {
 // is within kSpacing of a seed of its own component, so that both sides of a thin wall get theirs.
 class Seeding {
  public:
-  Seeding(const FaceGraph& graph, const Metric& metric)
-      : graph_(graph), metric_(metric), covered_(graph.size(), 0), visitor_(graph.size(), kNoNeighbor) {}
+  Seeding(const ClusterMesh& surface, const Metric& metric)
+      : surface_(surface), metric_(metric), covered_(surface.size(), 0), visitor_(surface.size(), kNoCluster) {}
 
   [[nodiscard]] std::vector<Center> run() {
-    for (const std::uint32_t face : shuffled_faces(graph_.size())) {
+    for (const std::uint32_t face : shuffled_faces(surface_.size())) {
       if (covered_[face]) continue;
-      centers_.push_back(center_at(graph_, face));
+      centers_.push_back(center_at(surface_, face));
       cover_around(face);
     }
     return std::move(centers_);
@@ -83,7 +83,7 @@ class Seeding {
   // How far a face extends beyond its centroid, in cell sizes: without it, cells of few faces would come out too large.
   [[nodiscard]] float reach(std::uint32_t face) const {
     constexpr float kReach = 0.2f;  // of the root of its area; measured
-    return kReach * std::sqrt(graph_[face].area) * metric_.per_size;
+    return kReach * std::sqrt(surface_[face].area) * metric_.per_size;
   }
 
   void cover_around(std::uint32_t seed) {
@@ -94,15 +94,15 @@ class Seeding {
       const std::uint32_t face = stack_.back();
       stack_.pop_back();
       covered_[face] = 1;
-      for (const std::uint32_t next : graph_[face].neighbors) {
-        if (next == kNoNeighbor || visitor_[next] == visit) continue;
+      surface_.for_each_neighbor(face, [&](std::uint32_t next) {
+        if (visitor_[next] == visit) return;
         visitor_[next] = visit;
-        if (metric_.cost(graph_, centers_.back(), next) + reach(next) < kSpacing) stack_.push_back(next);
-      }
+        if (metric_.cost(surface_, centers_.back(), next) + reach(next) < kSpacing) stack_.push_back(next);
+      });
     }
   }
 
-  const FaceGraph& graph_;
+  const ClusterMesh& surface_;
   const Metric& metric_;
   std::vector<Center> centers_;
   std::vector<std::uint8_t> covered_;
@@ -132,11 +132,10 @@ class BucketQueue {
     entry = buckets_[current_][next_++];
     return true;
   }
-  // The face of an entry that is about to be popped.
-  [[nodiscard]] std::uint32_t upcoming_face() const {
-    constexpr std::size_t kAhead = 8;
+  // The face of the entry that will be popped after `ahead` others, or of a later one of these if that is not known.
+  [[nodiscard]] std::uint32_t upcoming_face(std::size_t ahead) const {
     const std::vector<Entry>& bucket = buckets_[current_];
-    return bucket[std::min(next_ + kAhead, bucket.size() - 1)].face;
+    return bucket[std::min(next_ + ahead, bucket.size() - 1)].face;
   }
 
  private:
@@ -149,24 +148,31 @@ class BucketQueue {
 
 // Gives each face to the cluster that reaches it over faces of least cost (the dearest on the way counts), so that
 // every cluster is connected.
-std::vector<std::uint32_t> grow(const FaceGraph& graph, const std::vector<Center>& centers, const Metric& metric) {
-  std::vector<std::uint32_t> labels(graph.size(), kNoNeighbor);
+std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Center>& centers, const Metric& metric) {
+  std::vector<std::uint32_t> labels(surface.size(), kNoCluster);
   BucketQueue queue;
   for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
   for (BucketQueue::Entry entry{}; queue.pop(entry);) {
-    __builtin_prefetch(&graph[queue.upcoming_face()]);
-    if (labels[entry.face] != kNoNeighbor) continue;
-    labels[entry.face] = entry.cluster;
-    for (const std::uint32_t next : graph[entry.face].neighbors) {
-      if (next == kNoNeighbor || labels[next] != kNoNeighbor) continue;
-      queue.push(metric.cost(graph, centers[entry.cluster], next), {next, entry.cluster});
+    surface.prefetch_halfedge(queue.upcoming_face(24));
+    surface.prefetch_first_edge(queue.upcoming_face(18));
+    const std::uint32_t soon = queue.upcoming_face(12);
+    if (labels[soon] == kNoCluster) surface.prefetch_other_edges(soon);
+    const std::uint32_t sooner = queue.upcoming_face(6);
+    if (labels[sooner] == kNoCluster) {
+      surface.for_each_neighbor(sooner, [&](std::uint32_t neighbor) { __builtin_prefetch(&surface[neighbor]); });
     }
+    if (labels[entry.face] != kNoCluster) continue;
+    labels[entry.face] = entry.cluster;
+    surface.for_each_neighbor(entry.face, [&](std::uint32_t next) {
+      if (labels[next] != kNoCluster) return;
+      queue.push(metric.cost(surface, centers[entry.cluster], next), {next, entry.cluster});
+    });
   }
   return labels;
 }
 
 // Moves each centre to its cluster's centroid and mean normal, and its seed to the face of least cost from there.
-void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, const Metric& metric,
+void recenter(const ClusterMesh& surface, const std::vector<std::uint32_t>& labels, const Metric& metric,
               std::vector<Center>& centers) {
   struct Sums {
     glm::dvec3 position{0.0};
@@ -174,11 +180,11 @@ void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, 
     double area = 0;
   };
   std::vector<Sums> sums(centers.size());
-  for (std::size_t face = 0; face < graph.size(); ++face) {
+  for (std::size_t face = 0; face < surface.size(); ++face) {
     Sums& sum = sums[labels[face]];
-    const double area = graph[face].area;
-    sum.position += area * glm::dvec3(graph[face].centroid);
-    sum.normal += area * glm::dvec3(graph[face].normal);
+    const double area = surface[face].area;
+    sum.position += area * glm::dvec3(surface[face].centroid);
+    sum.normal += area * glm::dvec3(surface[face].normal);
     sum.area += area;
   }
   for (std::size_t cluster = 0; cluster < centers.size(); ++cluster) {
@@ -188,9 +194,9 @@ void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, 
     if (length > 0) centers[cluster].normal = sum.normal / length;
   }
   std::vector<float> least(centers.size(), std::numeric_limits<float>::infinity());
-  for (std::uint32_t face = 0; face < graph.size(); ++face) {
+  for (std::uint32_t face = 0; face < surface.size(); ++face) {
     const std::uint32_t cluster = labels[face];
-    const float cost = metric.cost(graph, centers[cluster], face);
+    const float cost = metric.cost(surface, centers[cluster], face);
     if (cost >= least[cluster]) continue;
     least[cluster] = cost;
     centers[cluster].seed = face;
@@ -199,19 +205,22 @@ void recenter(const FaceGraph& graph, const std::vector<std::uint32_t>& labels, 
 
 }  // namespace
 
-std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, const std::vector<double>& areas, double size,
-                                          double normal_weight) {
+std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, std::span<const FaceGeometry> geometry, double size,
+                                          double normal_weight, const Tick& tick) {
   constexpr int kLloydSteps = 3;
-  const FaceGraph graph = make_face_graph(mesh, areas, kNormalSmoothing * size);
+  const ClusterMesh surface(mesh, geometry, size);
+  if (tick) tick();
   constexpr double kMostWeight = 1e30;  // more would be no float, and means no more
   const Metric metric{static_cast<float>(1 / size), static_cast<float>(std::min(normal_weight, kMostWeight))};
-  std::vector<Center> centers = Seeding(graph, metric).run();
-  std::vector<std::uint32_t> labels = grow(graph, centers, metric);
+  std::vector<Center> centers = Seeding(surface, metric).run();
+  std::vector<std::uint32_t> labels = grow(surface, centers, metric);
   for (int step = 0; step < kLloydSteps; ++step) {
-    recenter(graph, labels, metric, centers);
-    labels = grow(graph, centers, metric);
+    if (tick) tick();
+    recenter(surface, labels, metric, centers);
+    labels = grow(surface, centers, metric);
   }
-  merge_slivers(graph, size, labels);
+  if (tick) tick();
+  merge_slivers(surface, size, labels);
   return labels;
 }
 

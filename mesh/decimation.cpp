@@ -63,6 +63,7 @@ struct EnoughFaces {
 }  // namespace
 
 Mesh decimated(const Mesh& mesh, std::size_t faces) {
+  check(mesh);
   CgalMesh collapsed = to_cgal(mesh);
   simplification::edge_collapse(collapsed, EnoughFaces{faces},
                                 CGAL::parameters::filter(simplification::Bounded_normal_change_filter<>())

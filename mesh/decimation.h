@@ -11,7 +11,8 @@ namespace lumatlas {
 
 // Collapses the edge that costs least, one after the other, until `faces` are left or no edge can go without the mesh
 // ceasing to be manifold or a face turning over; a collapse takes two faces, so one fewer may be left. Boundaries keep
-// their course. Colours are dropped. Throws std::invalid_argument if the mesh is not manifold.
+// their course. Colours are dropped. Throws std::invalid_argument if the mesh breaks a rule of mesh.h or is not
+// manifold.
 [[nodiscard]] Mesh decimated(const Mesh& mesh, std::size_t faces);
 
 }  // namespace lumatlas

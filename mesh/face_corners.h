@@ -15,7 +15,7 @@ namespace lumatlas {
 // where one is not a number.
 using FaceCorners = std::array<std::uint32_t, 9>;
 
-// Of the three turns of the face, the least.
+// The corners of the face in that one of its three turns which comes first in order.
 [[nodiscard]] inline FaceCorners face_corners(const Mesh& mesh, std::uint32_t face) {
   FaceCorners corners{};
   for (int corner = 0; corner < 3; ++corner) {

@@ -15,7 +15,7 @@ namespace lumatlas {
 namespace {
 
 using Face = std::array<std::uint32_t, 3>;
-// The edge of a face that lies opposite a vertex, in the face's direction.
+// The edge of a face that lies opposite a vertex, from its start to its end in the face's direction.
 using LinkEdge = std::pair<std::uint32_t, std::uint32_t>;
 
 LinkEdge opposite_edge(const Face& face, std::uint32_t vertex) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to mesh/: OpenMesh's halfedge mesh, for what changes connectivity. Slow to compile: include it in few
-// places.
+// Internal to mesh/: OpenMesh's halfedge mesh, over which clusters grow and in which long edges are split. Slow to
+// compile: include it in few places.
 #pragma once
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
@@ -16,7 +16,13 @@ struct InterpolatingTraits : OpenMesh::DefaultTraits {
 };
 using HalfedgeMesh = OpenMesh::TriMesh_ArrayKernelT<InterpolatingTraits>;
 
-// Vertices and faces keep their indices. Throws std::invalid_argument if a face makes the mesh non-manifold.
+// Makes `connectivity` that of the mesh. Vertices and faces keep their indices, and a face's own halfedge ends at its
+// first corner. OpenMesh's add_face() makes the same of a manifold mesh, but searches all edges of a vertex for each
+// face, and refuses what is not manifold. Here each face at an edge that is not manifold (opposite_halfedges.h) gets an
+// edge of its own, where the surface ends; and of a vertex with several fans of faces OpenMesh's circulators see one.
+void connect(const Mesh& mesh, OpenMesh::TriConnectivity& connectivity);
+
+// With positions and colours, black if the mesh has none.
 [[nodiscard]] HalfedgeMesh to_halfedge_mesh(const Mesh& mesh);
 
 // The inverse, corner by corner; of a mesh without deleted elements.

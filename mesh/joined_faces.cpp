@@ -9,6 +9,7 @@
 namespace lumatlas {
 
 std::vector<glm::uvec3> joined_faces(const Mesh& mesh) {
+  check_faces(mesh);
   const std::vector<glm::vec3>& places = mesh.positions;
   std::vector<std::uint32_t> order(places.size());
   std::iota(order.begin(), order.end(), 0u);

@@ -33,6 +33,8 @@ std::vector<PlacedFace> sorted_by_place(const Mesh& mesh) {
 }  // namespace
 
 std::vector<std::uint32_t> match_faces(const Mesh& before, const Mesh& mesh) {
+  check_faces(before);
+  check_faces(mesh);
   const std::vector<PlacedFace> old_faces = sorted_by_place(before);
   std::vector<std::uint32_t> matches(mesh.faces.size(), kNoFace);
   auto old_face = old_faces.begin();

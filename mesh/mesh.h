@@ -16,13 +16,21 @@ struct TriangleSoup {
   std::vector<glm::uvec3> faces;    // indices into positions, each valid
 };
 
-// A manifold triangle mesh, consistently oriented per component, without degenerate faces or isolated vertices.
-// It may have boundary and many components. Positions are relative to the scene's offset.
+// A manifold triangle mesh, consistently oriented per component, without degenerate faces or isolated vertices, as
+// repair() makes it. It may have boundary and many components. Positions are relative to the scene's offset.
 struct Mesh {
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colors;  // sRGB, one per position, or empty
   std::vector<glm::uvec3> faces;
 };
+
+// Throws std::invalid_argument naming the entry, its value and the rule, for what no function can work with: a face
+// that refers to no vertex, colours that are neither none nor one per position, a position that is not finite, or more
+// than 5e8 faces or vertices. That a mesh is manifold takes longer to see and is not checked here: every function says
+// what it does with one that is not. The functions of mesh/ that are handed a mesh begin with this.
+void check(const Mesh& mesh);
+// The first of these rules alone, for functions that take any coordinates.
+void check_faces(const Mesh& mesh);
 
 // Axis-aligned bounds; `min` is above `max` for no points at all.
 struct Bounds {
@@ -30,7 +38,8 @@ struct Bounds {
   glm::dvec3 max{-1.0};
   [[nodiscard]] bool empty() const { return min.x > max.x; }
 };
-[[nodiscard]] Bounds bounds(const TriangleSoup& soup);  // of the positions that faces use
+// Of the positions that faces use. Throw std::invalid_argument for a face that refers to no vertex.
+[[nodiscard]] Bounds bounds(const TriangleSoup& soup);
 [[nodiscard]] Bounds bounds(const Mesh& mesh);
 
 }  // namespace lumatlas

@@ -28,22 +28,6 @@ std::string lower_case_ending(const std::filesystem::path& path) {
   return ending;
 }
 
-void check(const Mesh& mesh) {
-  if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size()) {
-    throw std::invalid_argument("mesh.colors has " + std::to_string(mesh.colors.size()) +
-                                " entries; it must be empty or have one per position (" +
-                                std::to_string(mesh.positions.size()) + ")");
-  }
-  for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-    const glm::uvec3& face = mesh.faces[i];
-    const std::uint32_t largest = std::max({face.x, face.y, face.z});
-    if (largest >= mesh.positions.size()) {
-      throw std::invalid_argument("mesh.faces[" + std::to_string(i) + "] refers to vertex " + std::to_string(largest) +
-                                  "; it must be below " + std::to_string(mesh.positions.size()));
-    }
-  }
-}
-
 std::string ply_header(const Mesh& mesh) {
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.positions.size());
   header += "\nproperty float x\nproperty float y\nproperty float z\n";

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Triangle soups from files: PLY (ASCII, binary little and big endian) and OBJ (with per-vertex colours as most
-// scanners write them). Polygons are cut into triangle fans; normals, texture coordinates and unknown properties are
+// scanners write them). Polygons are cut into triangles; normals, texture coordinates and unknown properties are
 // skipped.
 #pragma once
 
@@ -15,6 +15,7 @@ namespace lumatlas {
 [[nodiscard]] TriangleSoup read_triangle_soup(const std::filesystem::path& path);
 
 // Binary little-endian PLY with float positions, and colours if the mesh has them. Writes beside `path`, then renames.
+// Throws InputError if the file cannot be written, std::invalid_argument if the mesh breaks a rule of mesh.h.
 void write_ply(const std::filesystem::path& path, const Mesh& mesh);
 
 }  // namespace lumatlas

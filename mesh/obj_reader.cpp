@@ -39,6 +39,7 @@ class ObjParser {
     check_forward_reference();
     if (soup_.positions.empty()) throw InputError(path_ + ": has no vertices");
     if (soup_.faces.empty()) throw no_faces(path_);
+    polygons_.triangulate(soup_);
     return std::move(soup_);
   }
 
@@ -117,7 +118,7 @@ class ObjParser {
       corners_.push_back(parse_corner(next));
     }
     if (corners_.empty()) fail("a face has no corners");
-    append_fan(corners_, soup_.faces);
+    polygons_.append(corners_, soup_.faces);
     end_statement();
   }
 
@@ -151,6 +152,7 @@ class ObjParser {
   bool continues_ = false;
   std::optional<ForwardReference> furthest_;
   std::vector<std::uint32_t> corners_;
+  Polygons polygons_;
   TriangleSoup soup_;
 };
 

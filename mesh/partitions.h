@@ -3,8 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "mesh/cells.h"  // Tick
+#include "mesh/face_geometry.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {
@@ -12,8 +15,8 @@ namespace lumatlas {
 // Faces by the cube, world-aligned and with this edge, that holds their centroid.
 [[nodiscard]] std::vector<std::uint32_t> grid_labels(const Mesh& mesh, double size);
 
-// Connected clusters of about size^2 each. `areas` are the faces'.
-[[nodiscard]] std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, const std::vector<double>& areas, double size,
-                                                        double normal_weight);
+// Connected clusters of about size^2 each. `geometry` holds one per face.
+[[nodiscard]] std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, std::span<const FaceGeometry> geometry,
+                                                        double size, double normal_weight, const Tick& tick = {});
 
 }  // namespace lumatlas

@@ -94,6 +94,7 @@ class BinaryBody {
   void end_record() {}
 
   [[nodiscard]] std::size_t left() const { return static_cast<std::size_t>(end_ - at_); }
+  [[nodiscard]] std::string_view rest() const { return {at_, left()}; }
 
  private:
   template <typename Value>
@@ -152,6 +153,7 @@ class AsciiBody {
   }
 
   [[nodiscard]] std::size_t left() const { return text_.size(); }
+  [[nodiscard]] std::string_view rest() const { return text_; }
 
  private:
   std::string_view text_;
@@ -222,10 +224,26 @@ class SoupReader {
         skip(element);
       }
     }
+    refuse_rest(header);
+    polygons_.triangulate(soup_);
     return std::move(soup_);
   }
 
  private:
+  // What the header does not declare would else be lost without a word, faces for example. Only empty lines, and zeros
+  // as some programs pad binary files with, are nothing.
+  void refuse_rest(const PlyHeader& header) const {
+    const std::string_view rest = body_.rest();
+    if (rest.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == std::string_view::npos) return;
+    std::string declared;
+    for (const PlyElement& element : header.elements) {
+      declared += (declared.empty() ? "" : " and ") + std::to_string(element.count) + " of " + in_quotes(element.name);
+    }
+    throw InputError(path_ + ": " + std::to_string(rest.size()) +
+                     " bytes follow after all records that its header declares, " + declared +
+                     "; the header is wrong or the file damaged");
+  }
+
   void read_vertices(const PlyElement& element) {
     const Three xyz = position_properties(element, path_);
     const std::optional<Three> rgb = color_properties(element);
@@ -277,7 +295,7 @@ class SoupReader {
       }
       corners_.push_back(static_cast<std::uint32_t>(corner));
     }
-    append_fan(corners_, soup_.faces);
+    polygons_.append(corners_, soup_.faces);
   }
 
   void skip(const PlyElement& element) {
@@ -323,6 +341,7 @@ class SoupReader {
   const std::string& path_;
   std::uint64_t vertex_count_ = 0;
   std::vector<std::uint32_t> corners_;
+  Polygons polygons_;
   TriangleSoup soup_;
 };
 

@@ -12,7 +12,8 @@ namespace lumatlas {
 //
 // Positions: x, y, z of the element "vertex". Colours: red, green, blue (or diffuse_...); unsigned 16-bit ones run to
 // 65535, other integers to 255, floating-point ones to 1. Faces: the list vertex_indices or vertex_index of the element
-// "face", cut into a fan; one or two corners give a degenerate triangle, which repair() counts. All else is skipped.
+// "face", cut into triangles, also where it is concave; one or two corners give a degenerate triangle, which repair()
+// counts. All else that the header declares is skipped; bytes that it does not declare are refused.
 [[nodiscard]] TriangleSoup parse_ply(std::string_view contents, const std::string& path);
 
 }  // namespace lumatlas

@@ -1,24 +1,42 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the readers of mesh files have in common.
+// Internal to mesh/: what the readers of mesh files have in common: polygons that become triangles.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <glm/vec3.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/mesh.h"
 
 namespace lumatlas {
 
-// Appends the triangles that join a polygon's first corner with each of its other edges. One or two corners give one
-// degenerate triangle, so that repair() can count it; none give nothing.
-inline void append_fan(std::span<const std::uint32_t> corners, std::vector<glm::uvec3>& faces) {
-  if (corners.empty()) return;
-  if (corners.size() < 3) faces.emplace_back(corners.front(), corners.back(), corners.back());
-  for (std::size_t i = 2; i < corners.size(); ++i) faces.emplace_back(corners[0], corners[i - 1], corners[i]);
-}
+// The polygons of a soup with more than three corners, each of which begins as the fan of triangles that joins its
+// first corner with each of its other edges.
+class Polygons {
+ public:
+  // Appends the fan of a polygon to the soup's faces. One or two corners give one degenerate triangle, so that repair()
+  // can count it; none give nothing.
+  void append(std::span<const std::uint32_t> corners, std::vector<glm::uvec3>& faces);
+
+  // Once all positions are known: replaces in place the fans that do not cover their polygons, because these are
+  // concave or have corners in a line, and those of polygons with more than eight corners, which may be needles, by
+  // constrained Delaunay triangulations. A polygon keeps its corners and the direction in which it turns; it is looked
+  // at along the axis in which its normal is longest. Where corners repeat, so that it has fewer triangles than its
+  // fan, degenerate ones make up the number. A polygon that crosses itself, has no area or a corner that is not finite
+  // keeps its fan.
+  void triangulate(TriangleSoup& soup) const;
+
+ private:
+  struct Fan {
+    std::size_t first;      // of its faces
+    std::uint32_t corners;  // two more than it has faces
+  };
+  static void triangulate(const Fan& fan, TriangleSoup& soup);
+  std::vector<Fan> fans_;
+};
 
 [[nodiscard]] inline InputError no_faces(const std::string& path) {
   return InputError(path +

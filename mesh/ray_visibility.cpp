@@ -26,6 +26,7 @@ static_assert(kPacketSide * kPacketSide == EmbreePacket::kRays);
 class RayVisibility::Tree {
  public:
   explicit Tree(const Mesh& mesh) {
+    check(mesh);
     if (mesh.faces.empty()) throw std::invalid_argument("ray casting: the mesh has no faces, must have at least one");
     device_ = make_embree_device();
     scene_ = make_embree_scene(device_.get(), mesh, RTC_BUILD_QUALITY_MEDIUM);

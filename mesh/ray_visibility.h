@@ -13,7 +13,7 @@ namespace lumatlas {
 
 class RayVisibility final : public Visibility {
  public:
-  // As make_ray_visibility().
+  // Throws what make_ray_visibility() does.
   explicit RayVisibility(const Mesh& mesh);
   ~RayVisibility() override;
 

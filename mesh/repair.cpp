@@ -45,10 +45,12 @@ struct WorkingSoup {
 };
 
 void check(const TriangleSoup& soup, const glm::dvec3& offset) {
-  constexpr std::size_t kMaxVertices = std::numeric_limits<std::uint32_t>::max();
+  constexpr std::size_t kMost = 500'000'000;  // of a Mesh too
   const std::size_t vertices = soup.positions.size();
-  if (vertices > kMaxVertices) {
-    throw std::invalid_argument("soup: has " + std::to_string(vertices) + " positions, must be below 2^32");
+  if (vertices > kMost || soup.faces.size() > kMost) {
+    throw std::invalid_argument("soup: has " + std::to_string(vertices) + " positions and " +
+                                std::to_string(soup.faces.size()) + " faces, must have at most " +
+                                std::to_string(kMost) + " of each");
   }
   if (!soup.colors.empty() && soup.colors.size() != vertices) {
     throw std::invalid_argument("soup: has " + std::to_string(soup.colors.size()) +
@@ -141,7 +143,7 @@ void drop_degenerate_faces(WorkingSoup& work, RepairReport& report) {
   work.faces.resize(kept);
 }
 
-// What orient_polygon_soup found and did. It copies its visitor and reports an edge once per face.
+// What orient_polygon_soup found and did. It copies its visitor, and reports an edge once for each of its faces.
 struct OrientationLog {
   std::set<std::pair<std::size_t, std::size_t>> non_manifold_edges;
   std::uint64_t non_manifold_vertices = 0;

@@ -35,8 +35,8 @@ struct RepairedMesh {
 // `offset` is subtracted from every position in double precision before it becomes a float.
 // Within a connected component the orientation that most of its faces had is kept. A merged vertex has the colour of
 // the first. A soup that needs no repair keeps the order of its vertices and faces.
-// Throws InputError if no face is left, std::invalid_argument if the soup breaks its own rules (mesh.h) or the offset
-// is not finite.
+// Throws InputError if no face is left, std::invalid_argument if the soup breaks its own rules (mesh.h: colours, and
+// faces that refer to no position), has more than 5e8 faces or positions, or the offset is not finite.
 [[nodiscard]] RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset);
 
 }  // namespace lumatlas

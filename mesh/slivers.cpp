@@ -12,12 +12,16 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kSliverArea = 0.35;    // of size^2
-constexpr double kCrumbArea = 0.2;      // of size^2; less than noise folds in a scan, whichever way it faces
-constexpr double kLargestArea = 1.8;    // of size^2, after merging
-constexpr double kLargestRadius = 1.0;  // of the size, after merging
-constexpr double kLeastFlatness = 0.8;  // after merging; a fold of two equal parts by 74 degrees
-constexpr double kCrumbFlatness = 0.3;  // the same for crumbs
+// Areas are in squares of the cell size. Clusters below the first are slivers, and look for a neighbour to merge with;
+// those below the second are crumbs, smaller than what noise folds in a scan, whichever way they face.
+constexpr double kSliverArea = 0.35;
+constexpr double kCrumbArea = 0.2;
+// What a merged cluster may be at most: its area, its radius in cell sizes, and its flatness (Cluster::flatness) where
+// the smaller part is a sliver (0.8 is a fold of two equal parts by 74 degrees) or a crumb.
+constexpr double kLargestArea = 1.8;
+constexpr double kLargestRadius = 1.0;
+constexpr double kLeastFlatness = 0.8;
+constexpr double kCrumbFlatness = 0.3;
 
 struct Cluster {
   std::vector<std::uint32_t> faces;
@@ -32,8 +36,8 @@ struct Cluster {
 
 class SliverMerger {
  public:
-  SliverMerger(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels, std::uint32_t first)
-      : graph_(graph), size_(size), labels_(labels), first_(first) {}
+  SliverMerger(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first)
+      : surface_(surface), size_(size), labels_(labels), first_(first) {}
 
   void run() {
     gather();
@@ -44,7 +48,7 @@ class SliverMerger {
       slivers.pop();
       if (clusters_[index].faces.empty() || clusters_[index].area != area) continue;  // merged since it was queued
       const std::uint32_t host = best_host(index);
-      if (host == kNoNeighbor) continue;
+      if (host == kNoCluster) continue;
       const bool stays = index < first_;
       merge(stays ? host : index, stays ? index : host);
       enqueue_if_small(stays ? index : host, slivers);
@@ -59,10 +63,10 @@ class SliverMerger {
     if (!labels_.empty()) clusters_.resize(*std::max_element(labels_.begin(), labels_.end()) + 1);
     for (std::uint32_t face = 0; face < labels_.size(); ++face) {
       Cluster& cluster = clusters_[labels_[face]];
-      const double area = graph_[face].area;
+      const double area = surface_[face].area;
       cluster.faces.push_back(face);
-      cluster.moment += area * glm::dvec3(graph_[face].centroid);
-      cluster.normal += area * glm::dvec3(graph_[face].normal);
+      cluster.moment += area * glm::dvec3(surface_[face].centroid);
+      cluster.normal += area * glm::dvec3(surface_[face].normal);
       cluster.area += area;
     }
   }
@@ -74,9 +78,9 @@ class SliverMerger {
   [[nodiscard]] std::vector<std::uint32_t> neighbors(std::uint32_t index) const {
     std::vector<std::uint32_t> found;
     for (const std::uint32_t face : clusters_[index].faces) {
-      for (const std::uint32_t other : graph_[face].neighbors) {
-        if (other != kNoNeighbor && labels_[other] != index) found.push_back(labels_[other]);
-      }
+      surface_.for_each_neighbor(face, [&](std::uint32_t other) {
+        if (labels_[other] != index) found.push_back(labels_[other]);
+      });
     }
     std::sort(found.begin(), found.end());
     found.erase(std::unique(found.begin(), found.end()), found.end());
@@ -90,15 +94,15 @@ class SliverMerger {
   [[nodiscard]] double radius_around(const glm::dvec3& centroid, const Cluster& cluster) const {
     double radius = 0;
     for (const std::uint32_t face : cluster.faces) {
-      radius = std::max(radius, glm::distance(centroid, glm::dvec3(graph_[face].centroid)));
+      radius = std::max(radius, glm::distance(centroid, glm::dvec3(surface_[face].centroid)));
     }
     return radius;
   }
 
-  // The neighbour with which the sliver makes the most compact and flat cluster, or kNoNeighbor. One of the two can be
-  // given away.
+  // The neighbour with which the sliver makes the most compact and flat cluster, or kNoCluster if there is none that
+  // fits. At least one of the two is a cluster that may be given to another.
   [[nodiscard]] std::uint32_t best_host(std::uint32_t sliver) const {
-    std::uint32_t best = kNoNeighbor;
+    std::uint32_t best = kNoCluster;
     double least_cost = std::numeric_limits<double>::infinity();
     const bool is_crumb = clusters_[sliver].area < kCrumbArea * size_ * size_;
     const double least_flatness = is_crumb ? kCrumbFlatness : kLeastFlatness;
@@ -128,17 +132,17 @@ class SliverMerger {
     clusters_[into] = std::move(merged);
   }
 
-  const FaceGraph& graph_;
+  const ClusterMesh& surface_;
   double size_;
   std::vector<std::uint32_t>& labels_;
-  std::uint32_t first_;  // of those that may be given to another
+  std::uint32_t first_;  // the lowest label of a cluster that may be given to another
   std::vector<Cluster> clusters_;
 };
 
 }  // namespace
 
-void merge_slivers(const FaceGraph& graph, double size, std::vector<std::uint32_t>& labels, std::uint32_t first) {
-  SliverMerger(graph, size, labels, first).run();
+void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first) {
+  SliverMerger(surface, size, labels, first).run();
 }
 
 }  // namespace lumatlas

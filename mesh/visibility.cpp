@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/visibility.h"
 
+#include <stdexcept>
+#include <string>
+
 namespace lumatlas {
 
 VisibilityBuffer Visibility::trace(const Camera& camera) const {
@@ -12,7 +15,18 @@ VisibilityBuffer Visibility::trace(const Camera& camera) const {
 std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells) {
   std::vector<std::uint32_t> pixels_of_cell(cells.cells.size(), 0);
   for (const std::uint32_t face : buffer.face) {
-    if (face != kNoFace) ++pixels_of_cell[cells.cell_of_face[face]];
+    if (face == kNoFace) continue;
+    if (face >= cells.cell_of_face.size()) {
+      throw std::invalid_argument("visibility: the buffer shows face " + std::to_string(face) +
+                                  ", must be below the number of faces in cells, " +
+                                  std::to_string(cells.cell_of_face.size()));
+    }
+    const std::uint32_t cell = cells.cell_of_face[face];
+    if (cell >= pixels_of_cell.size()) {
+      throw std::invalid_argument("cells: cell_of_face[" + std::to_string(face) + "] is " + std::to_string(cell) +
+                                  ", must be below the number of cells, " + std::to_string(pixels_of_cell.size()));
+    }
+    ++pixels_of_cell[cell];
   }
   std::vector<CellPixels> counts;
   for (std::uint32_t cell = 0; cell < pixels_of_cell.size(); ++cell) {

@@ -29,12 +29,14 @@ struct VisibilityBuffer {
 class Visibility {
  public:
   virtual ~Visibility() = default;
-  // At the camera's own resolution: pass camera.scaled_to(...) for another. Reuses the buffer's memory.
+  // At the camera's own resolution: pass camera.scaled_to(...) for another. Reuses the buffer's memory. Throws
+  // std::invalid_argument for a bad camera (camera.h).
   virtual void trace(const Camera& camera, VisibilityBuffer& buffer) const = 0;
   [[nodiscard]] VisibilityBuffer trace(const Camera& camera) const;
 };
 
-// By ray casting with Embree. Keeps a copy of what it needs; throws std::runtime_error if Embree refuses the mesh.
+// By ray casting with Embree. Keeps a copy of what it needs. Throws std::invalid_argument if the mesh breaks a rule of
+// mesh.h or has no faces, std::runtime_error if Embree refuses it.
 [[nodiscard]] std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh);
 
 struct CellPixels {
@@ -42,7 +44,8 @@ struct CellPixels {
   std::uint32_t pixels;  // >= 1
 };
 
-// The pixels that each visible cell has in the buffer, by ascending cell.
+// The pixels that each visible cell has in the buffer, by ascending cell. Throws std::invalid_argument if the buffer
+// shows a face that `cells` does not know, or a face is in no cell.
 [[nodiscard]] std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells);
 
 }  // namespace lumatlas

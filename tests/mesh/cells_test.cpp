@@ -359,6 +359,35 @@ TEST_CASE("stray triangles do not change the diameter") {
   CHECK(scene_diameter(strayed) == Approx(scene_diameter(scene)).epsilon(0.02));
 }
 
+TEST_CASE("a stray vertex does not change the diameter, however far and whichever one") {
+  const Mesh scene = rough_plane(100, 2, 0.01f);
+  for (const float away : {100.0f, 1e4f, 1e8f, 1e10f}) {
+    for (const std::size_t vertex : {std::size_t{0}, std::size_t{5000}}) {
+      Mesh strayed = scene;
+      strayed.positions[vertex] = {away, -away, away / 2};
+      CHECK(scene_diameter(strayed) == Approx(scene_diameter(scene)).epsilon(0.05));
+      CHECK(make_cells(strayed, {}).size == Approx(make_cells(scene, {}).size).epsilon(0.05));
+    }
+  }
+}
+
+TEST_CASE("a scene of long thin faces alone has the extent of its area") {
+  Mesh slats;
+  for (int i = 0; i < 20; ++i) {
+    slats = joined(slats, {{{0, 0, 0.1f * static_cast<float>(i)}, {50, 0, 0}, {0, 0.02f, 0}}, {}, {{0, 1, 2}}});
+  }
+  CHECK(scene_diameter(slats) > 25);
+}
+
+TEST_CASE("cells end at edges that are not manifold") {
+  Mesh mesh = plane(1, 1);
+  mesh.colors.clear();
+  mesh.positions.emplace_back(0.5f, 0.5f, 1.0f);
+  mesh.faces.emplace_back(mesh.faces[0].x, mesh.faces[0].z, 4);  // a third face at the diagonal
+  const Cells cells = make_cells(mesh, {Partition::clusters, 100, 0});
+  CHECK(cells.cells.size() == 3);
+}
+
 TEST_CASE("a single triangle has a diameter and an empty mesh has none") {
   CHECK(scene_diameter({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {{0, 1, 2}}}) > 0.5);
   CHECK(scene_diameter({}) == 0);

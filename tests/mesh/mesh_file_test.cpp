@@ -6,6 +6,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstring>
+#include <glm/geometric.hpp>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -184,6 +185,37 @@ TEST_CASE("PLY: elements and properties that are not asked for are skipped") {
 TEST_CASE("PLY: polygons become fans, and one or two corners a degenerate triangle") {
   CHECK(ply(triangle_with_faces("3", "5 0 1 2 1 0\n2 1 2\n1 2\n")).faces ==
         Faces{{0, 1, 2}, {0, 2, 1}, {0, 1, 0}, {1, 2, 2}, {2, 2, 2}});
+}
+
+TEST_CASE("PLY and OBJ: a concave polygon is not cut into a fan, also if its vertices come after it") {
+  const auto area = [](const TriangleSoup& soup) {
+    double sum = 0;
+    for (const glm::uvec3& face : soup.faces) {
+      const glm::dvec3& a = soup.positions[face.x];
+      sum += glm::length(glm::cross(soup.positions[face.y] - a, soup.positions[face.z] - a)) / 2;
+    }
+    return sum;
+  };
+  const std::string dart = "1 0 0\n0 1 0\n-1 0 0\n0 0.2 0\n";
+  const std::string vertex = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n";
+  const std::string face = "element face 1\nproperty list uchar int vertex_indices\n";
+  const std::string start = "ply\nformat ascii 1.0\n", end = "end_header\n";
+  CHECK(area(ply(start + vertex + face + end + dart + "4 0 1 2 3\n")) == Approx(0.8));
+  CHECK(area(ply(start + face + vertex + end + "4 0 1 2 3\n" + dart)) == Approx(0.8));
+  CHECK(area(obj("f 1 2 3 4\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 0.2 0\n")) == Approx(0.8));
+}
+
+TEST_CASE("PLY: bytes that the header does not declare are refused, but for empty lines and padding") {
+  CHECK(ply(triangle_with_faces("1", "3 0 1 2\n \r\n\n")).faces.size() == 1);
+  check_refused_ply(triangle_with_faces("1", "3 0 1 2\n3 0 2 1\n"),
+                    "8 bytes follow after all records that its header declares, 3 of 'vertex' and 1 of 'face'; the "
+                    "header is wrong or the file damaged");
+  const std::string bytes = square(GENERATE(Encoding::Little, Encoding::Big)).bytes();
+  CHECK(ply(bytes + "\n").faces.size() == 2);
+  CHECK(ply(bytes + std::string(3, '\0')).faces.size() == 2);
+  check_refused_ply(bytes + std::string(1, '\x04') + std::string(16, '\0'),
+                    "17 bytes follow after all records that its header declares, 4 of 'vertex' and 1 of 'face'; the "
+                    "header is wrong or the file damaged");
 }
 
 TEST_CASE("PLY: vertex numbers of every type") {
@@ -390,9 +422,9 @@ TEST_CASE("OBJ: vertices and faces in all their forms") {
                             {0, 1, 2},
                             {0, 1, 2},
                             {0, 1, 2},
-                            {0, 1, 2},
-                            {0, 2, 0},
-                            {0, 0, 1},
+                            {2, 0, 1},  // corners that repeat are nothing
+                            {0, 0, 0},
+                            {0, 0, 0},
                             {0, 1, 1},
                             {3, 0, 1}});
 }

@@ -2,7 +2,9 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <glm/gtc/constants.hpp>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "mesh/cells.h"
@@ -75,10 +77,11 @@ TEST_CASE("longest-edge bisection makes no needles") {
 TEST_CASE("max_edge must be positive") {
   const Mesh mesh = plane(1, 1);
   CHECK_THROWS_MATCHES(split_large_faces(mesh, 0), std::invalid_argument,
-                       Catch::Message("max_edge: is 0, must be above 0"));
+                       Catch::Message("max_edge: is 0, must be finite and above 0"));
   CHECK_THROWS_MATCHES(split_large_faces(mesh, -2), std::invalid_argument,
-                       Catch::Message("max_edge: is -2, must be above 0"));
+                       Catch::Message("max_edge: is -2, must be finite and above 0"));
   CHECK_THROWS_AS(split_large_faces(mesh, std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+  CHECK_THROWS_AS(split_large_faces(mesh, std::numeric_limits<double>::infinity()), std::invalid_argument);
 }
 
 TEST_CASE("a max_edge that no split can reach or no memory hold is refused") {
@@ -89,13 +92,66 @@ TEST_CASE("a max_edge that no split can reach or no memory hold is refused") {
   CHECK(longest_edge_of(split_large_faces(far, 0.25)) <= 0.25);
   CHECK_THROWS_MATCHES(split_large_faces(plane(1, 1), 1e-5), std::invalid_argument,
                        Catch::Message("max_edge: is 1e-05, must be larger: it would split the mesh into at least "
-                                      "2.3094e+10 faces, the limit is 5e+08"));
+                                      "2.3094e+10 faces, the limit is 4e+06"));
 }
 
-TEST_CASE("a mesh that is not manifold is not split") {
-  Mesh fins{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}}, {}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
-  CHECK_THROWS_MATCHES(split_large_faces(fins, 0.5), std::invalid_argument,
-                       Catch::Message("mesh: face 2 makes an edge or a vertex non-manifold, must be repaired first"));
+TEST_CASE("a mesh that is not manifold is split without a crack") {
+  const Mesh fins{{{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}}, {}, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}};
+  const Mesh split = split_large_faces(fins, 0.2);
+  CHECK(longest_edge_of(split) <= 0.2);
+  CHECK(area_of(split) == Approx(1.5).epsilon(1e-6));
+  // What lies on the edge that all three share has the same places on each.
+  std::map<float, int> copies;
+  for (const glm::vec3& p : split.positions) {
+    if (p.x == 0 && p.y == 0 && p.z > 0 && p.z < 1) ++copies[p.z];
+  }
+  CHECK(copies.size() == 7);
+  for (const auto& [z, count] : copies) CHECK(count == 3);
+}
+
+// A disc around the origin as a fan around its centre.
+Mesh fan(std::uint32_t corners, double radius) {
+  Mesh mesh{{{0, 0, 0}}, {}, {}};
+  for (std::uint32_t i = 0; i < corners; ++i) {
+    const double angle = 2 * glm::pi<double>() * i / corners;
+    mesh.positions.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 0);
+    mesh.faces.emplace_back(0, 1 + i, 1 + (i + 1) % corners);
+  }
+  return mesh;
+}
+
+TEST_CASE("a fan of needles is split as any face while that takes few faces") {
+  const Mesh split = split_large_faces(fan(1000, 10), 1);
+  CHECK(longest_edge_of(split) <= 1);
+  CHECK(is_manifold_and_oriented(split));
+}
+
+TEST_CASE("a fan of a hundred thousand needles does not become more faces than memory holds") {
+  const Mesh disc = fan(100'000, 30);  // without a bound, 12.9 million faces
+  const Mesh split = split_large_faces(disc, 1);
+  CHECK(split.faces.size() == disc.faces.size() + 2 * 1'000'000);
+  CHECK(longest_edge_of(split) < 8);
+  CHECK(area_of(split) == Approx(area_of(disc)).epsilon(1e-4));
+}
+
+TEST_CASE("the faces at a stray vertex are not split, and stop no other") {
+  Mesh mesh = joined(plane(20, 1), moved(plane(1, 1), {2, 0, 0}));
+  mesh.positions[0] = {-1e8f, 0, 0};
+  const Mesh split = split_large_faces(mesh, 0.1);
+  CHECK(split.faces.size() < mesh.faces.size() + 1000);
+  Mesh rest = split;
+  std::erase_if(rest.faces, [](const glm::uvec3& face) { return face.x == 0 || face.y == 0 || face.z == 0; });
+  CHECK(longest_edge_of(rest) < 1);
+  CHECK(area_of(rest) == Approx(2).epsilon(0.01));
+}
+
+TEST_CASE("splitting ends when its tick throws") {
+  int ticks = 0;
+  const Tick tick = [&] {
+    if (++ticks == 3) throw std::runtime_error("enough");
+  };
+  CHECK_THROWS_WITH(split_large_faces(plane(1, 1), 0.01, tick), "enough");
+  CHECK(ticks == 3);
 }
 
 }  // namespace

@@ -131,6 +131,7 @@ Mesh joined(const Mesh& a, const Mesh& b) {
   Mesh mesh = a;
   mesh.positions.insert(mesh.positions.end(), b.positions.begin(), b.positions.end());
   mesh.colors.insert(mesh.colors.end(), b.colors.begin(), b.colors.end());
+  if (mesh.colors.size() != mesh.positions.size()) mesh.colors.clear();  // only one has colours
   const auto first = static_cast<std::uint32_t>(a.positions.size());
   for (const glm::uvec3& face : b.faces) mesh.faces.push_back(face + first);
   return mesh;

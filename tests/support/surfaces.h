@@ -18,7 +18,7 @@ namespace lumatlas {
 // A closed box from the origin to `extent`, facing outwards, each side of quads x quads quads.
 [[nodiscard]] Mesh box(std::uint32_t quads, const glm::vec3& extent);
 
-// All faces of both, as separate components.
+// All faces of both, as separate components; with colours if both have them.
 [[nodiscard]] Mesh joined(const Mesh& a, const Mesh& b);
 [[nodiscard]] Mesh moved(Mesh mesh, const glm::vec3& by);
 [[nodiscard]] Mesh turned_inside_out(Mesh mesh);

@@ -161,8 +161,9 @@ void run(const BuildFlags& flags) {
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
-  if (result.intrinsics && !options.quiet) {
+  if (result.intrinsics && !flags.quiet) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
     if (!advice.empty()) std::cerr << advice << '\n';
   }

@@ -283,6 +283,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.options = options;
   const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
   result.mesh_file = input.mesh_file;
+  result.mesh_warnings = input.warnings;
   const SceneViews views = read_scene_views(scene, input.surface->offset);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);

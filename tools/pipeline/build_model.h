@@ -96,6 +96,7 @@ struct BuildResult {
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                          // as they were given
+  std::vector<std::string> mesh_warnings;        // SurfaceInput::warnings
   PlannerOptions effective;                      // with every automatic value filled in
   std::optional<OfflinePlan> offline;            // of ViewChoice::offline
   std::optional<Parsimony> parsimony;            // of planner.max_loss_db

@@ -2,7 +2,6 @@
 #include "tools/scene/inspection.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -21,7 +20,6 @@ using nlohmann::json;
 
 constexpr std::uint32_t kGlancePx = 160;  // longer side of the images that are looked at
 constexpr double kLittleSeen = 0.01;      // a view with less of its image on the mesh is called blind
-constexpr double kLongTail = 4;           // a box this many times the robust diameter speaks of stray faces
 
 json repairs_json(const RepairReport& repair) {
   return {{"vertices that were not finite", repair.non_finite_vertices},
@@ -92,8 +90,9 @@ std::map<std::string, std::size_t> lenses_of(const SceneViews& scene) {
   return lenses;
 }
 
-json warnings(const Glance& seen, const SceneViews& scene, std::size_t cells, const Mesh& mesh, double diameter) {
-  json list = json::array();
+json warnings(const Glance& seen, const SceneViews& scene, const SurfaceInput& input) {
+  json list = input.warnings;
+  const std::size_t cells = input.surface->cells.cells.size();
   if (!seen.blind.empty()) {
     list.push_back(std::to_string(seen.blind.size()) + " of " + std::to_string(scene.views.size()) +
                    " views see next to nothing of the mesh, the first is " + seen.blind.front() +
@@ -104,13 +103,6 @@ json warnings(const Glance& seen, const SceneViews& scene, std::size_t cells, co
   if (2 * seen.unseen_cells > cells) {
     list.push_back(std::to_string(seen.unseen_cells) + " of " + std::to_string(cells) +
                    " cells are seen by no view: much of the mesh will have no photograph");
-  }
-  const Bounds box = bounds(mesh);
-  const glm::dvec3 size = box.max - box.min;
-  const double diagonal = std::sqrt(size.x * size.x + size.y * size.y + size.z * size.z);
-  if (diagonal > kLongTail * diameter) {
-    list.push_back("the mesh's box is " + std::to_string(diagonal / diameter) +
-                   " times as long as the part that holds 98% of its area: it has stray faces far away");
   }
   return list;
 }
@@ -144,7 +136,7 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
                      {"lenses", lenses_of(scene)},
                      {"median_distance", seen.median_distance},
                      {"blind", seen.blind}};
-  result["warnings"] = warnings(seen, scene, surface.cells.cells.size(), surface.mesh, diameter);
+  result["warnings"] = warnings(seen, scene, input);
   return result;
 }
 

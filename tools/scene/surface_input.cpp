@@ -4,12 +4,15 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
+#include "tools/base/interrupt.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -81,9 +84,37 @@ double cell_size(const Mesh& mesh, const CellOptions& options, const std::filesy
   return size;
 }
 
+// A sentence if some faces reach so far beyond the bulk of the mesh that they cannot belong to it.
+std::optional<std::string> stray_faces_warning(const Mesh& mesh, const glm::dvec3& offset,
+                                               const std::filesystem::path& file) {
+  constexpr double kFar = 4;  // diameters from the middle of the bulk
+  const SceneExtent extent = scene_extent(mesh);
+  const glm::dvec3 center = middle(extent.core);
+  std::size_t strays = 0;
+  glm::dvec3 furthest = center;
+  for (const glm::uvec3& face : mesh.faces) {
+    bool is_stray = false;
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::dvec3 position(mesh.positions[face[corner]]);
+      const double distance = glm::distance(position, center);
+      is_stray = is_stray || distance > kFar * extent.diameter;
+      if (distance > glm::distance(furthest, center)) furthest = position;
+    }
+    if (is_stray) ++strays;
+  }
+  if (strays == 0) return std::nullopt;
+  furthest += offset;
+  std::ostringstream sentence;
+  sentence << file.string() << ": " << strays << " of " << mesh.faces.size() << " faces reach further than " << kFar
+           << " times the diameter of the scene, " << extent.diameter << ", from its middle, the furthest to ("
+           << furthest.x << ", " << furthest.y << ", " << furthest.z
+           << "); cells are sized without them: remove them if they are stray";
+  return sentence.str();
+}
+
 Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path& file) {
   try {
-    return split_large_faces(mesh, size);
+    return split_large_faces(mesh, size, throw_if_interrupted);
   } catch (const std::invalid_argument& error) {
     std::ostringstream message;
     message << file.string() << ": cannot be cut into cells of size " << size << " (" << error.what()
@@ -122,10 +153,13 @@ SurfaceInput load_surface(const std::filesystem::path& scene, const std::optiona
   }
   input.repair = repaired.report;
   options.size = cell_size(repaired.mesh, options, input.mesh_file);
+  if (auto warning = stray_faces_warning(repaired.mesh, surface->offset, input.mesh_file)) {
+    input.warnings.push_back(std::move(*warning));
+  }
   const std::size_t faces_before = repaired.mesh.faces.size();
   surface->mesh = split_for_cells(repaired.mesh, options.size, input.mesh_file);
   input.split_faces = surface->mesh.faces.size() - faces_before;
-  surface->cells = make_cells(surface->mesh, options);
+  surface->cells = make_cells(surface->mesh, options, throw_if_interrupted);
   input.surface = surface;
   return input;
 }

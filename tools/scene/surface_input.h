@@ -7,6 +7,8 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "atlas/atlas.h"
 #include "mesh/cells.h"
@@ -21,7 +23,8 @@ struct SurfaceInput {
   std::uint64_t file_faces = 0;
   bool file_has_colors = false;
   RepairReport repair;
-  std::uint64_t split_faces = 0;  // faces added by splitting those that were larger than a cell
+  std::uint64_t split_faces = 0;      // faces added by splitting those that were larger than a cell
+  std::vector<std::string> warnings;  // what a user should know of the mesh, in sentences
 };
 
 // What is subtracted from all coordinates before they become floats: the middle of the box of the faces whose corners
@@ -30,7 +33,7 @@ struct SurfaceInput {
 [[nodiscard]] glm::dvec3 scene_origin(const TriangleSoup& soup);
 
 // Reads, centres (the offset is scene_origin()), repairs, splits faces larger than a cell, makes cells. Throws
-// InputError.
+// InputError, and Interrupted soon after a signal.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
                                         const std::optional<std::filesystem::path>& mesh_file, CellOptions options);
 

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/scene_extent.h"
+
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -9,28 +11,26 @@
 #include <numeric>
 #include <vector>
 
-#include "mesh/cells.h"
-#include "mesh/face_areas.h"
-
 namespace lumatlas {
 
 namespace {
 
 constexpr double kOutermostShare = 0.01;  // of the area, on each side of each axis
+constexpr double kMostStretch = 2;        // of the diameter by spikes, the faces at a stray vertex
 
-// A face along one axis: its corners' coordinates in ascending order, and its area.
+// A face along one axis: its corners' coordinates in ascending order, and the area that it counts for.
 struct Slab {
   double low, middle, high, area;
 };
 
-std::vector<Slab> slabs_along(const Mesh& mesh, const std::vector<double>& areas, int axis) {
+std::vector<Slab> slabs_along(const Mesh& mesh, const std::vector<double>& weights, int axis) {
   std::vector<Slab> slabs;
   slabs.reserve(mesh.faces.size());
   for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
     const glm::uvec3& face = mesh.faces[i];
     std::array<float, 3> at{mesh.positions[face.x][axis], mesh.positions[face.y][axis], mesh.positions[face.z][axis]};
     std::sort(at.begin(), at.end());
-    slabs.push_back({at[0], at[1], at[2], areas[i]});
+    slabs.push_back({at[0], at[1], at[2], weights[i]});
   }
   return slabs;
 }
@@ -64,8 +64,12 @@ double coordinate_with_area_below(std::vector<Slab> slabs, double low, double hi
   return low + (high - low) / 2;
 }
 
-double extent_along(const Mesh& mesh, const std::vector<double>& areas, double total, int axis) {
-  const std::vector<Slab> slabs = slabs_along(mesh, areas, axis);
+struct Interval {
+  double low = 0, high = 0;
+};
+
+Interval core_along(const Mesh& mesh, const std::vector<double>& weights, double total, int axis) {
+  const std::vector<Slab> slabs = slabs_along(mesh, weights, axis);
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
   for (const Slab& slab : slabs) {
@@ -74,18 +78,55 @@ double extent_along(const Mesh& mesh, const std::vector<double>& areas, double t
   }
   const double first = coordinate_with_area_below(slabs, low, high, kOutermostShare * total);
   const double last = coordinate_with_area_below(slabs, low, high, (1 - kOutermostShare) * total);
-  return std::max(last - first, 0.0);
+  return {first, std::max(last, first)};
+}
+
+// `weights` are the areas that the faces count for.
+SceneExtent extent_by(const Mesh& mesh, const std::vector<double>& weights) {
+  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+  SceneExtent extent;
+  tbb::parallel_for(0, 3, [&](int axis) {
+    const Interval core = core_along(mesh, weights, total, axis);
+    extent.core.min[axis] = core.low;
+    extent.core.max[axis] = core.high;
+  });
+  extent.diameter = glm::length(extent.core.max - extent.core.min);
+  return extent;
+}
+
+double squared_shortest_edge(const Mesh& mesh, const glm::uvec3& face) {
+  const glm::dvec3 a(mesh.positions[face.x]), b(mesh.positions[face.y]), c(mesh.positions[face.z]);
+  return std::min({glm::dot(b - a, b - a), glm::dot(c - b, c - b), glm::dot(a - c, a - c)});
 }
 
 }  // namespace
 
+SceneExtent scene_extent(const Mesh& mesh, std::span<const FaceGeometry> geometry) {
+  if (mesh.faces.empty()) return {};
+  std::vector<double> weights(geometry.size());
+  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = geometry[i].area;
+  const SceneExtent by_area = extent_by(mesh, weights);
+  double discounted = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    constexpr double kMostArea = 50;  // of the squared shortest edge: the face is 100 times as high as that is long
+    if (!(weights[i] > kMostArea * squared_shortest_edge(mesh, mesh.faces[i]))) continue;
+    discounted += weights[i];
+    weights[i] = 0;
+  }
+  const double total = std::accumulate(weights.begin(), weights.end(), discounted);
+  if (discounted < 0.1 * kOutermostShare * total) return by_area;  // too little to move any of its sides far
+  const SceneExtent without_spikes = extent_by(mesh, weights);
+  return by_area.diameter > kMostStretch * without_spikes.diameter && without_spikes.diameter > 0 ? without_spikes
+                                                                                                  : by_area;
+}
+
+SceneExtent scene_extent(const Mesh& mesh) {
+  check(mesh);
+  return scene_extent(mesh, face_geometry(mesh));
+}
+
 double scene_diameter(const Mesh& mesh) {
-  if (mesh.faces.empty()) return 0;
-  const std::vector<double> areas = face_areas(mesh);
-  const double total = std::accumulate(areas.begin(), areas.end(), 0.0);
-  glm::dvec3 extent(0);
-  tbb::parallel_for(0, 3, [&](int axis) { extent[axis] = extent_along(mesh, areas, total, axis); });
-  return glm::length(extent);
+  return scene_extent(mesh).diameter;
 }
 
 }  // namespace lumatlas
