@@ -7,7 +7,6 @@
 # ARGUMENTS: of the program. WITHOUT: packages that must not be needed (any look for them fails). UNLINKED: libraries that
 # the program must not name.
 # Further: GENERATOR, COMPILER, READELF.
-string(REPLACE "," "\\;" components "${COMPONENTS}")
 string(REPLACE "," ";" ARGUMENTS "${ARGUMENTS}")
 string(REPLACE "," ";" WITHOUT "${WITHOUT}")
 string(REPLACE "," ";" UNLINKED "${UNLINKED}")
@@ -22,7 +21,7 @@ function(run step)
 endfunction()
 
 file(REMOVE_RECURSE ${WORK})
-run("configuring" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK} -G ${GENERATOR} -DCOMPONENTS=${components}
+run("configuring" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK} -G ${GENERATOR} -DCOMPONENTS=${COMPONENTS}
   -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${PREFIX} ${WITHOUT})
 run("building" ${CMAKE_COMMAND} --build ${WORK})
 run("running" ${WORK}/consumer ${ARGUMENTS})

@@ -5,7 +5,7 @@ add_test(NAME "package: installs" COMMAND ${CMAKE_COMMAND} --install ${PROJECT_B
 set_tests_properties("package: installs" PROPERTIES FIXTURES_SETUP lumatlas_installed)
 
 # Some of them are given a scene.
-set(consumer_scene ${CMAKE_CURRENT_BINARY_DIR}/consumer/scene)
+set(consumer_scene ${CMAKE_CURRENT_BINARY_DIR}/consumer/apartment)
 add_test(NAME "package: makes a scene" COMMAND ${consumer_prefix}/${CMAKE_INSTALL_BINDIR}/lumatlas
   synth apartment -o ${consumer_scene} --photographs 24 --width 96 --height 72 --samples 1 --triangles 3000 --quiet)
 set_tests_properties("package: makes a scene" PROPERTIES
@@ -23,7 +23,7 @@ function(lumatlas_consumer_test component)
   list(JOIN arg_UNLINKED "," unlinked)
   set(name "package: ${component}")
   add_test(NAME ${name} COMMAND ${CMAKE_COMMAND} -D COMPONENTS=${components} -D PREFIX=${consumer_prefix}
-    -D WORK=${CMAKE_CURRENT_BINARY_DIR}/consumer/${component} -D ARGUMENTS=${arguments}
+    -D WORK=${CMAKE_CURRENT_BINARY_DIR}/consumer/build-${component} -D ARGUMENTS=${arguments}
     -D WITHOUT=${without} -D UNLINKED=${unlinked}
     -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER} -D READELF=${CMAKE_READELF}
     -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/run.cmake)

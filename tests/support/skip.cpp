@@ -15,8 +15,6 @@ std::vector<SkippedCase>& skipped_cases() {
 
 void skip(const std::string& reason) {
   skipped_cases().push_back({Catch::getResultCapture().getCurrentTestName(), reason});
-  // A test case without an assertion fails (-w NoAssertions), and this one has said what it has to say.
-  SUCCEED("skipped: " << reason);
 }
 
 std::optional<std::filesystem::path> real_scene_or_skip(const std::string& name) {

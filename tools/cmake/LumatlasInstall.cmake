@@ -12,9 +12,9 @@ set(LUMATLAS_PACKAGE_DIR ${CMAKE_INSTALL_LIBDIR}/cmake/lumatlas)
 function(lumatlas_install_module name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "LINKS")
   install(TARGETS lumatlas_${name} EXPORT lumatlas-${name}-targets
-    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
-    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lumatlas)
-  install(EXPORT lumatlas-${name}-targets NAMESPACE lumatlas:: DESTINATION ${LUMATLAS_PACKAGE_DIR})
+    ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development
+    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/lumatlas COMPONENT development)
+  install(EXPORT lumatlas-${name}-targets NAMESPACE lumatlas:: DESTINATION ${LUMATLAS_PACKAGE_DIR} COMPONENT development)
 
   set(dependencies "")
   foreach(module IN LISTS arg_LINKS)
@@ -30,7 +30,8 @@ function(lumatlas_install_module name)
   endforeach()
   configure_file(${PROJECT_SOURCE_DIR}/tools/cmake/lumatlas-module.cmake.in ${PROJECT_BINARY_DIR}/cmake/lumatlas-${name}.cmake
     @ONLY)
-  install(FILES ${PROJECT_BINARY_DIR}/cmake/lumatlas-${name}.cmake DESTINATION ${LUMATLAS_PACKAGE_DIR})
+  install(FILES ${PROJECT_BINARY_DIR}/cmake/lumatlas-${name}.cmake DESTINATION ${LUMATLAS_PACKAGE_DIR}
+    COMPONENT development)
   set_property(GLOBAL APPEND PROPERTY LUMATLAS_INSTALLED_MODULES ${name})
 endfunction()
 
@@ -47,6 +48,6 @@ function(lumatlas_install_package)
     ${PROJECT_BINARY_DIR}/cmake/lumatlasConfigVersion.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindOpenImageIO.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/Findepoxy.cmake
-    DESTINATION ${LUMATLAS_PACKAGE_DIR})
-  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+    DESTINATION ${LUMATLAS_PACKAGE_DIR} COMPONENT development)
+  install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 endfunction()

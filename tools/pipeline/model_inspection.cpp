@@ -85,7 +85,7 @@ json file_json(const ModelFacts& facts) {
           {"sum", facts.json_bytes + facts.mesh_bytes + facts.table_bytes + facts.photograph_bytes + facts.mask_bytes}};
 }
 
-std::string megabytes(const json& bytes) {
+std::string in_megabytes(const json& bytes) {
   char text[32];
   (void)std::snprintf(text, sizeof text, "%.1f MB", bytes.get<double>() / 1e6);
   return text;
@@ -130,11 +130,11 @@ std::string inspection_text(const json& model) {
        << "cells      " << model["cells"]["count"] << ", " << model["cells"]["seen"] << " of them seen\n"
        << "views      " << model["views"]["count"] << " of " << model["views"]["pixels"]
        << " pixels in all: " << tiles_line(model) << '\n'
-       << "on the GPU " << model["texels"]["resident"] << " texels, " << megabytes(bytes["resident"]) << " of "
-       << (bytes["budget"].is_number() ? megabytes(bytes["budget"]) : "no budget") << '\n'
-       << "on disk    " << megabytes(file["sum"]) << ": photographs " << megabytes(file["photographs"]) << ", masks "
-       << megabytes(file["masks"]) << ", mesh " << megabytes(file["mesh"]) << ", tables " << megabytes(file["tables"])
-       << ", JSON " << megabytes(file["json"]) << '\n'
+       << "on the GPU " << model["texels"]["resident"] << " texels, " << in_megabytes(bytes["resident"]) << " of "
+       << (bytes["budget"].is_number() ? in_megabytes(bytes["budget"]) : "no budget") << '\n'
+       << "on disk    " << in_megabytes(file["sum"]) << ": photographs " << in_megabytes(file["photographs"]) << ", masks "
+       << in_megabytes(file["masks"]) << ", mesh " << in_megabytes(file["mesh"]) << ", tables " << in_megabytes(file["tables"])
+       << ", JSON " << in_megabytes(file["json"]) << '\n'
        << "references " << model["references"]["count"] << "; cells by how many they have, from 0:";
   for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
   text << '\n';

@@ -1,0 +1,31 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# `cpack --config build/release/CPackConfig.cmake` makes two Debian packages in the folder it is called from: lumatlas, the
+# program with its manual, and liblumatlas-dev, the CMake package's libraries and headers. Which libraries the program
+# needs dpkg-shlibdeps finds out; what it loads while it runs, and what the headers include, is named here.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME lumatlas)
+set(CPACK_PACKAGE_VENDOR "lumatlas")
+set(CPACK_PACKAGE_CONTACT "The lumatlas maintainers <maintainers@lumatlas.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGE_DESCRIPTION
+  "Turns a triangle mesh and posed photographs, as from COLMAP, into a
+view-dependent textured scene, draws it from new viewpoints, and scores it on
+photographs that were held out.")
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_VERBATIM_VARIABLES ON)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME lumatlas)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION graphics)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libegl1, libgl1-mesa-dri, libopengl0")
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS "gnuplot-nox, ffmpeg, colmap")
+
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblumatlas-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Static libraries, headers and the CMake package of lumatlas")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
+  "libceres-dev, libcgal-dev, libeigen3-dev, libembree-dev, libepoxy-dev, libglm-dev, libopenimageio-dev, libopenmesh-dev, libtbb-dev, nlohmann-json3-dev")
+include(CPack)
