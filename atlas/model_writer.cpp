@@ -244,7 +244,7 @@ void write_bytes(const std::filesystem::path& file, std::span<const std::uint8_t
   stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   stream.close();
   if (!stream) throw InputError(file.string() + ": cannot be written: check that the disk has room");
-  pending.commit();
+  pending.commit(Durability::left_to_folder);  // images come by the hundred
 }
 
 // Beside the glTF file.

@@ -66,7 +66,7 @@ int open_quietly(const fs::path& path) {
 }
 
 bool synced(const fs::path& path, int (*sync)(int)) {
-  const int descriptor = open_quietly(path);
+  const int descriptor = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return errno == EACCES;  // a folder that may be written to but not read
   const bool is_synced = sync(descriptor) == 0 || errno == EINVAL || errno == ENOSYS;
   const int error = errno;

@@ -170,7 +170,7 @@ void check_replaceable(const fs::path& folder, const std::string& command) {
   const std::optional<Marker> marker = marker_in(folder);
   if (!marker) {
     refuse(folder, std::string("is not an earlier output of lumatlas (it has no ") + kMarkerFile +
-                       ") and will not be replaced, name another folder or remove it");
+                       " that lists its files) and will not be replaced, name another folder or remove it");
   }
   if (marker->command != command) {
     refuse(folder, "is an output of `lumatlas " + marker->command + "` and will not be replaced by one of `lumatlas " +

@@ -8,7 +8,6 @@
 #include <climits>
 #include <condition_variable>
 #include <mutex>
-#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -20,12 +19,12 @@ namespace {
 constexpr rlim_t kLeastAddressSpace = rlim_t{2} << 30;  // bytes: libraries, driver, threads and their heaps
 constexpr rlim_t kLeastStack = rlim_t{1} << 20;         // bytes: trees over meshes are built by functions that recurse
 
-void require_limit(int resource, rlim_t least, const char* name, const char* option) {
+std::string complaint_about(int resource, rlim_t least, const char* name, const char* option) {
   rlimit limit{};
-  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= least) return;
-  throw std::runtime_error(std::string("the limit of ") + name + " is " + std::to_string(limit.rlim_cur >> 10) +
-                           " KiB, lumatlas needs at least " + std::to_string(least >> 10) + ": raise it (`ulimit " +
-                           option + " " + std::to_string(least >> 10) + "`)");
+  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY || limit.rlim_cur >= least) return "";
+  const std::string kilobytes = std::to_string(least >> 10);
+  return std::string("the limit of ") + name + " is " + std::to_string(limit.rlim_cur >> 10) +
+         " KiB, lumatlas needs at least " + kilobytes + ": raise it (`ulimit " + option + " " + kilobytes + "`)";
 }
 
 // Threads that wait until this object goes.
@@ -74,22 +73,22 @@ class WaitingThreads {
   std::vector<pthread_t> threads_;
 };
 
-void require_threads() {
+std::string complaint_about_threads() {
   // The planner, the photographs' reader and the driver each start as many as there are cores, and some.
   const std::size_t count = 3 * std::size_t{std::max(1u, std::thread::hardware_concurrency())} + 4;
   WaitingThreads threads;
-  if (threads.start(count)) return;
-  throw std::runtime_error("only " + std::to_string(threads.started()) + " threads can be started, lumatlas needs " +
-                           std::to_string(count) + " on this machine: raise the limit of processes (`ulimit -u`, " +
-                           "--pids-limit of a container), or stop some");
+  if (threads.start(count)) return "";
+  return "only " + std::to_string(threads.started()) + " threads can be started, lumatlas needs " +
+         std::to_string(count) + " on this machine: raise the limit of processes (`ulimit -u`, --pids-limit of a " +
+         "container), or stop some";
 }
 
 }  // namespace
 
-void check_process_limits() {
-  require_limit(RLIMIT_AS, kLeastAddressSpace, "memory", "-v");
-  require_limit(RLIMIT_STACK, kLeastStack, "the stack", "-s");
-  require_threads();
+std::string complaint_about_limits() {
+  std::string complaint = complaint_about(RLIMIT_AS, kLeastAddressSpace, "memory", "-v");
+  if (complaint.empty()) complaint = complaint_about(RLIMIT_STACK, kLeastStack, "the stack", "-s");
+  return complaint.empty() ? complaint_about_threads() : complaint;
 }
 
 }  // namespace lumatlas

@@ -3,12 +3,15 @@
 // crash, abort or hang where they get less than they take for granted, so the program asks before it uses them.
 #pragma once
 
+#include <string>
+
 namespace lumatlas {
 
-// Throws std::runtime_error, one sentence with the limit, its value and what to do, where the limits are too low for
-// any command: address space (RLIMIT_AS) below 2 GiB, stack (RLIMIT_STACK) below 1 MiB, or fewer threads than three for
-// each core and four. The threads are tried: limits of users, containers and services are not all told. Takes about a
-// millisecond. What a scene needs beyond this shows when its memory is asked for (std::bad_alloc).
-void check_process_limits();
+// One sentence with the limit, its value and what to do, where the limits are too low for any command; empty where they
+// are not. Too low are address space (RLIMIT_AS) below 2 GiB, stack (RLIMIT_STACK) below 1 MiB, or fewer threads than
+// three for each core and four. The threads are tried: limits of users, containers and services are not all told. Takes
+// about a millisecond. May be called before main() and before shared libraries are initialised. What a scene needs
+// beyond this shows when its memory is asked for (std::bad_alloc).
+[[nodiscard]] std::string complaint_about_limits();
 
 }  // namespace lumatlas

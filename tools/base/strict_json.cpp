@@ -6,7 +6,6 @@
 #include <set>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -148,7 +147,7 @@ json read_json_with_comments(const std::filesystem::path& path) {
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();
     if (event == json::parse_event_t::key && !keys.back().insert(value.get<std::string>()).second) {
-      throw InputError(path.string() + ": has " + in_quotes(value.get<std::string>()) + " twice in one object");
+      throw InputError(path.string() + ": has \"" + value.get<std::string>() + "\" twice in one object");
     }
   };
   return parsed(read_whole_file(path), path.string(), refuse_repetition, true);

@@ -10,7 +10,6 @@
 #include <system_error>
 
 #include "tools/base/interrupt.h"
-#include "tools/base/process_limits.h"
 #include "tools/base/standard_streams.h"
 #include "tools/cli/commands.h"
 
@@ -43,7 +42,6 @@ int main(int argc, char** argv) {
   lumatlas::install_interrupt_handler();
   try {
     lumatlas::reserve_standard_streams();
-    lumatlas::check_process_limits();
     program.parse(argc, argv);
     if (!std::cout.flush()) {
       lumatlas::throw_if_interrupted();  // by SIGPIPE: nobody listens any more

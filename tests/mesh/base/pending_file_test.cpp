@@ -43,6 +43,22 @@ TEST_CASE("a name may be as long as the file system allows") {
   }
 }
 
+TEST_CASE("a folder may be a link, and have no name but a dot") {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "real");
+  fs::create_directory_symlink("real", folder / "link");
+  PendingFile pending(folder / "link/a");
+  std::ofstream(pending.path()) << "new";
+  pending.commit();
+  CHECK(bytes_of(folder / "real/a") == "new");
+  const fs::path before = fs::current_path();
+  fs::current_path(folder.path());
+  PendingFile here("b");
+  here.commit();
+  CHECK(fs::exists(folder / "b"));
+  fs::current_path(before);
+}
+
 TEST_CASE("a pending file without its folder, and a folder in its place, are refused by name") {
   const TemporaryFolder folder;
   const std::string missing = (folder / "none/a.png").string();

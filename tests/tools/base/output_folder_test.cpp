@@ -33,8 +33,8 @@ void make_output(const fs::path& path, const std::string& content) {
 }
 
 const std::string kNotOurs =
-    ": is not an earlier output of lumatlas (it has no lumatlas.json) and will not be replaced, name another folder or "
-    "remove it";
+    ": is not an earlier output of lumatlas (it has no lumatlas.json that lists its files) and will not be replaced, "
+    "name another folder or remove it";
 
 TEST_CASE("a committed folder is in place with its marker and options, and nothing else is left") {
   const TemporaryFolder folder;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/base/temporary_entry.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/base/machine.h"
 
@@ -120,7 +121,7 @@ TEST_CASE("models are not kept, and what a killed run left behind is removed") {
   Stage stage;
   const fs::path points = stage.folder / "out/points";
   CHECK(made_now(run(sweep_of({"1"}), stage.options())) == 1);
-  fs::create_directories(points / ".lumatlas-1-0/model");
+  fs::create_directories(points / random_temporary_name() / "model");
   CHECK(made_now(run(sweep_of({"1"}), stage.options())) == 0);
   std::vector<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(points)) names.push_back(entry.path().filename().string());

@@ -493,7 +493,7 @@ TEST_CASE("photographs with different lenses get a camera each, and a track to n
   CHECK_THROWS_WITH(write_colmap_model(folder.path(), images, points),
                     "point 0: its track names image 3, must be below 3");
   CHECK_THROWS_WITH(write_colmap_model(folder / "missing", images, {}),
-                    (folder / "missing/cameras.bin").string() + ": cannot be written");
+                    (folder / "missing/cameras.bin").string() + ": cannot be written, its folder does not exist");
 }
 
 }  // namespace

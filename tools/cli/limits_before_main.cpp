@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The limits of the process are looked at before anything else: liblog4cplus, which comes with OpenImageIO, starts
+// threads before main() and aborts where it cannot, and so does a library that finds no memory.
+#include <unistd.h>
+
+#include <string>
+
+#include "tools/base/process_limits.h"
+
+namespace {
+
+// Neither exceptions nor the standard streams may be used here.
+void refuse_low_limits() {
+  const std::string complaint = lumatlas::complaint_about_limits();
+  if (complaint.empty()) return;
+  const std::string line = "lumatlas: " + complaint + "\n";
+  (void)!write(STDERR_FILENO, line.data(), line.size());
+  _exit(1);
+}
+
+// The dynamic linker calls what stands in this section of a program before the initialisers of its libraries. The
+// sanitizers' own functions are not there yet, so programs that are built with them do without.
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+[[gnu::section(".preinit_array"), gnu::used]] void (*const refuse_low_limits_first)() = refuse_low_limits;
+#else
+[[maybe_unused]] void (*const refuse_low_limits_first)() = refuse_low_limits;
+#endif
+
+}  // namespace
