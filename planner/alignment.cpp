@@ -376,8 +376,7 @@ Placed best_placed(const Problem& problem, const Camera& given, const Placed& as
   if (!is_accepted(refined)) return as_given;
   if (!same_pose(as_started.camera, given) && is_accepted(as_started) &&
       (refined.residual >= as_started.residual ||
-       displacement_px(as_started.camera, refined.camera, problem.targets.positions) <
-           options.least_move * longer_side)) {
+       displacement_px(as_started.camera, refined.camera, problem.targets.positions) < options.least_move_px)) {
     return as_started;
   }
   return refined;
@@ -413,7 +412,7 @@ void check(const AlignmentOptions& options) {
   require(std::isfinite(options.prior) && options.prior >= 0, "prior", options.prior, "finite and not negative");
   require(options.least_improvement >= 0 && options.least_improvement < 1, "least_improvement",
           options.least_improvement, "in [0, 1)");
-  require(std::isfinite(options.least_move) && options.least_move >= 0, "least_move", options.least_move,
+  require(std::isfinite(options.least_move_px) && options.least_move_px >= 0, "least_move_px", options.least_move_px,
           "finite and not negative");
   require(options.levels >= 1, "levels", options.levels, "at least 1");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");

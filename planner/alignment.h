@@ -35,9 +35,8 @@ struct AlignmentOptions {
                                // share of its longer side, > 0
   double least_improvement = 0.05;  // nor if it lowers the residual by less than this share, [0, 1)
   // A search that starts at an accepted pose other than the given one leaves it there unless the points' median
-  // displacement in the image is at least this share of its longer side, finite and >= 0: less cannot be seen, and
-  // noise never ends.
-  double least_move = 1e-4;
+  // displacement in the image is at least so many pixels, finite and >= 0: less cannot be seen, and noise never ends.
+  double least_move_px = 0.1;
   double prior = 4;                   // strength of the pull towards the given pose, >= 0
   std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1

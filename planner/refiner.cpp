@@ -65,9 +65,9 @@ Camera without(const RigidMotion& motion, const Camera& camera) {
   return still;
 }
 
-// How far points before the camera at `depth` move in the image, at most, when the one camera takes the other's place,
-// as a share of the image's longer side. The image's corners and its middle stand for all.
-double shift_in_image(const Camera& from, const Camera& to, double depth) {
+// By how many pixels points before the camera at `depth` move in the image, at most, when the one camera takes the
+// other's place. The image's corners and its middle stand for all.
+double shift_px(const Camera& from, const Camera& to, double depth) {
   const double width = from.width, height = from.height;
   double most = 0;
   for (const glm::dvec2& image : {glm::dvec2(0, 0), glm::dvec2(width, 0), glm::dvec2(0, height),
@@ -76,7 +76,7 @@ double shift_in_image(const Camera& from, const Camera& to, double depth) {
     if (!(cam.z > 0)) return std::numeric_limits<double>::infinity();
     most = std::max(most, glm::length(to.image_from_cam(cam) - image));
   }
-  return most / std::max(width, height);
+  return most;
 }
 
 // The given pose moves as the refined one does, and takes its intrinsics: what was learnt since is what pulls.
@@ -245,7 +245,7 @@ void Refiner::mask(const ValidityOptions& validity) {
   }
 }
 
-// Of the stored views' surface, sampled.
+// The median depth of the surface that the stored views see, from every 997th pixel of each.
 double Refiner::median_depth() const {
   constexpr std::size_t kStride = 997;
   std::vector<float> depths;
@@ -346,7 +346,7 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
     const Camera camera = without(common, refinements[slot]->alignment.camera);
     // Nothing is made anew of a view that stays where it is.
     const Camera& before = views_[slot]->view->camera;
-    if (same_pose(before, camera) || shift_in_image(before, camera, depth) < options_.alignment.least_move) continue;
+    if (same_pose(before, camera) || shift_px(before, camera, depth) < options_.alignment.least_move_px) continue;
     move(slot, camera, validity);
   }
   balance_exposures();

@@ -421,6 +421,8 @@ TEST_CASE("alignment options that break a rule are refused by name") {
         "alignment: prior is -1, must be finite and not negative");
   CHECK(refusal_of([](AlignmentOptions& o) { o.least_improvement = 1; }) ==
         "alignment: least_improvement is 1, must be in [0, 1)");
+  CHECK(refusal_of([](AlignmentOptions& o) { o.least_move_px = -1; }) ==
+        "alignment: least_move_px is -1, must be finite and not negative");
   CHECK(refusal_of([](AlignmentOptions& o) { o.levels = 0; }) == "alignment: levels is 0, must be at least 1");
   CHECK(refusal_of([](AlignmentOptions& o) { o.max_iterations = 0; }) ==
         "alignment: max_iterations is 0, must be at least 1");
