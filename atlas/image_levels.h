@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "atlas/atlas.h"
+#include "atlas/stored_view.h"
 
 namespace lumatlas {
 

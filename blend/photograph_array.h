@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "atlas/atlas.h"
 #include "atlas/image_levels.h"
+#include "atlas/snapshot.h"
 #include "blend/gl_objects.h"
 
 namespace lumatlas {

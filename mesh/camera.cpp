@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 
 glm::dvec3 Camera::center() const {
@@ -50,7 +52,7 @@ namespace {
 
 void require(bool holds, const char* field, double value, const char* rule) {
   if (!holds) {
-    throw std::invalid_argument("camera: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+    throw std::invalid_argument("camera: " + std::string(field) + " is " + number_text(value) + ", must be " + rule);
   }
 }
 

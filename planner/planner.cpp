@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "atlas/texel_format.h"
 #include "mesh/base/errors.h"
 #include "planner/requirement.h"
 
@@ -86,8 +87,7 @@ void check(const PlannerOptions& options) {
 }
 
 std::uint64_t stored_bytes(const Camera& camera) {
-  constexpr std::uint64_t kBytesPerPixel = 3 + sizeof(float) + 1 + 1 + 1;
-  return kBytesPerPixel * camera.width * camera.height;
+  return kStoredPixelBytes * camera.width * camera.height;
 }
 
 double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility) {

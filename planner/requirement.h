@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 
 // Names the options, the field, its value and the rule that it breaks.
@@ -13,7 +15,7 @@ struct Requirement {
 
   void operator()(bool holds, const char* field, double value, const char* rule) const {
     if (holds) return;
-    throw std::invalid_argument(std::string(options) + ": " + field + " is " + std::to_string(value) + ", must be " +
+    throw std::invalid_argument(std::string(options) + ": " + field + " is " + number_text(value) + ", must be " +
                                 rule);
   }
 };

@@ -359,14 +359,14 @@ TEST_CASE("an alignment has the same bits on one thread as on four") {
 TEST_CASE("alignment options that break a rule are refused by name") {
   const auto refusal_of = [](const auto& change) { return refusal<AlignmentOptions>(change); };
   CHECK(refusal_of([](AlignmentOptions& o) { o.max_move = 0; }) ==
-        "alignment: max_move is 0.000000, must be finite and positive");
+        "alignment: max_move is 0, must be finite and positive");
   CHECK(refusal_of([](AlignmentOptions& o) { o.prior = -1; }) ==
-        "alignment: prior is -1.000000, must be finite and not negative");
+        "alignment: prior is -1, must be finite and not negative");
   CHECK(refusal_of([](AlignmentOptions& o) { o.least_improvement = 1; }) ==
-        "alignment: least_improvement is 1.000000, must be in [0, 1)");
-  CHECK(refusal_of([](AlignmentOptions& o) { o.levels = 0; }) == "alignment: levels is 0.000000, must be at least 1");
+        "alignment: least_improvement is 1, must be in [0, 1)");
+  CHECK(refusal_of([](AlignmentOptions& o) { o.levels = 0; }) == "alignment: levels is 0, must be at least 1");
   CHECK(refusal_of([](AlignmentOptions& o) { o.max_iterations = 0; }) ==
-        "alignment: max_iterations is 0.000000, must be at least 1");
+        "alignment: max_iterations is 0, must be at least 1");
   CHECK(refusal_of([](AlignmentOptions&) {}) == "accepted");
 }
 

@@ -511,16 +511,14 @@ TEST_CASE("the same stream with refinement, masks and polishing gives the same s
 
 TEST_CASE("refinement options that break a rule are refused by name") {
   const auto refusal_of = [](const auto& change) { return refusal<RefinementOptions>(change); };
-  CHECK(refusal_of([](RefinementOptions& o) { o.samples = 0; }) ==
-        "refinement: samples is 0.000000, must be at least 1");
-  CHECK(refusal_of([](RefinementOptions& o) { o.sample_px = 0; }) ==
-        "refinement: sample_px is 0.000000, must be at least 1");
+  CHECK(refusal_of([](RefinementOptions& o) { o.samples = 0; }) == "refinement: samples is 0, must be at least 1");
+  CHECK(refusal_of([](RefinementOptions& o) { o.sample_px = 0; }) == "refinement: sample_px is 0, must be at least 1");
   CHECK(refusal_of([](RefinementOptions& o) { o.least_correlation = 1.5; }) ==
-        "refinement: least_correlation is 1.500000, must be in [-1, 1]");
+        "refinement: least_correlation is 1.5, must be in [-1, 1]");
   CHECK(refusal_of([](RefinementOptions& o) { o.least_views = -1; }) ==
-        "refinement: least_views is -1.000000, must be not negative");
+        "refinement: least_views is -1, must be not negative");
   CHECK(refusal_of([](RefinementOptions& o) { o.alignment.levels = 0; }) ==
-        "alignment: levels is 0.000000, must be at least 1");
+        "alignment: levels is 0, must be at least 1");
   CHECK(refusal_of([](RefinementOptions&) {}) == "accepted");
 }
 
