@@ -27,10 +27,10 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
                  const ImageCoding& photographs = {});
 
-// The same as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it becomes the
-// asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB or more, for
-// which a .glb has no room, and std::invalid_argument for notes that are no JSON object or as write_model() does. Holds
-// the whole file in memory, twice.
+// Writes the same model as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it
+// becomes the asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB
+// or more, for which a .glb has no room, and std::invalid_argument for notes that are no JSON object or as
+// write_model() does. Holds the whole file in memory, twice.
 void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
                const ImageCoding& photographs = {}, const std::string& notes = {});
 

@@ -2,8 +2,6 @@
 #include "atlas/photograph.h"
 
 #include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 
 #include <algorithm>
@@ -260,21 +258,10 @@ std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
   return {static_cast<std::size_t>(named[0]), static_cast<std::size_t>(named[1]), static_cast<std::size_t>(named[2])};
 }
 
-// libjpeg goes on after damage with a warning, which OpenImageIO keeps as an error beside pixels that it calls good.
-// Bytes that are left over before a marker are in many sound photographs, for some cameras write them.
-void require_undamaged(const fs::path& path, OIIO::ImageInput& reader) {
-  const std::string warning = reader.geterror();
-  if (warning.find("Corrupt JPEG data") == std::string::npos && warning.find("Premature end") == std::string::npos)
-    return;
-  if (warning.find("extraneous bytes") != std::string::npos) return;
-  fail(path, "its picture is damaged" + because(warning) + "; copy it again");
-}
-
 void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, void* pixels) {
   if (!reader.read_image(0, 0, 0, -1, type, pixels)) {
     fail(path, "is damaged or cut off" + because(reader.geterror()));
   }
-  require_undamaged(path, reader);
 }
 
 // As stored, 8-bit sRGB.
@@ -318,15 +305,39 @@ std::vector<std::uint8_t> stored_rgb(const fs::path& path, OIIO::ImageInput& rea
   return rgb;
 }
 
+// The stored pixel that is seen at the top left of the upright image, and the steps from it to the right and down, all
+// in pixels of an image of `width` x `height` as stored. It is our own because ImageBufAlgo::reorient() of OpenImageIO
+// 2.4 takes orientations 5 and 7 for each other.
+struct UprightWalk {
+  std::ptrdiff_t start, right, down;
+};
+UprightWalk walk_of(int orientation, std::ptrdiff_t width, std::ptrdiff_t height) {
+  const std::ptrdiff_t last_column = width - 1, last_row = (height - 1) * width;
+  const std::array<UprightWalk, 8> walks{{{0, 1, width},
+                                          {last_column, -1, width},
+                                          {last_row + last_column, -1, -width},
+                                          {last_row, 1, -width},
+                                          {0, width, 1},
+                                          {last_row, -width, 1},
+                                          {last_row + last_column, -width, -1},
+                                          {last_column, width, -1}}};
+  return walks.at(static_cast<std::size_t>(orientation - 1));
+}
+
+// `stored` has three values for each pixel of the header's size.
 std::vector<std::uint8_t> upright_rgb(std::vector<std::uint8_t> stored, const Header& header) {
   if (header.orientation == 1) return stored;
-  OIIO::ImageSpec spec(static_cast<int>(header.width), static_cast<int>(header.height), 3, TypeDesc::UINT8);
-  spec.attribute("Orientation", header.orientation);
-  const OIIO::ImageBuf image(spec, stored.data());
-  const OIIO::ImageBuf upright = OIIO::ImageBufAlgo::reorient(image, 1);
-  std::vector<std::uint8_t> rgb(stored.size());
-  if (upright.has_error() || !upright.get_pixels(upright.roi(), TypeDesc::UINT8, rgb.data())) {
-    throw std::runtime_error("OpenImageIO cannot turn a photograph upright" + because(upright.geterror()));
+  const ImageSize size = upright_size(header);
+  const UprightWalk walk = walk_of(header.orientation, static_cast<std::ptrdiff_t>(header.width),
+                                   static_cast<std::ptrdiff_t>(header.height));
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(stored.size());
+  for (std::uint32_t y = 0; y < size.height; ++y) {
+    std::ptrdiff_t pixel = walk.start + walk.down * y;
+    for (std::uint32_t x = 0; x < size.width; ++x, pixel += walk.right) {
+      const std::uint8_t* const from = &stored[static_cast<std::size_t>(3 * pixel)];
+      rgb.insert(rgb.end(), from, from + 3);
+    }
   }
   return rgb;
 }

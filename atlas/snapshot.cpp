@@ -26,17 +26,6 @@ std::string entry(const char* field, std::size_t index) {
   return std::string(field) + "[" + std::to_string(index) + "]";
 }
 
-void check_gains(const Snapshot& snapshot) {
-  require_count("gains", snapshot.gains.size(), snapshot.views.size(), "slot of views");
-  for (std::size_t slot = 0; slot < snapshot.gains.size(); ++slot) {
-    for (int channel = 0; channel < 3; ++channel) {
-      const double gain = snapshot.gains[slot][channel];
-      if (gain >= kLeastExposureGain && gain <= kMostExposureGain) continue;
-      refuse(entry("gains", slot) + " has a channel of " + number_text(gain) + ", must be in [1e-6, 1e6]");
-    }
-  }
-}
-
 void check_references(const Snapshot& snapshot) {
   const ReferenceTable& table = snapshot.references;
   const std::size_t cells = snapshot.surface->cells.cells.size();
@@ -112,6 +101,17 @@ void drop_tiles_of_nobody(Snapshot& snapshot) {
 }
 
 }  // namespace
+
+void check_gains(const Snapshot& snapshot) {
+  require_count("gains", snapshot.gains.size(), snapshot.views.size(), "slot of views");
+  for (std::size_t slot = 0; slot < snapshot.gains.size(); ++slot) {
+    for (int channel = 0; channel < 3; ++channel) {
+      const double gain = snapshot.gains[slot][channel];
+      if (gain >= kLeastExposureGain && gain <= kMostExposureGain) continue;
+      refuse(entry("gains", slot) + " has a channel of " + number_text(gain) + ", must be in [1e-6, 1e6]");
+    }
+  }
+}
 
 void check(const Snapshot& snapshot) {
   if (!snapshot.surface) refuse("surface is null");

@@ -38,6 +38,9 @@ struct Snapshot {
 // views pass their own check() and all tables are as described above. Looks at each face and each reference once.
 void check(const Snapshot& snapshot);
 
+// That part of check() which is about the gains.
+void check_gains(const Snapshot& snapshot);
+
 // With tiles, takes away the views that have no resident tile, with the references to them: nothing of them is shown,
 // so that neither memory nor a file need hold their photographs. Slots keep their numbers.
 void leave_out_views_without_tiles(Snapshot& snapshot);

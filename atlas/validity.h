@@ -35,7 +35,7 @@ struct ValidityOptions {
   [[nodiscard]] static ValidityOptions printed();
 };
 
-// By which files and the command line call them.
+// The names that files and the command line have for them.
 inline const std::map<std::string, ValidityOptions::Edges> kEdgesByName = {
     {"both", ValidityOptions::Edges::both_sides},
     {"far", ValidityOptions::Edges::far_side},

@@ -75,7 +75,7 @@ Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
   return sample;
 }
 
-// Before its gain; held at the border.
+// Before its gain; beyond the border its texels are repeated.
 glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position, double width) {
   const auto& linear = linear_from_srgb8();
   const glm::dvec2 base = glm::floor(position - 0.5);

@@ -127,7 +127,8 @@ TEST_CASE("a file that is no glTF is refused") {
 
 TEST_CASE("a model's JSON is not handed on if it is nested without end") {
   const TemporaryFolder folder;
-  const std::string deep = "{\"asset\":" + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+  std::string deep = "{\"asset\":";
+  deep.append(100'000, '[').append(100'000, ']').append("}");
   const fs::path file = folder.with_file("scene.gltf", deep);
   CHECK_THROWS_WITH(read_model_json(file), file.string() + ": nests its values 100001 deep, must be at most 64");
 }

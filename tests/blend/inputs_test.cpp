@@ -35,7 +35,10 @@ TEST_CASE("a snapshot whose tables do not fit is drawn by neither renderer") {
                        kBadSnapshot);
   CHECK_THROWS_MATCHES(diagnose_reference(bad, camera, visibility->trace(camera), {}), std::invalid_argument,
                        kBadSnapshot);
-  CHECK_THROWS_MATCHES(NearbyExposure(bad), std::invalid_argument, kBadSnapshot);
+  Snapshot without_gain = bad;
+  without_gain.gains.pop_back();
+  CHECK_THROWS_MATCHES(NearbyExposure(without_gain), std::invalid_argument,
+                       Catch::Message("snapshot: gains has 4 entries, must have one per slot of views, 5"));
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   Renderer renderer(*context);
