@@ -41,7 +41,9 @@ double inverse_depth(const Snapshot& snapshot) {
 
 }  // namespace
 
-NearbyExposure::NearbyExposure(const Snapshot& snapshot) : per_depth_(inverse_depth(snapshot)) {
+NearbyExposure::NearbyExposure(const Snapshot& snapshot) {
+  check_gains(snapshot);
+  per_depth_ = inverse_depth(snapshot);
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const Camera& camera = snapshot.views[slot]->camera;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "atlas/texel_format.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "planner/requirement.h"
@@ -103,8 +104,7 @@ void require_pixels(const std::string& name, const Photograph& photograph) {
 }  // namespace
 
 std::uint64_t stored_bytes(const Camera& camera) {
-  constexpr std::uint64_t kBytesPerPixel = 3 + sizeof(float) + 1 + 1 + 1;
-  return kBytesPerPixel * camera.width * camera.height;
+  return kStoredPixelBytes * camera.width * camera.height;
 }
 
 double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility) {

@@ -12,6 +12,7 @@
 
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
+#include "planner/tile_choice.h"
 #include "tools/base/interrupt.h"
 #include "tools/scene/surface_input.h"
 
@@ -300,7 +301,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     result.effective.coverage.ideal_distance =
         median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   }
-  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options));
+  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options), choose_tiles);
   Planner planner(atlas, *visibility, result.effective);
   const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
   run_stream(planner, stream, chosen, callback, result);
