@@ -12,6 +12,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "atlas/cell_split.h"
@@ -23,7 +24,7 @@
 #include "atlas/srgb.h"
 #include "atlas/tiny_gltf.h"
 #include "mesh/base/errors.h"
-#include "mesh/base/pending_file.h"
+#include "mesh/base/temporary_entry.h"
 
 namespace lumatlas {
 
@@ -244,33 +245,54 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const std::
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }
 
-// The files of a model folder. All are written under pending names before the first takes its place, so that a model
-// that is there already stays as it is if one cannot be written.
+// The files of a model's folder. All are written into a temporary folder in it before the first takes its place, so
+// that a model that is there already stays as it is if one cannot be written. One folder instead of one pending file
+// each: a pending file keeps a descriptor open, and models have more images than a process may have open files.
 class PendingFiles {
  public:
-  explicit PendingFiles(std::size_t count) : files_(count) {}
-
-  // Safe from several threads for different numbers.
-  void write(std::size_t number, const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
-    auto pending = std::make_unique<PendingFile>(file);
-    std::ofstream stream(pending->path(), std::ios::binary);
-    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-    stream.close();
-    if (!stream || std::filesystem::is_directory(file)) {
-      throw InputError(file.string() + ": cannot be written: check that the disk has room and the folder is writable");
+  // Throws InputError unless `folder` exists and can be written to.
+  PendingFiles(const std::filesystem::path& folder, std::size_t count) : folder_(folder), names_(count) {
+    try {
+      temporary_ = std::make_unique<TemporaryEntry>(TemporaryEntry::Kind::folder, folder_,
+                                                    [] { return random_temporary_name(); });
+    } catch (const std::system_error& error) {
+      throw InputError(folder.string() + ": cannot be written to: " + error.code().message());
     }
-    files_[number] = std::move(pending);
   }
 
-  // In the order of their numbers. The disk is waited for with the last one alone, for images come by the hundred.
+  // `name` is relative to the folder. Safe from several threads for different numbers.
+  void write(std::size_t number, const std::string& name, std::span<const std::uint8_t> bytes) {
+    std::ofstream stream(pending(number), std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream || std::filesystem::is_directory(folder_ / name)) {
+      throw InputError((folder_ / name).string() +
+                       ": cannot be written: check that the disk has room and the folder is writable");
+    }
+    names_[number] = name;
+  }
+
+  // Puts them into their places in the order of their numbers, once the disk has them all. Throws InputError.
   void commit() {
-    for (const auto& file : files_) {
-      file->commit(file == files_.back() ? Durability::on_disk : Durability::left_to_folder);
+    if (!sync_file_system(folder_)) {
+      throw InputError(folder_.string() + ": cannot be written: check that the disk has room");
+    }
+    const auto paused = removal_paused();
+    for (std::size_t number = 0; number < names_.size(); ++number) {
+      std::error_code error;
+      std::filesystem::rename(pending(number), folder_ / names_[number], error);
+      if (error) throw InputError((folder_ / names_[number]).string() + ": cannot be written: " + error.message());
     }
   }
 
  private:
-  std::vector<std::unique_ptr<PendingFile>> files_;
+  [[nodiscard]] std::filesystem::path pending(std::size_t number) const {
+    return temporary_->path() / std::to_string(number);
+  }
+
+  std::filesystem::path folder_;
+  std::vector<std::string> names_;
+  std::unique_ptr<TemporaryEntry> temporary_;
 };
 
 // Of a model that is not there after all.
@@ -374,12 +396,12 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
   const std::string json = json_of(model, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
   ImageFolder image_folder(folder / "images");
-  PendingFiles files(images.size() + 2);
+  PendingFiles files(folder, images.size() + 2);
   tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
-    files.write(index, folder / images[index].name, encoded(images[index], snapshot));
+    files.write(index, images[index].name, encoded(images[index], snapshot));
   });
-  files.write(images.size(), folder / kBufferName, buffer);
-  files.write(images.size() + 1, folder / kModelFileName, bytes_of(json));
+  files.write(images.size(), kBufferName, buffer);
+  files.write(images.size() + 1, kModelFileName, bytes_of(json));
   files.commit();
   image_folder.keep();
 }
