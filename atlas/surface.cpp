@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/surface.h"
 
-#include <algorithm>
 #include <stdexcept>
 #include <string>
 
@@ -11,17 +10,6 @@ namespace {
 
 [[noreturn]] void refuse(const std::string& why) {
   throw std::invalid_argument("surface: " + why);
-}
-
-void check_faces(const Mesh& mesh) {
-  const std::size_t vertices = mesh.positions.size();
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    const glm::uvec3& corners = mesh.faces[face];
-    const std::uint32_t most = std::max({corners.x, corners.y, corners.z});
-    if (most < vertices) continue;
-    refuse("mesh.faces[" + std::to_string(face) + "] has the vertex " + std::to_string(most) +
-           ", must be below the number of vertices, " + std::to_string(vertices));
-  }
 }
 
 void check_cells(const Cells& cells, std::size_t faces) {
