@@ -334,10 +334,6 @@ void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vec
 // Everything but the images and the notes.
 tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>& images,
                          const ValidityOptions& validity) {
-  if (snapshot.cell_seen.size() > kMostCells) {
-    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
-                     std::to_string(kMostCells) + ": give a larger --cell-size");
-  }
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";
@@ -370,6 +366,10 @@ nlohmann::json parsed_notes(const std::string& notes) {
 
 // Nothing of a view without a resident tile is shown, so nothing of it is written.
 Snapshot checked(const Snapshot& snapshot) {
+  if (snapshot.cell_seen.size() > kMostCells) {
+    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
+                     std::to_string(kMostCells) + ": give a larger --cell-size");
+  }
   check(snapshot);
   Snapshot shown = snapshot;  // the photographs are shared
   leave_out_views_without_tiles(shown);

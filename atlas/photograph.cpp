@@ -130,6 +130,7 @@ Format format_of(const Source& source) {
   const std::string_view bytes(head.data(), static_cast<std::size_t>(file->gcount()));
   if (bytes.empty()) fail(source.path(), "is empty");
   const std::optional<Format> format = format_of(bytes);
+  if (!format && source.in_memory()) fail(source.path(), "not a PNG or JPEG image");
   if (!format) fail(source.path(), std::string("is no ") + kFormatsInWords + " image, by its first bytes");
   return *format;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/glm.hpp>
+#include <limits>
 #include <optional>
 #include <queue>
 #include <stdexcept>
@@ -103,7 +104,8 @@ class LazyQueue {
       const auto number = static_cast<std::uint32_t>(-std::get<1>(entry));
       if (std::get<2>(entry) != newest_[number]) continue;  // it was put in again later
       const double value = value_(number);
-      if (queue_.empty() || Entry(value, std::get<1>(entry), 0) >= queue_.top()) return Top{number, value};
+      const Entry now(value, std::get<1>(entry), std::numeric_limits<std::uint32_t>::max());
+      if (queue_.empty() || now >= queue_.top()) return Top{number, value};
       push(number, value);
     }
     return std::nullopt;
