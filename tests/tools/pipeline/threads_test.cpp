@@ -68,7 +68,6 @@ TEST_CASE("a build with joint refinement and intrinsics writes the same bytes on
   BuildOptions options;
   options.max_views = 12;  // fewer than are offered, so that views take others' places
   options.intrinsics = IntrinsicsUse::apply;
-  options.quiet = true;
   check_same_on_any_threads(scene.path(), options);
 }
 
@@ -80,7 +79,6 @@ TEST_CASE("a build with a bound on the loss writes the same bytes on 1, 2 and 8 
   options.planner.max_loss_db = 0.5;
   options.max_views.reset();
   options.intrinsics = IntrinsicsUse::report;
-  options.quiet = true;
   check_same_on_any_threads(scene.path(), options);
 }
 
