@@ -319,8 +319,7 @@ TEST_CASE("each rule of a surface is checked by name") {
     const std::vector<std::uint32_t> previous_cell(kCells, 0);
     CHECK_THROWS_AS(atlas.replace_surface(std::make_shared<Surface>(surface), previous_cell), std::invalid_argument);
   };
-  refused([](Surface& s) { s.mesh.faces[3].y = 29; },
-          "mesh.faces[3] refers to vertex 29; it must be below 29");
+  refused([](Surface& s) { s.mesh.faces[3].y = 29; }, "mesh.faces[3] refers to vertex 29; it must be below 29");
   refused([](Surface& s) { s.mesh.colors.resize(3); },
           "surface: mesh.colors has 3 entries, must have one per vertex, 29, or none");
   refused([](Surface& s) { s.cells.cell_of_face.pop_back(); },

@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "atlas/atlas.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 
