@@ -14,8 +14,11 @@ run() {
   shift
   printf '%q ' "$program" "$@" >"$case_folder/command"
   if [ -n "$surroundings" ]; then printf '# after: %s' "$surroundings" >>"$case_folder/command"; fi
-  "${how[@]}" bash -c 'eval "$0"; exec "$@"' "$surroundings" "$program" "$@" \
-    >"$case_folder/out" 2>"$case_folder/err" </dev/null
+  # The outer redirection is for what this shell says of signals.
+  {
+    "${how[@]}" bash -c 'eval "$0"; exec "$@"' "$surroundings" "$program" "$@" \
+      >"$case_folder/out" 2>"$case_folder/err" </dev/null
+  } 2>/dev/null
   status=$?
 }
 
