@@ -157,7 +157,7 @@ judge_loud() {
   judge "$@"
 }
 
-# A limit on the size of files, which stands for a disk that becomes full; the signal that comes with it is sent by the
+# A limit on the size of files, which stands for a disk that becomes full: one kilobyte at least, for the sentence. The signal that comes with it is sent by the
 # system.
 case_file_size() {
   local trap_it target
@@ -167,7 +167,7 @@ case_file_size() {
   one_of "trap '' XFSZ" :
   trap_it=$chosen
   below 120
-  run "$trap_it; ulimit -f $chosen" build "$work/base/scene" -o "$target" "${build_options[@]}"
+  run "$trap_it; ulimit -f $((chosen + 1))" build "$work/base/scene" -o "$target" "${build_options[@]}"
   judge XFSZ
   judge_earlier "$target"
   judge_next_build "$target"
@@ -179,9 +179,9 @@ case_full_disk() {
   local blocks=$chosen
   one_of synth render build
   case $chosen in
-    synth) run "$trap_it; ulimit -f $((blocks / 8))" synth wall -o "$case_folder/made" --photographs 2 --width 96 --height 64 --quiet ;;
-    render) run "$trap_it; ulimit -f $((blocks / 8))" render "$work/base/model" --orbit --frames 2 --width 96 --height 64 --quiet -o "$case_folder/made" ;;
-    build) run "$trap_it; ulimit -f $blocks" build "$work/base/scene" -o "$case_folder/made" "${build_options[@]}" ;;
+    synth) run "$trap_it; ulimit -f $((1 + blocks / 8))" synth wall -o "$case_folder/made" --photographs 2 --width 96 --height 64 --quiet ;;
+    render) run "$trap_it; ulimit -f $((1 + blocks / 8))" render "$work/base/model" --orbit --frames 2 --width 96 --height 64 --quiet -o "$case_folder/made" ;;
+    build) run "$trap_it; ulimit -f $((1 + blocks))" build "$work/base/scene" -o "$case_folder/made" "${build_options[@]}" ;;
   esac
   judge
   if [ "$status" -ne 0 ] && [ -e "$case_folder/made" ]; then complain "half an output stands at its place"; fi
