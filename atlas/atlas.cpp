@@ -3,10 +3,12 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <string>
 #include <tuple>
+#include <utility>
 
-#include "atlas/tile_choice.h"
-#include "atlas/vertex_colors.h"
+#include "atlas/snapshot_maker.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -16,7 +18,7 @@ void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
   for (int channel = 0; channel < 3; ++channel) {
     if (gain[channel] >= kLeastExposureGain && gain[channel] <= kMostExposureGain) continue;
     throw std::invalid_argument("atlas: gain[" + std::to_string(channel) + "] of slot " + std::to_string(slot) +
-                                " is " + std::to_string(gain[channel]) + ", must be in [1e-6, 1e6]");
+                                " is " + number_text(gain[channel]) + ", must be in [1e-6, 1e6]");
   }
 }
 
@@ -54,58 +56,47 @@ std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
   return renumbered;
 }
 
-void require_size(const std::string& view, const char* what, std::uint32_t width, std::uint32_t height,
-                  const Camera& camera) {
-  if (width == camera.width && height == camera.height) return;
-  throw std::invalid_argument("view " + view + ": the " + what + " is " + std::to_string(width) + "x" +
-                              std::to_string(height) + ", must be as large as its camera, " +
-                              std::to_string(camera.width) + "x" + std::to_string(camera.height));
+const SharedSlots& no_slots() {
+  static const SharedSlots none = std::make_shared<const std::vector<std::uint32_t>>();
+  return none;
+}
+
+const SharedShownCells& nothing_shown() {
+  static const SharedShownCells nothing = std::make_shared<const std::vector<ShownCell>>();
+  return nothing;
+}
+
+// What can be told of a view without a look at the store.
+void check_view(const StoredView& view, std::span<const ShownCell> shown, const TileOptions& layout) {
+  check(view);
+  require_shown_cells_of(view.name, view.camera, shown, layout);
+}
+
+const Surface& checked(const std::shared_ptr<const Surface>& surface) {
+  if (!surface) throw std::invalid_argument("atlas: surface is null");
+  check(*surface);
+  return *surface;
 }
 
 }  // namespace
 
-void require_photograph_of(const std::string& view, const Camera& camera, const Photograph& photograph) {
-  require_size(view, "photograph", photograph.width, photograph.height, camera);
-}
-
-StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
-                            const ValidityOptions& options, std::vector<std::uint8_t> trust) {
-  require_photograph_of(name, camera, photograph);
-  require_size(name, "visibility buffer", visible.width, visible.height, camera);
-  StoredView view;
-  view.name = std::move(name);
-  view.camera = camera;
-  view.photograph = std::move(photograph);
-  view.depth = std::move(visible.depth);
-  view.trust = std::move(trust);
-  view.validity = validity_mask(view.photograph, view.depth, view.trust, options);
-  view.rim = rim_pixels(view.photograph, view.depth, options);
-  return view;
-}
-
-TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
-                          const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
-                          std::vector<std::uint8_t> trust) {
-  const std::vector<std::uint32_t> face = std::move(visible.face);
-  TiledView tiled;
-  tiled.view =
-      make_stored_view(std::move(name), camera, std::move(photograph), std::move(visible), options, std::move(trust));
-  tiled.shown = shown_cells(tiled.view, face, cells, layout);
-  return tiled;
-}
-
-Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views, const TileOptions& layout)
-    : surface_(std::move(surface)),
-      layout_(layout),
-      views_(max_views),
-      gains_(max_views, glm::dvec3(1)),
-      references_to_slot_(max_views, 0),
-      references_(surface_->cells.cells.size()),
-      cell_seen_(surface_->cells.cells.size(), 0),
-      shown_(max_views) {
+Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views, const TileOptions& layout,
+             TilePolicy policy)
+    : layout_(layout), policy_(std::move(policy)), surface_(std::move(surface)) {
+  const std::size_t cells = checked(surface_).cells.cells.size();
   if (max_views == 0) throw std::invalid_argument("atlas: max_views is 0, must be at least 1");
-  if (!layout.whole_views()) tile_slots_.emplace(layout);
+  check(layout);
+  views_.resize(max_views);
+  shown_.assign(max_views, nothing_shown());
+  gains_.assign(max_views, glm::dvec3(1));
+  tenants_.assign(max_views, 0);
+  references_to_slot_.assign(max_views, 0);
+  references_.assign(cells, no_slots());
+  cell_seen_.assign(cells, 0);
+  cell_changed_.assign(cells, 0);
 }
+
+Atlas::~Atlas() = default;
 
 const Surface& Atlas::surface() const {
   const std::scoped_lock lock(mutex_);
@@ -118,39 +109,51 @@ std::uint32_t Atlas::size() const {
 }
 
 std::uint32_t Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
-  auto stored = std::make_shared<const StoredView>(std::move(view));
+  check_view(view, shown, layout_);
+  const auto stored = std::make_shared<const StoredView>(std::move(view));
+  auto shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
   const std::scoped_lock lock(mutex_);
+  require_cells_of(stored->name, *shared);
   const auto free_slot = std::find(views_.begin(), views_.end(), nullptr);
   if (free_slot == views_.end()) throw std::logic_error("atlas: insert into a full store");
-  *free_slot = std::move(stored);
+  *free_slot = stored;
   const auto slot = static_cast<std::uint32_t>(free_slot - views_.begin());
-  shown_[slot] = std::move(shown);
+  shown_[slot] = std::move(shared);
+  tenants_[slot] = ++inserted_;
   return slot;
 }
 
 void Atlas::replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
+  check_view(view, shown, layout_);
   auto stored = std::make_shared<const StoredView>(std::move(view));
+  SharedShownCells shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
+  require_cells_of(stored->name, *shared);
   views_[slot].swap(stored);  // so that the old view is freed after the lock
-  shown_[slot] = std::move(shown);
+  shown_[slot].swap(shared);
 }
 
 void Atlas::erase(std::uint32_t slot) {
+  std::shared_ptr<const StoredView> erased;  // freed after the lock
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
   if (references_to_slot_[slot] != 0) {
     throw std::logic_error("atlas: erase of slot " + std::to_string(slot) + ", which " +
                            std::to_string(references_to_slot_[slot]) + " cells refer to");
   }
-  views_[slot].reset();
-  shown_[slot].clear();
+  views_[slot].swap(erased);
+  shown_[slot] = nothing_shown();
   gains_[slot] = glm::dvec3(1);
 }
 
 std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
   const std::scoped_lock lock(mutex_);
-  return views_.at(slot);
+  if (slot >= views_.size()) {
+    throw std::invalid_argument("atlas: slot is " + std::to_string(slot) + ", must be below the capacity, " +
+                                std::to_string(views_.size()));
+  }
+  return views_[slot];
 }
 
 void Atlas::set_gain(std::uint32_t slot, const glm::dvec3& gain) {
@@ -168,78 +171,131 @@ glm::dvec3 Atlas::gain(std::uint32_t slot) const {
 
 void Atlas::set_references(std::uint32_t cell, std::vector<std::uint32_t> slots) {
   const std::scoped_lock lock(mutex_);
+  require_cell(cell);
   for (const std::uint32_t slot : slots) require_stored(slot);
-  for (const std::uint32_t slot : references_.at(cell)) --references_to_slot_[slot];
+  for (auto slot = slots.begin(); slot != slots.end(); ++slot) {
+    if (std::find(slots.begin(), slot, *slot) == slot) continue;
+    throw std::invalid_argument("atlas: the references of cell " + std::to_string(cell) + " have slot " +
+                                std::to_string(*slot) + " twice, must have each once");
+  }
+  if (*references_[cell] == slots) return;
+  for (const std::uint32_t slot : *references_[cell]) --references_to_slot_[slot];
   for (const std::uint32_t slot : slots) ++references_to_slot_[slot];
-  references_[cell] = std::move(slots);
+  references_[cell] = std::make_shared<const std::vector<std::uint32_t>>(std::move(slots));
+  mark_changed(cell);
 }
 
 std::vector<std::uint32_t> Atlas::references(std::uint32_t cell) const {
   const std::scoped_lock lock(mutex_);
-  return references_.at(cell);
+  require_cell(cell);
+  return *references_[cell];
 }
 
 void Atlas::mark_seen(std::span<const CellPixels> cells) {
   const std::scoped_lock lock(mutex_);
-  for (const CellPixels& seen : cells) cell_seen_.at(seen.cell) = 1;
+  for (const CellPixels& seen : cells) require_cell(seen.cell);
+  for (const CellPixels& seen : cells) {
+    if (std::exchange(cell_seen_[seen.cell], std::uint8_t{1}) == 0) newly_seen_.push_back(seen.cell);
+  }
 }
 
 void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
+  (void)checked(surface);
   const std::scoped_lock lock(mutex_);
   require_previous_cells(previous_cell, surface->cells.cells.size(), references_.size());
   if (surface->offset != surface_->offset) {
     throw std::invalid_argument("atlas: the new surface has another offset than the one before, must have the same");
   }
-  std::vector<std::vector<std::uint32_t>> references(previous_cell.size());
+  std::vector<SharedSlots> references(previous_cell.size(), no_slots());
   std::vector<std::uint32_t> references_to_slot(views_.size(), 0);
   std::vector<std::uint8_t> cell_seen(previous_cell.size(), 0);
   for (std::size_t cell = 0; cell < previous_cell.size(); ++cell) {
     if (previous_cell[cell] == kNoCell) continue;
     references[cell] = references_[previous_cell[cell]];
     cell_seen[cell] = cell_seen_[previous_cell[cell]];
-    for (const std::uint32_t slot : references[cell]) ++references_to_slot[slot];
+    for (const std::uint32_t slot : *references[cell]) ++references_to_slot[slot];
   }
   const std::vector<std::vector<std::uint32_t>> cells_now = cells_that_were(previous_cell, references_.size());
-  for (std::vector<ShownCell>& shown : shown_) shown = renumbered(shown, cells_now);
+  for (SharedShownCells& shown : shown_) {
+    if (!shown->empty()) shown = std::make_shared<const std::vector<ShownCell>>(renumbered(*shown, cells_now));
+  }
   surface_.swap(surface);  // so that the old one is freed after the lock
   references_ = std::move(references);
   references_to_slot_ = std::move(references_to_slot);
   cell_seen_ = std::move(cell_seen);
+  mark_all_changed();
 }
 
-void Atlas::assign_tiles(Snapshot& snapshot) const {
-  std::vector<std::uint32_t> tiles_of_view;
-  for (const auto& view : views_) {
-    tiles_of_view.push_back(view ? TileGrid(view->camera.width, view->camera.height, layout_.tile_px).tiles() : 0);
+void Atlas::choose_tiles_anew() {
+  const std::scoped_lock lock(mutex_);
+  choose_tiles_anew_ = true;
+}
+
+void Atlas::mark_changed(std::uint32_t cell) {
+  if (std::exchange(cell_changed_[cell], std::uint8_t{1}) == 0) changed_cells_.push_back(cell);
+}
+
+void Atlas::mark_all_changed() const {
+  all_changed_ = true;
+  changed_cells_.clear();
+  newly_seen_.clear();
+  cell_changed_.assign(references_.size(), 0);
+}
+
+// Copies pointers, gains, and the references of the cells whose references have changed.
+StoreChanges Atlas::take_changes() const {
+  StoreChanges changes;
+  const std::scoped_lock lock(mutex_);
+  changes.surface = surface_;
+  changes.views = views_;
+  changes.shown = shown_;
+  changes.gains = gains_;
+  changes.tenants = tenants_;
+  changes.all_cells = all_changed_;
+  if (all_changed_) {
+    for (std::uint32_t cell = 0; cell < references_.size(); ++cell) {
+      changes.references.push_back({cell, references_[cell]});
+      if (cell_seen_[cell] != 0) changes.seen.push_back(cell);
+    }
+  } else {
+    for (const std::uint32_t cell : changed_cells_) changes.references.push_back({cell, references_[cell]});
+    changes.seen = newly_seen_;
   }
-  std::vector<ViewTile> tiles = needed_tiles(snapshot.references, shown_);
-  if (layout_.max_tiles > 0 && tiles.size() > layout_.max_tiles) {
-    tiles = choose_tiles(views_, surface_->cells, shown_, layout_.max_tiles, snapshot.references);
-  }
-  tile_slots_->assign(tiles, tiles_of_view);
-  snapshot.tiles = tile_slots_->table();
+  changes.choose_tiles_anew = choose_tiles_anew_;
+  for (const std::uint32_t cell : changed_cells_) cell_changed_[cell] = 0;
+  changed_cells_.clear();
+  newly_seen_.clear();
+  all_changed_ = false;
+  choose_tiles_anew_ = false;
+  return changes;
 }
 
 Snapshot Atlas::snapshot() const {
-  Snapshot snapshot;
-  {
+  const std::scoped_lock one_at_a_time(snapshot_mutex_);
+  try {
+    if (!maker_) maker_ = std::make_unique<SnapshotMaker>(layout_, policy_);
+    return maker_->snapshot(take_changes());
+  } catch (...) {
+    maker_.reset();  // it may have taken half of the changes: the next one starts with all
     const std::scoped_lock lock(mutex_);
-    snapshot.surface = surface_;
-    snapshot.views = views_;
-    snapshot.gains = gains_;
-    snapshot.cell_seen = cell_seen_;
-    for (const std::vector<std::uint32_t>& slots : references_) {
-      snapshot.references.views.insert(snapshot.references.views.end(), slots.begin(), slots.end());
-      snapshot.references.offsets.push_back(static_cast<std::uint32_t>(snapshot.references.views.size()));
-    }
-    if (tile_slots_) assign_tiles(snapshot);
+    mark_all_changed();
+    throw;
   }
-  VertexColorMean colors(snapshot.surface->mesh);
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (snapshot.views[slot]) colors.add(*snapshot.views[slot], snapshot.gains[slot]);
+}
+
+void Atlas::require_cell(std::uint32_t cell) const {
+  if (cell < references_.size()) return;
+  throw std::invalid_argument("atlas: cell is " + std::to_string(cell) + ", must be below the number of cells, " +
+                              std::to_string(references_.size()));
+}
+
+void Atlas::require_cells_of(const std::string& view, std::span<const ShownCell> shown) const {
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    if (shown[i].cell < references_.size()) continue;
+    throw std::invalid_argument("view " + view + ": shown[" + std::to_string(i) + "] is of cell " +
+                                std::to_string(shown[i].cell) + ", must be below the number of cells, " +
+                                std::to_string(references_.size()) + ": was it made for another surface?");
   }
-  snapshot.vertex_colors = colors.colors();
-  return snapshot;
 }
 
 void Atlas::require_stored(std::uint32_t slot) const {

@@ -8,11 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 
+#include "atlas/json_nesting.h"
 #include "atlas/model_extension.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -21,8 +22,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A model nests 6 deep. tinygltf copies what is nested with a call per level, so a file could end the stack.
-constexpr int kMaxNesting = 64;
 constexpr std::uint32_t kMaxIndex = 1'000'000'000;
 
 bool is_control(char c) {
@@ -42,24 +41,15 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// How deep arrays and objects are nested in a JSON text.
-int nesting(const std::string& json) {
-  int depth = 0, deepest = 0;
-  bool in_string = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (in_string) {
-      if (c == '\\') ++i;
-      if (c == '"') in_string = false;
-    } else if (c == '"') {
-      in_string = true;
-    } else if (c == '[' || c == '{') {
-      deepest = std::max(deepest, ++depth);
-    } else if (c == ']' || c == '}') {
-      --depth;
-    }
-  }
-  return deepest;
+// Whether a file of the model's folder is there, or would be, once symbolic links are followed.
+bool leads_out_of(const fs::path& folder, const fs::path& file) {
+  std::error_code error;
+  const fs::path home = fs::canonical(folder.empty() ? "." : folder, error);
+  if (error) return false;  // whoever opens the file says why
+  const fs::path place = fs::weakly_canonical(file, error);
+  if (error) return false;
+  const fs::path relative = place.lexically_relative(home);
+  return relative.empty() || *relative.begin() == "..";
 }
 
 bool stays_in_folder(const fs::path& relative) {
@@ -106,7 +96,11 @@ struct Folder {
     if (!stays_in_folder(relative) || has_control(uri)) {
       folder.file.refuse("its buffer has the path \"" + uri + "\", must lie in the model's own folder");
     }
-    return (folder.path / relative.lexically_normal()).string();
+    const fs::path file = folder.path / relative.lexically_normal();
+    if (leads_out_of(folder.path, file)) {
+      folder.file.refuse("its buffer " + uri + " is a link that leads out of the model's own folder");
+    }
+    return file.string();
   }
   static bool exists(const std::string&, void*) { return true; }  // else the next place would be tried
   static bool read_file(std::vector<unsigned char>* bytes, std::string*, const std::string& path, void* user_data) {
@@ -124,13 +118,6 @@ struct Folder {
 };
 
 }  // namespace
-
-std::string shown(double value) {
-  std::ostringstream text;
-  text.precision(10);
-  text << value;
-  return text.str();
-}
 
 GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
   GlbFrame frame;
@@ -265,7 +252,7 @@ const GltfFile::Object& GltfFile::field(const Object& object, const std::string&
 
 void GltfFile::require_within(double x, const std::string& what, double least, double most) const {
   if (x >= least && x <= most) return;
-  refuse(what + " is " + shown(x) + ", must be in [" + shown(least) + ", " + shown(most) + "]");
+  refuse(what + " is " + number_text(x) + ", must be in [" + number_text(least) + ", " + number_text(most) + "]");
 }
 
 double GltfFile::number(const Object& object, const std::string& where, const char* name, double least,
@@ -279,7 +266,7 @@ double GltfFile::number(const Object& object, const std::string& where, const ch
 std::uint32_t GltfFile::whole_number(const Object& object, const std::string& where, const char* name,
                                      std::uint32_t least, std::uint32_t most) const {
   const double x = number(object, where, name, least, most);
-  if (x != std::floor(x)) refuse(where + ": \"" + name + "\" is " + shown(x) + ", must be a whole number");
+  if (x != std::floor(x)) refuse(where + ": \"" + name + "\" is " + number_text(x) + ", must be a whole number");
   return static_cast<std::uint32_t>(x);
 }
 
@@ -374,7 +361,11 @@ GltfImage GltfFile::image(std::uint32_t index) const {
   if (!stays_in_folder(relative) || has_control(relative)) {
     refuse(where + " has the path \"" + relative + "\", must lie in the model's own folder");
   }
-  return {path_.parent_path() / relative, {}};
+  const fs::path file = path_.parent_path() / relative;
+  if (leads_out_of(path_.parent_path(), file)) {
+    refuse(where + ", " + relative + ", is a link that leads out of the model's own folder");
+  }
+  return {file, {}};
 }
 
 }  // namespace lumatlas

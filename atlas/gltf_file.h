@@ -2,8 +2,8 @@
 // Internal to atlas/: a glTF 2.0 file, .gltf or .glb, with its buffer, and its parts with every check that a hostile
 // file needs.
 //
-// Nothing outside of the file's own folder is opened, whatever its URIs say (symbolic links in that folder are
-// followed: whoever made them is on this file system). Every refusal is an InputError of one line that names the file.
+// Nothing outside of the file's own folder is opened, whatever its URIs say and wherever symbolic links in it lead.
+// Every refusal is an InputError of one line that names the file.
 #pragma once
 
 #include <cstdint>
@@ -25,9 +25,6 @@ struct AccessorType {
   int type;       // TINYGLTF_TYPE_...
   std::size_t elements_per_value = 1;
 };
-
-// A number as sentences show it, with up to ten digits.
-[[nodiscard]] std::string shown(double value);
 
 // An image, not decoded: a file, or bytes of a buffer.
 struct GltfImage {

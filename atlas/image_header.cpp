@@ -3,6 +3,8 @@
 // W3C PNG, third edition, section 5: chunks; annex D: their checksum.
 #include "atlas/image_header.h"
 
+#include <zlib.h>
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -81,21 +83,6 @@ std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 | bytes[3];
 }
 
-// CRC-32 of ISO 3309, byte by byte.
-class Checksum {
- public:
-  void add(std::span<const std::uint8_t> bytes) {
-    for (const std::uint8_t byte : bytes) {
-      value_ ^= byte;
-      for (int bit = 0; bit < 8; ++bit) value_ = value_ & 1 ? value_ >> 1 ^ 0xedb88320u : value_ >> 1;
-    }
-  }
-  [[nodiscard]] std::uint32_t value() const { return ~value_; }
-
- private:
-  std::uint32_t value_ = ~0u;
-};
-
 bool read_bytes(std::istream& file, std::span<std::uint8_t> bytes) {
   return static_cast<bool>(
       file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
@@ -103,17 +90,16 @@ bool read_bytes(std::istream& file, std::span<std::uint8_t> bytes) {
 
 // Whether the rest of a chunk, from its data on, is there and has the checksum of its type and data.
 bool chunk_is_sound(std::istream& file, std::span<const std::uint8_t> type, std::uint32_t length) {
-  Checksum checksum;
-  checksum.add(type);
+  uLong checksum = crc32(0, type.data(), static_cast<uInt>(type.size()));
   std::array<std::uint8_t, 4096> buffer{};
   while (length > 0) {
     const std::span part = std::span(buffer).first(std::min<std::size_t>(length, buffer.size()));
     if (!read_bytes(file, part)) return false;
-    checksum.add(part);
+    checksum = crc32(checksum, part.data(), static_cast<uInt>(part.size()));
     length -= static_cast<std::uint32_t>(part.size());
   }
   const std::span stored = std::span(buffer).first(4);
-  return read_bytes(file, stored) && u32_big_endian(stored.data()) == checksum.value();
+  return read_bytes(file, stored) && u32_big_endian(stored.data()) == checksum;
 }
 
 }  // namespace

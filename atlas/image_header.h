@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What JPEG and PNG files say of themselves, read without decoding a pixel. The decoders know too, but a progressive
-// JPEG is allocated and decoded whole before its size can be asked for, and one that is cut off is filled up with grey.
+// What JPEG and PNG files say of themselves, read without decoding a pixel. It is our own code because the decoders
+// tell too late: a progressive JPEG is allocated and decoded whole before its size can be asked for, and one that is
+// cut off is filled up with grey.
 #pragma once
 
 #include <cstdint>

@@ -84,6 +84,12 @@ std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& re
                                 std::to_string(rect.height) + " pixels does not have " + std::to_string(levels) +
                                 " levels");
   }
+  check(view.camera);
+  require_photograph_of(view.name, view.camera, view.photograph);
+  if (view.validity.size() != view.photograph.rgb.size() / 3) {
+    throw std::invalid_argument("image levels: view " + view.name + ": validity has " +
+                                std::to_string(view.validity.size()) + " values, must have one per pixel");
+  }
   std::vector<ImageLevel> result{finest(view, rect)};
   while (result.size() < levels) result.push_back(coarser(result.back()));
   return result;

@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "atlas/atlas.h"
+#include "atlas/stored_view.h"
 
 namespace lumatlas {
 
-// In pixels of the view; may reach beyond its image, where the pixels at the image's border go on.
+// A part of a view, in pixels. It may reach beyond the image, where the pixels at the image's border are repeated.
 struct ImageRect {
   std::int64_t x = 0;
   std::int64_t y = 0;
@@ -17,7 +17,7 @@ struct ImageRect {
   std::uint32_t height = 0;
 };
 
-// Row by row from the top left: sRGB and validity, 8 bit each.
+// One level as texels, row by row from the top left; each is sRGB and validity, 8 bit a channel.
 struct ImageLevel {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
@@ -29,7 +29,7 @@ struct ImageLevel {
 
 // The finest level is the view's pixels. A texel of the next one is the mean of four, in linear light and by their
 // validity, so that what may not be shown does not bleed into it. The sides of `rect` must be multiples of
-// 2^(levels - 1) (std::invalid_argument).
+// 2^(levels - 1) and the view's photograph and validity as large as its camera says (std::invalid_argument).
 [[nodiscard]] std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& rect, std::uint32_t levels);
 
 }  // namespace lumatlas

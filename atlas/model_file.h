@@ -17,17 +17,20 @@ namespace lumatlas {
 
 inline constexpr const char* kModelFileName = "scene.gltf";
 
-// Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. With photographs as PNG, reading the model
-// back gives the same pictures to the bit. Free slots are left out: the views keep their order, their slots become
-// consecutive. Vertices are split where cells meet; faces keep their order. Names become Unicode on one line. The
-// mesh's own colours are left out: what is shown of them is in the snapshot's vertex colours. Throws InputError if a
-// file cannot be written, or the model has more than 2^24 cells.
+// Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. Where one of them cannot be written, a
+// model that is there already stays as it is. With photographs as PNG, reading the model back gives the same pictures
+// to the bit. Free slots and views without a resident tile are left out: the others keep their order, their slots
+// become consecutive. Vertices are split where cells meet; faces keep their order. Names become Unicode on one line.
+// The mesh's own colours are left out: what is shown of them is in the snapshot's vertex colours. Throws InputError if
+// a file cannot be written, or the model has more than 2^24 cells; std::invalid_argument unless the snapshot and the
+// options pass check().
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
                  const ImageCoding& photographs = {});
 
-// The same as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it becomes the
-// asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB or more, for
-// which a .glb has no room. Holds the whole file in memory, twice.
+// Writes the same model as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it
+// becomes the asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB
+// or more, for which a .glb has no room, and std::invalid_argument for notes that are no JSON object or as
+// write_model() does. Holds the whole file in memory, twice.
 void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
                const ImageCoding& photographs = {}, const std::string& notes = {});
 
@@ -47,7 +50,8 @@ struct Model {
 };
 
 // Reads a model folder, its .gltf file, or a .glb, which may have any name. Depth and validity are not in the file:
-// they are made again from the mesh, with the options that it was written with. Opens nothing outside of the folder.
+// they are made again from the mesh, with the options that it was written with. A view without a resident tile is left
+// out and its photograph not opened. Opens nothing outside of the folder, not even where a symbolic link leads there.
 // Throws InputError: file, index, value, what is wrong with it; of several views that cannot be read, the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
 
@@ -72,7 +76,7 @@ struct ModelFacts {
 // Checks all but the images, of which it asks the size. Throws InputError as read_model().
 [[nodiscard]] ModelFacts read_model_facts(const std::filesystem::path& path);
 
-// The JSON of a model, without any check but that its file can be read. Throws InputError.
+// The JSON of a model, without any check but that its file can be read and nests no deeper than 64. Throws InputError.
 [[nodiscard]] std::string read_model_json(const std::filesystem::path& path);
 
 }  // namespace lumatlas

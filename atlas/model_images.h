@@ -20,7 +20,7 @@ struct ModelImage {
   ImageCoding coding;  // masks are PNG
 };
 
-// Those of all stored views in their order: of each its photograph, then the masks that it has.
+// Those of all views of a snapshot in their order: of each its photograph, then the masks that it has.
 [[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs);
 
 // The bytes of a file.

@@ -16,10 +16,12 @@
 
 #include "atlas/glb_file.h"
 #include "atlas/gltf_file.h"
+#include "atlas/json_nesting.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/srgb.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
 #include "mesh/ray_visibility.h"
 
@@ -145,7 +147,7 @@ std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std
   for (const float number : numbers) {
     // Written so that NaN is refused too.
     if (!(number >= 0 && number < static_cast<float>(count) && number == std::floor(number))) {
-      file_.refuse("vertex " + std::to_string(cells.size()) + " is in cell " + shown(number) + " of " +
+      file_.refuse("vertex " + std::to_string(cells.size()) + " is in cell " + number_text(number) + " of " +
                    std::to_string(count));
     }
     cells.push_back(static_cast<std::uint32_t>(number));
@@ -228,7 +230,7 @@ std::vector<float> ModelReader::cell_coverage(std::size_t cells) const {
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (std::isfinite(coverage[cell]) && coverage[cell] >= 0) continue;
-    file_.refuse("cellCoverage says of cell " + std::to_string(cell) + " " + std::to_string(coverage[cell]) +
+    file_.refuse("cellCoverage says of cell " + std::to_string(cell) + " " + number_text(coverage[cell]) +
                  ", must be finite and not negative");
   }
   return coverage;
@@ -420,6 +422,7 @@ std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::
     try {
       std::vector<std::uint8_t> drawn;
       if (!tiles.whole_views()) {
+        if (!tiles.has_resident_tile(static_cast<std::uint32_t>(i))) return;  // nothing of the view is shown
         drawn = around.resident_pixels(static_cast<std::uint32_t>(i), entries[i].camera);
       }
       views[i] = std::make_shared<const StoredView>(load(entries[i], visibility, drawn, options, of_view[i]));
@@ -462,6 +465,7 @@ Model ModelReader::model() const {
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
   snapshot.views = load_all(entries, surface->mesh, snapshot.tiles, model.validity, model.times);
+  leave_out_views_without_tiles(snapshot);
   model.times.views = watch.lap_ms();
   return model;
 }
@@ -526,7 +530,12 @@ ModelFacts read_model_facts(const fs::path& path) {
 
 std::string read_model_json(const fs::path& path) {
   const fs::path file = file_of(path);
-  return is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
+  std::string json = is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
+  if (const int levels = nesting(json); levels > kMaxNesting) {
+    throw InputError(file.string() + ": nests its values " + std::to_string(levels) + " deep, must be at most " +
+                     std::to_string(kMaxNesting));
+  }
+  return json;
 }
 
 }  // namespace lumatlas

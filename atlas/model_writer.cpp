@@ -5,27 +5,34 @@
 #include <cstring>
 #include <fstream>
 #include <glm/glm.hpp>
+#include <locale>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <sstream>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 
 #include "atlas/cell_split.h"
 #include "atlas/glb_file.h"
+#include "atlas/json_nesting.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/model_images.h"
 #include "atlas/srgb.h"
 #include "atlas/tiny_gltf.h"
 #include "mesh/base/errors.h"
-#include "mesh/base/pending_file.h"
+#include "mesh/base/temporary_entry.h"
 
 namespace lumatlas {
 
 namespace {
 
 using Json = tinygltf::Value;
+
+constexpr const char* kBufferName = "scene.bin";
 
 // Appends bytes to the model's only buffer. glTF wants what accessors refer to aligned to its component.
 int add_view(tinygltf::Model& model, const void* first, std::size_t bytes, int target = 0) {
@@ -238,29 +245,77 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const std::
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }
 
-void write_bytes(const std::filesystem::path& file, std::span<const std::uint8_t> bytes) {
-  PendingFile pending(file);
-  std::ofstream stream(pending.path(), std::ios::binary);
-  stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  stream.close();
-  if (!stream) throw InputError(file.string() + ": cannot be written: check that the disk has room");
-  pending.commit(Durability::left_to_folder);  // images come by the hundred
-}
-
-// Beside the glTF file.
-void add_image_files(tinygltf::Model& model, const std::filesystem::path& folder, const Snapshot& snapshot,
-                     const std::vector<ModelImage>& images) {
-  std::error_code error;
-  std::filesystem::create_directories(folder / "images", error);
-  if (error) throw InputError((folder / "images").string() + ": cannot be made: " + error.message());
-  for (const ModelImage& image : images) {
-    model.images.emplace_back();
-    model.images.back().uri = image.name;
+// The files of a model's folder. All are written into a temporary folder in it before the first takes its place, so
+// that a model that is there already stays as it is if one cannot be written. One folder instead of one pending file
+// each: a pending file keeps a descriptor open, and models have more images than a process may have open files.
+class PendingFiles {
+ public:
+  // Throws InputError unless `folder` exists and can be written to.
+  PendingFiles(const std::filesystem::path& folder, std::size_t count) : folder_(folder), names_(count) {
+    try {
+      temporary_ = std::make_unique<TemporaryEntry>(TemporaryEntry::Kind::folder, folder_,
+                                                    [] { return random_temporary_name(); });
+    } catch (const std::system_error& error) {
+      throw InputError(folder.string() + ": cannot be written to: " + error.code().message());
+    }
   }
-  tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
-    write_bytes(folder / images[index].name, encoded(images[index], snapshot));
-  });
-}
+
+  // `name` is relative to the folder. Safe from several threads for different numbers.
+  void write(std::size_t number, const std::string& name, std::span<const std::uint8_t> bytes) {
+    std::ofstream stream(pending(number), std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+    stream.close();
+    if (!stream || std::filesystem::is_directory(folder_ / name)) {
+      throw InputError((folder_ / name).string() +
+                       ": cannot be written: check that the disk has room and the folder is writable");
+    }
+    names_[number] = name;
+  }
+
+  // Puts them into their places in the order of their numbers, once the disk has them all. Throws InputError.
+  void commit() {
+    if (!sync_file_system(folder_)) {
+      throw InputError(folder_.string() + ": cannot be written: check that the disk has room");
+    }
+    const auto paused = removal_paused();
+    for (std::size_t number = 0; number < names_.size(); ++number) {
+      std::error_code error;
+      std::filesystem::rename(pending(number), folder_ / names_[number], error);
+      if (error) throw InputError((folder_ / names_[number]).string() + ": cannot be written: " + error.message());
+    }
+  }
+
+ private:
+  [[nodiscard]] std::filesystem::path pending(std::size_t number) const {
+    return temporary_->path() / std::to_string(number);
+  }
+
+  std::filesystem::path folder_;
+  std::vector<std::string> names_;
+  std::unique_ptr<TemporaryEntry> temporary_;
+};
+
+// Of a model that is not there after all.
+class ImageFolder {
+ public:
+  explicit ImageFolder(std::filesystem::path folder) : folder_(std::move(folder)) {
+    std::error_code error;
+    made_ = std::filesystem::create_directories(folder_, error);
+    if (error) throw InputError(folder_.string() + ": cannot be made: " + error.message());
+  }
+  ~ImageFolder() {
+    std::error_code ignored;
+    if (made_ && !kept_) std::filesystem::remove(folder_, ignored);  // only if it is empty
+  }
+  ImageFolder(const ImageFolder&) = delete;
+  ImageFolder& operator=(const ImageFolder&) = delete;
+  void keep() { kept_ = true; }
+
+ private:
+  std::filesystem::path folder_;
+  bool made_ = false;
+  bool kept_ = false;
+};
 
 // In the model's only buffer.
 void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images) {
@@ -276,33 +331,9 @@ void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vec
   }
 }
 
-// Whether the JSON in a file that was just written is there to its closing bracket.
-bool ends_whole(const std::filesystem::path& file) {
-  std::ifstream json(file, std::ios::binary);
-  std::string end(2, ' ');
-  json.seekg(-2, std::ios::end);
-  return json.read(end.data(), 2) && end == "}\n";
-}
-
-// tinygltf does not look whether a write succeeded: a full disk leaves a short file.
-void write_gltf(const std::filesystem::path& folder, tinygltf::Model& model) {
-  const std::filesystem::path file = folder / kModelFileName;
-  tinygltf::TinyGLTF writer;
-  const bool written = writer.WriteGltfSceneToFile(&model, file.string(), false, false, true, false);
-  std::error_code error;
-  const auto buffer_bytes = std::filesystem::file_size(folder / model.buffers[0].uri, error);
-  if (!written || error || buffer_bytes != model.buffers[0].data.size() || !ends_whole(file)) {
-    throw InputError(file.string() + ": cannot be written: check that the disk has room and the folder is writable");
-  }
-}
-
 // Everything but the images and the notes.
 tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>& images,
                          const ValidityOptions& validity) {
-  if (snapshot.cell_seen.size() > kMostCells) {
-    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
-                     std::to_string(kMostCells) + ": give a larger --cell-size");
-  }
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";
@@ -312,39 +343,82 @@ tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>
   return model;
 }
 
-// tinygltf writes its JSON; it would copy the buffer, and leave out what is null in the notes.
-std::string glb_json(tinygltf::Model& model, std::uint64_t buffer_bytes, const std::string& notes) {
+// tinygltf's JSON of a model whose buffer was taken out: it would put its bytes into the text.
+nlohmann::json json_of(tinygltf::Model& model, nlohmann::json buffer) {
   std::ostringstream text;
+  text.imbue(std::locale::classic());
   tinygltf::TinyGLTF writer;
   (void)writer.WriteGltfSceneToStream(&model, text, false, false);
   nlohmann::json document = nlohmann::json::parse(text.str());
-  document["buffers"][0] = {{"byteLength", buffer_bytes}};
-  if (!notes.empty()) document["asset"]["extras"] = nlohmann::json::parse(notes);
-  return document.dump();
+  document["buffers"][0] = std::move(buffer);
+  return document;
+}
+
+// tinygltf would leave out what is null in the notes.
+nlohmann::json parsed_notes(const std::string& notes) {
+  if (nesting(notes) > kMaxNesting) {
+    throw std::invalid_argument("model: notes nest their values more than " + std::to_string(kMaxNesting) + " deep");
+  }
+  nlohmann::json parsed = nlohmann::json::parse(notes, nullptr, false);
+  if (!parsed.is_object()) throw std::invalid_argument("model: notes are not the text of a JSON object");
+  return parsed;
+}
+
+// Nothing of a view without a resident tile is shown, so nothing of it is written.
+Snapshot checked(const Snapshot& snapshot) {
+  if (snapshot.cell_seen.size() > kMostCells) {
+    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
+                     std::to_string(kMostCells) + ": give a larger --cell-size");
+  }
+  check(snapshot);
+  Snapshot shown = snapshot;  // the photographs are shared
+  leave_out_views_without_tiles(shown);
+  return shown;
+}
+
+std::span<const std::uint8_t> bytes_of(const std::string& text) {
+  return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
 }
 
 }  // namespace
 
-void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
+void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
                  const ImageCoding& photographs) {
   check(validity);
   check(photographs);
+  const Snapshot snapshot = checked(given);
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
   tinygltf::Model model = model_of(snapshot, images, validity);
-  model.buffers[0].uri = "scene.bin";
-  add_image_files(model, folder, snapshot, images);
-  write_gltf(folder, model);
+  for (const ModelImage& image : images) {
+    model.images.emplace_back();
+    model.images.back().uri = image.name;
+  }
+  const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
+  const std::string json = json_of(model, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
+  ImageFolder image_folder(folder / "images");
+  PendingFiles files(folder, images.size() + 2);
+  tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
+    files.write(index, images[index].name, encoded(images[index], snapshot));
+  });
+  files.write(images.size(), kBufferName, buffer);
+  files.write(images.size() + 1, kModelFileName, bytes_of(json));
+  files.commit();
+  image_folder.keep();
 }
 
-void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
+void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,
                const ImageCoding& photographs, const std::string& notes) {
   check(validity);
   check(photographs);
+  const Snapshot snapshot = checked(given);
+  const nlohmann::json extras = notes.empty() ? nlohmann::json() : parsed_notes(notes);
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
   tinygltf::Model model = model_of(snapshot, images, validity);
   add_images(model, snapshot, images);
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
-  write_glb_frame(file, glb_json(model, buffer.size(), notes), buffer);
+  nlohmann::json document = json_of(model, {{"byteLength", buffer.size()}});
+  if (!notes.empty()) document["asset"]["extras"] = extras;
+  write_glb_frame(file, document.dump(), buffer);
 }
 
 }  // namespace lumatlas

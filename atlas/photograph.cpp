@@ -48,22 +48,40 @@ std::string because(std::string reason) {
   return reason.empty() ? reason : " (" + reason + ")";
 }
 
-struct Signature {
-  std::string_view first_bytes;
-  const char* format;  // as OpenImageIO names it
-};
-constexpr std::array<Signature, 10> kSignatures{{
-    {"\xff\xd8\xff", "jpeg"},
-    {"\x89PNG\r\n\x1a\n", "png"},
-    {{"II*\0", 4}, "tiff"},
-    {{"MM\0*", 4}, "tiff"},
-    {{"II+\0", 4}, "tiff"},
-    {"\x76\x2f\x31\x01", "openexr"},
-    {"#?", "hdr"},
-    {"BM", "bmp"},
-    {"GIF8", "gif"},
-    {"RIFF", "webp"},
-}};
+// The formats that people photograph and save in. OpenImageIO knows many more, whose readers are not fit for strangers'
+// files: some crash on damaged ones.
+enum class Format { jpeg, png, tiff, openexr, webp };
+
+constexpr const char* kFormatsInWords = "JPEG, PNG, TIFF, WebP or OpenEXR";
+
+const char* name_of(Format format) {  // as OpenImageIO calls its reader
+  switch (format) {
+    case Format::jpeg:
+      return "jpeg";
+    case Format::png:
+      return "png";
+    case Format::tiff:
+      return "tiff";
+    case Format::openexr:
+      return "openexr";
+    case Format::webp:
+      break;
+  }
+  return "webp";
+}
+
+// By the first bytes alone, because photographs are often misnamed.
+constexpr std::size_t kSignatureBytes = 12;
+std::optional<Format> format_of(std::string_view head) {
+  using namespace std::string_view_literals;
+  if (head.starts_with("\xff\xd8\xff")) return Format::jpeg;
+  if (head.starts_with("\x89PNG\r\n\x1a\n")) return Format::png;
+  if (head.starts_with("II*\0"sv) || head.starts_with("MM\0*"sv)) return Format::tiff;
+  if (head.starts_with("II+\0"sv) || head.starts_with("MM\0+"sv)) return Format::tiff;  // BigTIFF
+  if (head.starts_with("\x76\x2f\x31\x01")) return Format::openexr;
+  if (head.starts_with("RIFF") && head.substr(std::min<std::size_t>(head.size(), 8)) == "WEBP") return Format::webp;
+  return std::nullopt;
+}
 
 void require_readable(const fs::path& path) {
   std::error_code error;
@@ -83,62 +101,64 @@ class Source {
   [[nodiscard]] const fs::path& path() const { return path_; }  // in memory: what stands for it in sentences
   [[nodiscard]] bool in_memory() const { return proxy_.has_value(); }
   [[nodiscard]] std::uint64_t size() const { return in_memory() ? bytes_.size() : fs::file_size(path_); }
-  [[nodiscard]] std::string bytes() const {
-    return in_memory() ? std::string(bytes_.begin(), bytes_.end()) : read_whole_file(path_);
-  }
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const { return bytes_; }  // in memory
   [[nodiscard]] std::unique_ptr<std::istream> stream() const {
-    if (in_memory()) return std::make_unique<std::istringstream>(bytes());
+    if (in_memory()) return std::make_unique<std::istringstream>(std::string(bytes_.begin(), bytes_.end()));
     return std::make_unique<std::ifstream>(path_, std::ios::binary);
   }
   [[nodiscard]] OIIO::Filesystem::IOProxy* proxy() { return in_memory() ? &*proxy_ : nullptr; }
 
+  // From here on in memory: whoever replaces the file on disk changes nothing of what is read.
+  void hold() {
+    if (in_memory()) return;
+    held_ = read_whole_file(path_);
+    bytes_ = std::span(reinterpret_cast<const std::uint8_t*>(held_.data()), held_.size());
+    proxy_.emplace(held_.data(), held_.size());
+  }
+
  private:
   fs::path path_;
+  std::string held_;
   std::span<const std::uint8_t> bytes_;
   std::optional<OIIO::Filesystem::IOMemReader> proxy_;
 };
 
-using Reader = std::unique_ptr<OIIO::ImageInput>;
-
-Reader reader_named(const std::string& format) {
-  Reader reader = OIIO::ImageInput::create(format);
-  if (!reader) (void)OIIO::geterror();  // an error that nobody fetches would be printed at exit
-  return reader;
-}
-
-// Formats that have a signature but not here are not what the ending says.
-Reader reader_by_ending(const fs::path& path) {
-  const std::string ending = path.extension().string();
-  Reader reader = ending.size() > 1 ? reader_named(ending.substr(1)) : nullptr;
-  const auto has_signature = [&](const Signature& signature) {
-    return std::string_view(reader->format_name()) == signature.format;
-  };
-  if (!reader || std::any_of(kSignatures.begin(), kSignatures.end(), has_signature)) {
-    fail(path, "not an image; its first bytes are not those of a known format");
-  }
-  return reader;
-}
-
-// Other readers would look for a file by that name.
-bool may_be_in_memory(const Signature& signature) {
-  const std::string_view format = signature.format;
-  return format == "jpeg" || format == "png";
-}
-
-// By the first bytes, because photographs are often misnamed; else by the ending.
-Reader reader_for(const Source& source) {
+Format format_of(const Source& source) {
   const std::unique_ptr<std::istream> file = source.stream();
-  std::array<char, 8> head{};
+  std::array<char, kSignatureBytes> head{};
   file->read(head.data(), head.size());
   const std::string_view bytes(head.data(), static_cast<std::size_t>(file->gcount()));
   if (bytes.empty()) fail(source.path(), "is empty");
-  for (const Signature& signature : kSignatures) {
-    if (!bytes.starts_with(signature.first_bytes)) continue;
-    if (source.in_memory() && !may_be_in_memory(signature)) continue;
-    if (Reader reader = reader_named(signature.format)) return reader;
-  }
-  if (source.in_memory()) fail(source.path(), "not a PNG or JPEG image");
-  return reader_by_ending(source.path());
+  const std::optional<Format> format = format_of(bytes);
+  if (!format && source.in_memory()) fail(source.path(), "not a PNG or JPEG image");
+  if (!format) fail(source.path(), std::string("is no ") + kFormatsInWords + " image, by its first bytes");
+  return *format;
+}
+
+using Reader = std::unique_ptr<OIIO::ImageInput>;
+
+Reader reader_of(const Source& source, Format format) {
+  Reader reader = OIIO::ImageInput::create(name_of(format));
+  if (reader) return reader;
+  (void)OIIO::geterror();  // an error that nobody fetches would be printed at exit
+  fail(source.path(), std::string("OpenImageIO is installed without a reader for ") + name_of(format));
+}
+
+// Others' readers would look for a file by the name that stands for the bytes.
+bool may_be_in_memory(Format format) {
+  return format == Format::jpeg || format == Format::png;
+}
+
+// The reader of a source, opened when what it is given has been found sound.
+struct Opened {
+  Format format;
+  Reader reader;
+};
+
+Opened reader_for(const Source& source) {
+  const Format format = format_of(source);
+  if (source.in_memory() && !may_be_in_memory(format)) fail(source.path(), "not a PNG or JPEG image");
+  return {format, reader_of(source, format)};
 }
 
 // What must be known before anything is allocated for the pixels.
@@ -185,57 +205,30 @@ Header opened_header(const fs::path& path, const OIIO::ImageInput& reader) {
           spec.pixel_bytes(true), orientation >= 1 && orientation <= 8 ? orientation : 1};
 }
 
-bool is_jpeg(const OIIO::ImageInput& reader) {
-  return std::string_view(reader.format_name()) == "jpeg";
-}
-bool is_png(const OIIO::ImageInput& reader) {
-  return std::string_view(reader.format_name()) == "png";
-}
-
 // Leaves a JPEG's reader closed, see image_header.h.
-Header checked_header(Source& source, OIIO::ImageInput& reader, Orientation orientation) {
-  if (is_png(reader) && !png_header_is_sound(*source.stream())) {
+Header checked_header(Source& source, Opened& image, Orientation orientation) {
+  if (image.format == Format::png && !png_header_is_sound(*source.stream())) {
     fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");
   }
-  if (!is_jpeg(reader)) open_image(source, reader);
-  Header header = is_jpeg(reader) ? jpeg_header(source) : opened_header(source.path(), reader);
+  const bool jpeg = image.format == Format::jpeg;
+  if (!jpeg) open_image(source, *image.reader);
+  Header header = jpeg ? jpeg_header(source) : opened_header(source.path(), *image.reader);
   check_size(source, header);
   if (orientation == Orientation::as_stored) header.orientation = 1;
   return header;
 }
 
-void check_complete(const Source& source, const OIIO::ImageInput& reader) {
-  if (!is_jpeg(reader) && !is_png(reader)) return;  // the other readers tell
-  const std::string file = source.bytes();
-  const std::span bytes(reinterpret_cast<const std::uint8_t*>(file.data()), file.size());
-  if (is_jpeg(reader) ? !jpeg_is_complete(bytes) : !png_is_complete(bytes)) {
-    fail(source.path(), "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
-  }
+// Of formats whose readers do not tell.
+void check_complete(const Source& source, Format format) {
+  const std::span<const std::uint8_t> bytes = source.bytes();
+  if (format == Format::jpeg ? jpeg_is_complete(bytes) : png_is_complete(bytes)) return;
+  fail(source.path(), "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
 }
 
 ImageSize upright_size(const Header& header) {
   ImageSize size{static_cast<std::uint32_t>(header.width), static_cast<std::uint32_t>(header.height)};
   if (header.orientation >= 5) std::swap(size.width, size.height);
   return size;
-}
-
-// The stored pixel that is seen at the top left of the upright image, and the steps from it to the right and down.
-struct Walk {
-  std::ptrdiff_t start, right, down;  // pixels
-};
-Walk walk_of(const Header& header) {
-  const auto width = static_cast<std::ptrdiff_t>(header.width);
-  const std::ptrdiff_t last_column = width - 1;
-  const std::ptrdiff_t last_row = (static_cast<std::ptrdiff_t>(header.height) - 1) * width;
-  const std::array<Walk, 8> walks{{{0, 1, width},
-                                   {last_column, -1, width},
-                                   {last_row + last_column, -1, -width},
-                                   {last_row, 1, -width},
-                                   {0, width, 1},
-                                   {last_row, -width, 1},
-                                   {last_row + last_column, -width, -1},
-                                   {last_column, width, -1}}};
-  return walks[static_cast<std::size_t>(header.orientation - 1)];
 }
 
 std::uint8_t byte_of(std::uint8_t value) {
@@ -266,46 +259,88 @@ std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
   return {static_cast<std::size_t>(named[0]), static_cast<std::size_t>(named[1]), static_cast<std::size_t>(named[2])};
 }
 
-template <typename Sample>
-void copy_upright(std::span<const Sample> stored, const OIIO::ImageSpec& spec, const Walk& walk, Photograph& photo) {
-  const std::array<std::size_t, 3> channels = rgb_channels(spec);
-  std::uint8_t* out = photo.rgb.data();
-  for (std::uint32_t y = 0; y < photo.height; ++y) {
-    std::ptrdiff_t pixel = walk.start + walk.down * y;
-    for (std::uint32_t x = 0; x < photo.width; ++x, pixel += walk.right) {
-      const Sample* const samples = stored.data() + pixel * spec.nchannels;
-      for (const std::size_t channel : channels) *out++ = byte_of(samples[channel]);
-    }
-  }
-}
-
 void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, void* pixels) {
   if (!reader.read_image(0, 0, 0, -1, type, pixels)) {
     fail(path, "is damaged or cut off" + because(reader.geterror()));
   }
 }
 
+// As stored, 8-bit sRGB.
 template <typename Sample>
-void read_as(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, const Walk& walk,
-             Photograph& photo) {
-  const OIIO::ImageSpec spec = reader.spec();
-  std::vector<Sample> stored(spec.image_pixels() * static_cast<std::uint64_t>(spec.nchannels));
+void read_as(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, std::vector<std::uint8_t>& rgb) {
+  const OIIO::ImageSpec& spec = reader.spec();
+  const auto samples_per_pixel = static_cast<std::size_t>(spec.nchannels);
+  std::vector<Sample> stored(rgb.size() / 3 * samples_per_pixel);
   read_pixels(path, reader, type, stored.data());
-  copy_upright<Sample>(stored, spec, walk, photo);
+  const std::array<std::size_t, 3> channels = rgb_channels(spec);
+  std::uint8_t* out = rgb.data();
+  for (std::size_t first = 0; first < stored.size(); first += samples_per_pixel) {
+    for (const std::size_t channel : channels) *out++ = byte_of(stored[first + channel]);
+  }
 }
 
-void read_into(const fs::path& path, OIIO::ImageInput& reader, const Header& header, Photograph& photo) {
+// The buffers below are as large as the header says, and the decoder fills as many pixels as it has found.
+void require_size_of(const fs::path& path, const Header& header, const OIIO::ImageSpec& spec) {
+  const bool same = spec.width > 0 && spec.height > 0 && static_cast<std::uint64_t>(spec.width) == header.width &&
+                    static_cast<std::uint64_t>(spec.height) == header.height && spec.depth <= 1 && spec.nchannels >= 1;
+  if (same) return;
+  fail(path, "its header says " + std::to_string(header.width) + "x" + std::to_string(header.height) +
+                 " pixels, its decoder finds " + std::to_string(spec.width) + "x" + std::to_string(spec.height) +
+                 ": it is damaged");
+}
+
+// As stored, row by row.
+std::vector<std::uint8_t> stored_rgb(const fs::path& path, OIIO::ImageInput& reader, const Header& header) {
   const OIIO::ImageSpec& spec = reader.spec();
-  const Walk walk = walk_of(header);
+  require_size_of(path, header, spec);
+  std::vector<std::uint8_t> rgb(std::size_t{3} * header.width * header.height);
   if (spec.format.is_floating_point()) {
-    read_as<float>(path, reader, TypeDesc::FLOAT, walk, photo);
+    read_as<float>(path, reader, TypeDesc::FLOAT, rgb);
   } else if (spec.format.size() > 1) {
-    read_as<std::uint16_t>(path, reader, TypeDesc::UINT16, walk, photo);
-  } else if (spec.nchannels == 3 && header.orientation == 1) {
-    read_pixels(path, reader, TypeDesc::UINT8, photo.rgb.data());  // as it is
+    read_as<std::uint16_t>(path, reader, TypeDesc::UINT16, rgb);
+  } else if (spec.nchannels == 3) {
+    read_pixels(path, reader, TypeDesc::UINT8, rgb.data());  // as it is
   } else {
-    read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, walk, photo);
+    read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, rgb);
   }
+  return rgb;
+}
+
+// The stored pixel that is seen at the top left of the upright image, and the steps from it to the right and down, all
+// in pixels of an image of `width` x `height` as stored. It is our own because ImageBufAlgo::reorient() of OpenImageIO
+// 2.4 takes orientations 5 and 7 for each other.
+struct UprightWalk {
+  std::ptrdiff_t start, right, down;
+};
+UprightWalk walk_of(int orientation, std::ptrdiff_t width, std::ptrdiff_t height) {
+  const std::ptrdiff_t last_column = width - 1, last_row = (height - 1) * width;
+  const std::array<UprightWalk, 8> walks{{{0, 1, width},
+                                          {last_column, -1, width},
+                                          {last_row + last_column, -1, -width},
+                                          {last_row, 1, -width},
+                                          {0, width, 1},
+                                          {last_row, -width, 1},
+                                          {last_row + last_column, -width, -1},
+                                          {last_column, width, -1}}};
+  return walks.at(static_cast<std::size_t>(orientation - 1));
+}
+
+// `stored` has three values for each pixel of the header's size.
+std::vector<std::uint8_t> upright_rgb(std::vector<std::uint8_t> stored, const Header& header) {
+  if (header.orientation == 1) return stored;
+  const ImageSize size = upright_size(header);
+  const UprightWalk walk = walk_of(header.orientation, static_cast<std::ptrdiff_t>(header.width),
+                                   static_cast<std::ptrdiff_t>(header.height));
+  std::vector<std::uint8_t> rgb;
+  rgb.reserve(stored.size());
+  for (std::uint32_t y = 0; y < size.height; ++y) {
+    std::ptrdiff_t pixel = walk.start + walk.down * y;
+    for (std::uint32_t x = 0; x < size.width; ++x, pixel += walk.right) {
+      const std::uint8_t* const from = &stored[static_cast<std::size_t>(3 * pixel)];
+      rgb.insert(rgb.end(), from, from + 3);
+    }
+  }
+  return rgb;
 }
 
 void check(const Photograph& image) {
@@ -337,21 +372,22 @@ OIIO::ImageSpec spec_of(const Photograph& image) {
 }
 
 ImageSize size_of(Source& source, Orientation orientation) {
-  const Reader reader = reader_for(source);
-  return upright_size(checked_header(source, *reader, orientation));
+  Opened image = reader_for(source);
+  return upright_size(checked_header(source, image, orientation));
 }
 
 Photograph read_from(Source& source, Orientation orientation) {
-  const Reader reader = reader_for(source);
-  check_complete(source, *reader);
-  const Header header = checked_header(source, *reader, orientation);
-  if (is_jpeg(*reader)) open_image(source, *reader);
+  // What is looked at several times is held, so that header, checks and decoder see one file; others are opened once.
+  if (may_be_in_memory(format_of(source))) source.hold();
+  Opened image = reader_for(source);
+  if (source.in_memory()) check_complete(source, image.format);
+  const Header header = checked_header(source, image, orientation);
+  if (image.format == Format::jpeg) open_image(source, *image.reader);
   const ImageSize size = upright_size(header);
   Photograph photo;
   photo.width = size.width;
   photo.height = size.height;
-  photo.rgb.resize(std::size_t{3} * size.width * size.height);
-  read_into(source.path(), *reader, header, photo);
+  photo.rgb = upright_rgb(stored_rgb(source.path(), *image.reader, header), header);
   return photo;
 }
 

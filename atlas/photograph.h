@@ -22,18 +22,21 @@ struct Photograph {
 // structure-from-motion program that ignored it (COLMAP does) has calibrated the pixels as they are stored.
 enum class Orientation { exif, as_stored };
 
-// Width and height from the header alone. Throws InputError.
 struct ImageSize {
-  std::uint32_t width, height;
+  std::uint32_t width, height;  // pixels
 };
+// From the header alone. Throws InputError.
 [[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
-// 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped); floating-point files are taken as linear
-// light. Throws InputError: path and reason, also for a truncated file.
+// Reads JPEG, PNG, TIFF, WebP and OpenEXR, told by their first bytes whatever their names are; other formats are
+// refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped); floating-point files are taken as
+// linear light. A file that is replaced by another one while it is read gives the old picture or the new one. Throws
+// InputError: path and reason, also for a file that is cut off. Damage within a JPEG's coded data goes unnoticed:
+// OpenImageIO does not hand on what libjpeg warns of.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 
-// The same of a PNG or JPEG file in memory; `name` stands for its path in sentences.
+// Size and pixels of a PNG or JPEG file in memory, upright; `name` stands for its path in sentences.
 [[nodiscard]] ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name);
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);
 
@@ -53,8 +56,9 @@ void check(const ImageCoding& coding);
 // time. Throws std::invalid_argument for what is no image, InputError if it cannot be encoded.
 [[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding);
 
-// PNG, 8-bit RGB, or by the ending another format that OpenImageIO writes. Writes beside `path`, then renames.
-// Throws InputError unless every byte was taken; waits for no disk, see Durability::left_to_folder.
+// PNG, 8-bit RGB, or by the ending another format that OpenImageIO writes. Writes beside `path`, then renames. Throws
+// std::invalid_argument for what is no image, InputError naming the path unless every byte was taken; waits for no
+// disk, see Durability::left_to_folder.
 void write_image(const std::filesystem::path& path, const Photograph& image);
 
 }  // namespace lumatlas

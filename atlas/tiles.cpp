@@ -5,8 +5,9 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <utility>
 
-#include "atlas/atlas.h"
+#include "atlas/texel_format.h"
 
 namespace lumatlas {
 
@@ -17,7 +18,19 @@ void require(bool holds, const char* field, std::uint32_t value, const char* rul
   throw std::invalid_argument(std::string("tiles: ") + field + " is " + std::to_string(value) + ", must be " + rule);
 }
 
-// Counts pixels by tile and cell, in any order, merged at the end.
+void require_tiles(const TileOptions& options) {
+  check(options);
+  require(!options.whole_views(), "tile_px", options.tile_px, "above 0, for whole views have no slots");
+}
+
+void require_count(const StoredView& view, const char* what, std::size_t count) {
+  const std::size_t pixels = std::size_t{view.camera.width} * view.camera.height;
+  if (count == pixels) return;
+  throw std::invalid_argument("tiles: view " + view.name + ": " + what + " has " + std::to_string(count) +
+                              " values, must have one per pixel, " + std::to_string(pixels));
+}
+
+// Counts pixels by tile and cell in any order; they are sorted and merged at the end.
 class ShownCount {
  public:
   void add(std::uint32_t tile, std::uint32_t cell, std::uint32_t pixels) {
@@ -67,14 +80,17 @@ void check(const TileOptions& options) {
 }
 
 std::uint64_t slot_bytes(const TileOptions& options) {
-  constexpr std::uint64_t kColor = 4, kDepth = 2;
   const std::uint64_t side = options.slot_px();
-  std::uint64_t bytes = kDepth * side * side;
-  for (std::uint64_t step = 1; step <= options.gutter_px; step *= 2) bytes += kColor * (side / step) * (side / step);
+  std::uint64_t bytes = kDepthTexelBytes * side * side;
+  for (std::uint64_t step = 1; step <= options.gutter_px; step *= 2) {
+    bytes += kColorTexelBytes * (side / step) * (side / step);
+  }
   return bytes;
 }
 
 PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns) {
+  require(most_pages >= 1, "most_pages", most_pages, "at least 1");
+  require(most_columns >= 1, "most_columns", most_columns, "at least 1");
   slots = std::max(slots, 1u);
   std::uint32_t side = 4;
   if (slots < side * side && slots <= most_columns) return {slots, 1, 1};
@@ -86,19 +102,28 @@ PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_
 }
 
 std::uint32_t slots_within(std::uint64_t bytes, const TileOptions& options) {
-  constexpr std::uint64_t kMost = 1u << 30;
+  require_tiles(options);
   // GL 4.5 promises 2048 layers and 16384 pixels a side: what any driver lays out alike.
   constexpr std::uint32_t kPromisedPages = 2048, kPromisedSide = 16384;
-  const auto fit = static_cast<std::uint32_t>(std::min(bytes / slot_bytes(options), kMost));
+  const auto fit = static_cast<std::uint32_t>(std::min(bytes / slot_bytes(options), std::uint64_t{kMostTileSlots}));
   if (fit == 0) return 0;
   const PageLayout layout = pages_for(fit, kPromisedPages, kPromisedSide / options.slot_px());
   if (layout.pages > 1) return fit / (layout.columns * layout.rows) * (layout.columns * layout.rows);
   return fit / layout.columns * layout.columns;
 }
 
+TileGrid::TileGrid(std::uint32_t width_px, std::uint32_t height_px, std::uint32_t tile_px) {
+  require(tile_px >= 1, "tile_px", tile_px, "above 0 to cut an image");
+  columns = (width_px + tile_px - 1) / tile_px;
+  rows = (height_px + tile_px - 1) / tile_px;
+}
+
 std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::uint32_t> face, const Cells& cells,
                                    const TileOptions& options) {
+  check(options);
   if (options.whole_views()) return {};
+  require_count(view, "face", face.size());
+  require_count(view, "validity", view.validity.size());
   const std::uint32_t width = view.camera.width;
   const TileGrid grid(width, view.camera.height, options.tile_px);
   ShownCount inside, around;
@@ -107,6 +132,10 @@ std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::
     for (std::uint32_t x = 0; x < width; ++x) {
       const std::size_t pixel = std::size_t{y} * width + x;
       if (view.validity[pixel] == 0 || face[pixel] == kNoFace) continue;
+      if (face[pixel] >= cells.cell_of_face.size()) {
+        throw std::invalid_argument("tiles: view " + view.name + " shows face " + std::to_string(face[pixel]) +
+                                    ", the mesh has " + std::to_string(cells.cell_of_face.size()));
+      }
       const std::uint32_t cell = cells.cell_of_face[face[pixel]];
       const std::uint32_t own = y / options.tile_px * grid.columns + x / options.tile_px;
       inside.add(own, cell, 1);
@@ -120,6 +149,39 @@ std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::
   }
   for (const ShownCell& shown : around.merged()) inside.add(shown.tile, shown.cell, 0);
   return inside.merged();
+}
+
+void require_shown_cells_of(const std::string& view, const Camera& camera, std::span<const ShownCell> shown,
+                            const TileOptions& layout) {
+  const auto refuse = [&](const std::string& why) { throw std::invalid_argument("view " + view + ": " + why); };
+  if (shown.empty()) return;
+  if (layout.whole_views()) {
+    refuse("shown has " + std::to_string(shown.size()) + " entries, must have none where views are whole");
+  }
+  const std::uint32_t tiles = TileGrid(camera.width, camera.height, layout.tile_px).tiles();
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const auto entry = [i] { return "shown[" + std::to_string(i) + "]"; };
+    if (shown[i].tile >= tiles) {
+      refuse(entry() + " is of tile " + std::to_string(shown[i].tile) + ", must be below " + std::to_string(tiles));
+    }
+    if (shown[i].pixels > layout.tile_px * layout.tile_px) {
+      refuse(entry() + " has " + std::to_string(shown[i].pixels) + " pixels, a tile has " +
+             std::to_string(layout.tile_px * layout.tile_px));
+    }
+    if (i == 0 || std::tie(shown[i - 1].tile, shown[i - 1].cell) < std::tie(shown[i].tile, shown[i].cell)) continue;
+    refuse(entry() + " does not come after the one before it, must rise by tile, then cell");
+  }
+}
+
+TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
+                          const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
+                          std::vector<std::uint8_t> trust) {
+  const std::vector<std::uint32_t> face = std::move(visible.face);
+  TiledView tiled;
+  tiled.view =
+      make_stored_view(std::move(name), camera, std::move(photograph), std::move(visible), options, std::move(trust));
+  tiled.shown = shown_cells(tiled.view, face, cells, layout);
+  return tiled;
 }
 
 bool TileTable::resident(std::uint32_t view, const Camera& camera, double x, double y) const {
@@ -147,6 +209,11 @@ std::vector<std::uint8_t> TileTable::resident_pixels(std::uint32_t view, const C
   return mask;
 }
 
+bool TileTable::has_resident_tile(std::uint32_t view) const {
+  return std::any_of(slots.begin() + first_tile[view], slots.begin() + first_tile[view + 1],
+                     [](std::uint32_t slot) { return slot != kNotResident; });
+}
+
 std::uint32_t TileTable::resident_tiles() const {
   return static_cast<std::uint32_t>(
       std::count_if(slots.begin(), slots.end(), [](std::uint32_t slot) { return slot != kNotResident; }));
@@ -158,29 +225,8 @@ std::uint32_t TileTable::slots_needed() const {
   return needed;
 }
 
-std::vector<ViewTile> needed_tiles(const ReferenceTable& references, std::span<const std::vector<ShownCell>> shown) {
-  const auto cells = static_cast<std::uint32_t>(references.offsets.size() - 1);
-  std::vector<std::vector<std::uint32_t>> referring(shown.size());  // cells, by view
-  for (std::uint32_t cell = 0; cell < cells; ++cell) {
-    for (const std::uint32_t view : references.of_cell(cell)) referring[view].push_back(cell);
-  }
-  std::vector<ViewTile> needed;
-  std::vector<std::uint8_t> refers(cells, 0);  // to the view at hand
-  for (std::uint32_t view = 0; view < shown.size(); ++view) {
-    for (const std::uint32_t cell : referring[view]) refers[cell] = 1;
-    for (const ShownCell& part : shown[view]) {
-      if (refers[part.cell] == 0) continue;
-      const bool known = !needed.empty() && needed.back().view == view && needed.back().tile == part.tile;
-      if (!known) needed.push_back({view, part.tile});
-    }
-    for (const std::uint32_t cell : referring[view]) refers[cell] = 0;
-  }
-  return needed;
-}
-
 TileSlots::TileSlots(const TileOptions& options) {
-  check(options);
-  require(!options.whole_views(), "tile_px", options.tile_px, "above 0 to give tiles their slots");
+  require_tiles(options);
   table_.options = options;
 }
 
@@ -210,6 +256,11 @@ void TileSlots::assign(std::span<const ViewTile> tiles, std::span<const std::uin
   if (most > 0 && tiles.size() > most) {
     throw std::logic_error("tiles: " + std::to_string(tiles.size()) + " are to be resident, at most " +
                            std::to_string(most) + " can be");
+  }
+  for (const ViewTile& tile : tiles) {
+    if (tile.view < tiles_of_view.size() && tile.tile < tiles_of_view[tile.view]) continue;
+    throw std::logic_error("tiles: tile " + std::to_string(tile.tile) + " of slot " + std::to_string(tile.view) +
+                           " is to be resident, but there is no such tile");
   }
   resize(tiles_of_view);
   std::vector<std::uint8_t> stays(table_.slots.size(), 0);

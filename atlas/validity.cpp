@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 
 namespace {
@@ -248,7 +250,7 @@ std::string name_of(ValidityOptions::Edges edges) {
 
 void check(const ValidityOptions& options) {
   if (!(options.depth_edge > 0) || !std::isfinite(options.depth_edge)) {
-    throw std::invalid_argument("validity: depth_edge is " + std::to_string(options.depth_edge) +
+    throw std::invalid_argument("validity: depth_edge is " + number_text(options.depth_edge) +
                                 ", must be finite and above 0");
   }
   if (options.edge_radius_px > 16) {
@@ -264,6 +266,9 @@ std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<
                                         std::span<const std::uint8_t> trust, const ValidityOptions& options) {
   check(options);
   require_one_per_pixel("depth", depth.size(), photograph, "");
+  if (!photograph.valid.empty()) {
+    require_one_per_pixel("photograph.valid", photograph.valid.size(), photograph, ", or none");
+  }
   if (!trust.empty()) require_one_per_pixel("trust", trust.size(), photograph, ", or none");
   std::vector<std::uint8_t> mask = faded(lens_image(photograph), photograph, options.fade_px);
   const std::vector<std::uint8_t> edges = DepthEdges(photograph, depth, options).mask();

@@ -35,7 +35,7 @@ struct ValidityOptions {
   [[nodiscard]] static ValidityOptions printed();
 };
 
-// By which files and the command line call them.
+// The names that files and the command line have for them.
 inline const std::map<std::string, ValidityOptions::Edges> kEdgesByName = {
     {"both", ValidityOptions::Edges::both_sides},
     {"far", ValidityOptions::Edges::far_side},
@@ -46,10 +46,11 @@ inline const std::map<std::string, ValidityOptions::Edges> kEdgesByName = {
 void check(const ValidityOptions& options);
 
 // One value per pixel, row by row: 0 invalid, 255 wholly valid. `depth` is z in the camera frame at the photograph's
-// resolution, infinity where no surface is; such pixels are invalid. atlas/README.md has the formula. `trust` is
-// empty or has one value per pixel: 255 trusted, 0 contradicted by the other views. The mask without trust is
-// multiplied by max(trust, 1) / 255, but what is above 0 stays at least 1: a contradicted pixel is used where no other
-// view is valid, rather than leaving a hole.
+// resolution, infinity where no surface is; such pixels are invalid. Throws std::invalid_argument unless the options
+// pass check() and `depth` has one value per pixel of the photograph, `trust` and the photograph's `valid` as many or
+// none. atlas/README.md has the formula. `trust` is empty or has one value per pixel: 255 trusted, 0 contradicted
+// by the other views. The mask without trust is multiplied by max(trust, 1) / 255, but what is above 0 stays at least
+// 1: a contradicted pixel is used where no other view is valid, rather than leaving a hole.
 [[nodiscard]] std::vector<std::uint8_t> validity_mask(const Photograph& photograph, std::span<const float> depth,
                                                       std::span<const std::uint8_t> trust,
                                                       const ValidityOptions& options);

@@ -5,13 +5,15 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 
 namespace {
 
 void require(bool holds, const char* field, double value, const char* rule) {
   if (!holds) {
-    throw std::invalid_argument("blend: " + std::string(field) + " is " + std::to_string(value) + ", must be " + rule);
+    throw std::invalid_argument("blend: " + std::string(field) + " is " + number_text(value) + ", must be " + rule);
   }
 }
 

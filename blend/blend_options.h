@@ -24,7 +24,7 @@ inline constexpr double kSharpFootprint = 1.4;
 
 inline constexpr std::uint32_t kMostSupersampling = 4;
 
-// By how many pixels' widths the surface bends at a silhouette, see supersampling.h; shared with the shader.
+// The surface bends by more than so many pixels' widths at a silhouette, see supersampling.h; shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
 
 // Between which angles of novel and stored camera, seen from a point at a rim, the stored one's weight falls from whole
@@ -56,7 +56,8 @@ struct BlendOptions {
   // were photographed; printed: not at all
   bool rims = true;
   bool fade_last = true;  // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
-  // Of colours; validity is always linear. Photographs in tiles with a gutter of 1 pixel are sampled linearly.
+  // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
+  // around tiles colours are sampled linearly too.
   Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other

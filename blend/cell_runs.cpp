@@ -30,6 +30,21 @@ CellRuns::CellRuns(const Cells& cells, std::size_t faces) {
     throw std::invalid_argument("cells: they have " + std::to_string(cells.cell_of_face.size()) +
                                 " faces, must have the mesh's " + std::to_string(faces));
   }
+  std::vector<std::uint32_t> counts(cells.cells.size(), 0);
+  for (std::size_t face = 0; face < faces; ++face) {
+    const std::uint32_t cell = cells.cell_of_face[face];
+    if (cell >= counts.size()) {
+      throw std::invalid_argument("cells: face " + std::to_string(face) + " is in cell " + std::to_string(cell) +
+                                  ", must be below the number of cells, " + std::to_string(counts.size()));
+    }
+    ++counts[cell];
+  }
+  for (std::size_t cell = 0; cell < counts.size(); ++cell) {
+    if (cells.cells[cell].faces == counts[cell]) continue;
+    throw std::invalid_argument("cells: cell " + std::to_string(cell) + " says that it has " +
+                                std::to_string(cells.cells[cell].faces) + " faces, but " +
+                                std::to_string(counts[cell]) + " are in it");
+  }
   first_of_cell_.push_back(0);
   for (const Cell& cell : cells.cells) {
     spheres_.push_back({cell.centroid, cell.radius});

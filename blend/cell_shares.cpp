@@ -16,6 +16,7 @@
 #include <tuple>
 #include <utility>
 
+#include "mesh/base/number_text.h"
 #include "mesh/joined_faces.h"
 
 namespace lumatlas {
@@ -275,7 +276,7 @@ glm::vec4 joined_shares(const glm::vec4& shares, const std::array<int, kCellsPer
 
 CellShares share_cells(const Surface& surface, double width) {
   if (!(std::isfinite(width) && width >= 0)) {
-    throw std::invalid_argument("cell shares: width is " + std::to_string(width) + ", must be finite and not negative");
+    throw std::invalid_argument("cell shares: width is " + number_text(width) + ", must be finite and not negative");
   }
   if (width == 0) return own_cells(surface.cells);
   Surface joined = surface;

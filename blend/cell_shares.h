@@ -18,7 +18,7 @@
 #include <span>
 #include <vector>
 
-#include "atlas/atlas.h"
+#include "atlas/snapshot.h"
 
 namespace lumatlas {
 

@@ -13,14 +13,14 @@ namespace lumatlas {
 
 inline constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
 
-// Of the pixel's own cell: that its neighbours' views are mixed in along its border (BlendOptions::border_width) is
-// left out, also from the state.
+// What the pixel's own cell makes of it. That its neighbours' views are mixed in along its border
+// (BlendOptions::border_width) is left out, also from the state.
 struct PixelDiagnosis {
-  // Of the views that the cell refers to: how many are valid here, whatever they weigh. Section 3.1's valid() > 0.
+  // How many of the views that the cell refers to are valid here, whatever they weigh. Section 3.1's valid() > 0.
   std::uint32_t valid_views = 0;
   std::uint32_t winner = kNoView;  // the slot of the view that weighs most; kNoView: none weighs anything
-  // Of the three best in the pixel's colour, best first, in [0, 1]; they sum to 1, to less where K is above 3, and to 0
-  // where there is no winner.
+  // What the three best views count in the pixel's colour, best first, in [0, 1]. They sum to 1, to less where K is
+  // above 3, and to 0 where there is no winner.
   std::array<float, 3> shares{};
 };
 

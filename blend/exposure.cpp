@@ -6,6 +6,8 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
+#include "mesh/base/median.h"
+
 namespace lumatlas {
 
 namespace {
@@ -16,12 +18,6 @@ constexpr double kSamePlace = 0.01;
 
 // Enough for a median; odd strides below, so that they do not fall on the same columns of every row.
 constexpr std::size_t kDepthSamples = 1024;
-
-double upper_median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 std::vector<double> sparse_depths(const StoredView& view) {
   const std::size_t stride = (view.depth.size() / kDepthSamples) | 1;
@@ -45,7 +41,9 @@ double inverse_depth(const Snapshot& snapshot) {
 
 }  // namespace
 
-NearbyExposure::NearbyExposure(const Snapshot& snapshot) : per_depth_(inverse_depth(snapshot)) {
+NearbyExposure::NearbyExposure(const Snapshot& snapshot) {
+  check_gains(snapshot);
+  per_depth_ = inverse_depth(snapshot);
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const Camera& camera = snapshot.views[slot]->camera;

@@ -18,7 +18,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "atlas/atlas.h"
+#include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 #include "mesh/camera.h"
 
@@ -28,6 +28,8 @@ namespace lumatlas {
 class NearbyExposure {
  public:
   NearbyExposure() = default;  // of no views
+  // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each slot has a gain as
+  // Snapshot describes.
   explicit NearbyExposure(const Snapshot& snapshot);
 
   // E_o, per channel R G B: linear light of the model times this is the picture's. Within the range of the inverse

@@ -12,7 +12,7 @@ namespace lumatlas {
 [[nodiscard]] double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
                                       const glm::dvec3& stored_center, const BlendOptions& options);
 
-// By what the weight of a view is multiplied where the point is at a rim of what it sees (rim_pixels()), in [0, 1]: 1
+// The factor of a view's weight where the point is at a rim of what it sees (rim_pixels()), in [0, 1]: 1
 // if the two cameras see the point from directions within kRimNearDegrees of each other, 0 beyond kRimFarDegrees and
 // where the options leave rims out.
 [[nodiscard]] double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center,

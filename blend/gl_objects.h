@@ -77,7 +77,7 @@ template <typename T>
 }
 
 [[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
-// With several levels, `filter` acts between them too, if it is linear.
+// Where there are several levels, a linear `filter` acts between them too.
 [[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                                            GLsizei levels = 1);
 

@@ -64,6 +64,14 @@ void require_faces_fit(const Mesh& mesh) {
     throw GlError("the mesh has " + std::to_string(mesh.faces.size()) + " faces, OpenGL takes " +
                   std::to_string(kMostFaces) + ": decimate the mesh");
   }
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    const glm::uvec3& corners = mesh.faces[face];
+    const std::uint32_t most = std::max({corners.x, corners.y, corners.z});
+    if (most < mesh.positions.size()) continue;
+    throw std::invalid_argument("GL visibility: face " + std::to_string(face) + " has the vertex " +
+                                std::to_string(most) + ", must be below the number of vertices, " +
+                                std::to_string(mesh.positions.size()));
+  }
 }
 
 double farthest_depth(const Bounds& box, const glm::dvec3& center) {

@@ -25,9 +25,9 @@ struct GlVisibilityOptions {
 // It has a GL context of its own, which is current only while a call lasts, on the thread that calls: other contexts,
 // and other objects like this one, may be current before and after. Calls from several threads wait for each other.
 //
-// Copies what it needs. Throws std::invalid_argument if the mesh has no faces or the cells are not the mesh's, GlError
-// if there is no OpenGL 4.5 or the mesh does not fit; trace() throws GlError for a picture above the driver's texture
-// size or 2^29 pixels.
+// Copies what it needs. Throws std::invalid_argument if the mesh has no faces, one of them has a corner that is no
+// vertex, or the cells are not the mesh's; GlError if there is no OpenGL 4.5 or the mesh does not fit; trace() throws
+// GlError for a picture above the driver's texture size or 2^29 pixels.
 [[nodiscard]] std::unique_ptr<Visibility> make_gl_visibility(const Mesh& mesh, const Cells& cells,
                                                              const GlVisibilityOptions& options = {});
 

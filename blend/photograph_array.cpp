@@ -9,15 +9,14 @@
 #include <glm/gtc/packing.hpp>
 #include <string>
 
+#include "atlas/texel_format.h"
 #include "blend/egl_context.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr std::uint32_t kBytesPerTexel = 4;  // sRGB and validity
 constexpr std::uint16_t kHalfSign = 0x8000;
-constexpr std::uint32_t kBytesPerDepth = 2;     // half precision
 constexpr std::size_t kBytesAtOnce = 64 << 20;  // of tiles that are made ready for the GPU
 
 std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
@@ -115,7 +114,7 @@ std::uint64_t ArrayShape::bytes() const {
     texels += (std::uint64_t{columns} * slot_width >> level) * (std::uint64_t{rows} * slot_height >> level) * pages;
   }
   const std::uint64_t finest = std::uint64_t{columns} * slot_width * rows * slot_height * pages;
-  return kBytesPerTexel * texels + kBytesPerDepth * finest;
+  return kColorTexelBytes * texels + kDepthTexelBytes * finest;
 }
 
 ArrayShape array_shape(const Snapshot& snapshot) {
@@ -167,7 +166,7 @@ void PhotographArray::load(const Snapshot& snapshot) {
   uploaded_ = static_cast<std::uint32_t>(missing.size());
   // On all processors, but so many at a time that they take little memory. GL takes them from this thread.
   const std::size_t at_once =
-      std::max<std::size_t>(kBytesAtOnce / (std::size_t{4} * shape.slot_width * shape.slot_height), 1);
+      std::max<std::size_t>(kBytesAtOnce / (std::size_t{kColorTexelBytes} * shape.slot_width * shape.slot_height), 1);
   for (std::size_t first = 0; first < missing.size(); first += at_once) {
     const std::size_t end = std::min(first + at_once, missing.size());
     tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "atlas/atlas.h"
 #include "atlas/image_levels.h"
+#include "atlas/snapshot.h"
 #include "blend/gl_objects.h"
 
 namespace lumatlas {
@@ -43,10 +43,10 @@ class PhotographArray {
 
   // Sets the uniforms and binds the textures (units 0 and 1) and the buffer (7) that shaders/blend.frag reads.
   void bind(const GlProgram& program) const;
-  // Of a view: the number of its first tile in that buffer, and of its columns of tiles.
+  // The number of a view's first tile in that buffer, and how many columns of tiles it has.
   [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
-  // Of a view: what its stored depths are shares of. A power of two near its median depth.
+  // What a view's stored depths are shares of: a power of two near its median depth.
   [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }  // by the last load()
 

@@ -11,6 +11,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 #include <stdexcept>
+#include <string>
 
 #include "atlas/image_levels.h"
 #include "atlas/srgb.h"
@@ -55,7 +56,7 @@ Source::Source(const Snapshot& from, const BlendOptions& options) : snapshot(fro
   });
 }
 
-// Before its gain: bilinear between texel centres, held at the border.
+// Before its gain, bilinear between texel centres; beyond the border its texels are repeated.
 Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
   const auto& linear = linear_from_srgb8();
   const glm::dvec2 last(level.width - 1.0, level.height - 1.0);
@@ -74,7 +75,7 @@ Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
   return sample;
 }
 
-// Before its gain; held at the border.
+// Before its gain; beyond the border its texels are repeated.
 glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position, double width) {
   const auto& linear = linear_from_srgb8();
   const glm::dvec2 base = glm::floor(position - 0.5);
@@ -323,6 +324,20 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
   return pixel;
 }
 
+void require_buffer_of(const Camera& camera, const VisibilityBuffer& visible, std::size_t faces) {
+  const std::size_t pixels = std::size_t{camera.width} * camera.height;
+  if (visible.width != camera.width || visible.height != camera.height || visible.depth.size() != pixels ||
+      visible.face.size() != pixels) {
+    throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
+  }
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    if (visible.face[pixel] == kNoFace || visible.face[pixel] < faces) continue;
+    throw std::invalid_argument("reference renderer: pixel " + std::to_string(pixel) +
+                                " of the visibility buffer shows face " + std::to_string(visible.face[pixel]) +
+                                ", the mesh has " + std::to_string(faces));
+  }
+}
+
 }  // namespace
 
 Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, const VisibilityBuffer& visible,
@@ -350,9 +365,8 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
                            const BlendOptions& options) {
   check(options);
   check(camera);
-  if (visible.width != camera.width || visible.height != camera.height) {
-    throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
-  }
+  check(snapshot);
+  require_buffer_of(camera, visible, snapshot.surface->mesh.faces.size());
   const Source source(snapshot, options);
   const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
@@ -363,6 +377,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
                            const BlendOptions& options) {
   check(options);
   check(camera);
+  check(snapshot);
   const Source source(snapshot, options);
   const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);

@@ -3,7 +3,7 @@
 // tested.
 #pragma once
 
-#include "atlas/atlas.h"
+#include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 #include "blend/diagnosis.h"
 #include "blend/rendering.h"
@@ -13,15 +13,17 @@
 namespace lumatlas {
 
 // One sample a pixel, at its middle, whatever options.supersample says. `visible` is what the camera sees at its own
-// resolution. Throws std::invalid_argument for bad options or another size.
+// resolution. Throws std::invalid_argument unless snapshot, camera and options pass check(), and `visible` has a depth
+// and a face, of the snapshot's mesh or kNoFace, for each pixel of the camera's image.
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera,
                                          const VisibilityBuffer& visible, const BlendOptions& options);
 
-// The same with options.supersample, by what each sample sees. Throws std::invalid_argument for bad options.
+// With as many samples a pixel as options.supersample says, by what each of them sees. Throws std::invalid_argument
+// unless snapshot, camera and options pass check().
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
                                          const BlendOptions& options);
 
-// What the picture is made of at the middles of its pixels. Throws the same.
+// What the picture is made of at the middles of its pixels. Throws what the first render_reference() throws.
 [[nodiscard]] Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera,
                                            const VisibilityBuffer& visible, const BlendOptions& options);
 

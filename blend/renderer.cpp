@@ -24,6 +24,7 @@
 #include "blend/photograph_array.h"
 #include "blend/shaders.h"
 #include "blend/supersampling.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -120,13 +121,18 @@ void add_samples(Targets& targets) {
   targets.sample_pass = make_framebuffer({&targets.samples}, nullptr, &targets.sampled);
 }
 
+// As GLSL reads a float, whatever the host's locale writes.
+std::string constant(double value) {
+  return number_text(value, 6);
+}
+
 std::string with_definitions(std::string_view source) {
   std::string text(source);
   text.insert(text.find('\n') + 1,
               "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) + "\n#define SHARP_FOOTPRINT " +
-                  std::to_string(kSharpFootprint) + "\n#define SILHOUETTE_BEND " + std::to_string(kSilhouetteBend) +
-                  "\n#define RIM_NEAR_COSINE " + std::to_string(std::cos(glm::radians(kRimNearDegrees))) +
-                  "\n#define RIM_FAR_COSINE " + std::to_string(std::cos(glm::radians(kRimFarDegrees))) + "\n");
+                  constant(kSharpFootprint) + "\n#define SILHOUETTE_BEND " + constant(kSilhouetteBend) +
+                  "\n#define RIM_NEAR_COSINE " + constant(std::cos(glm::radians(kRimNearDegrees))) +
+                  "\n#define RIM_FAR_COSINE " + constant(std::cos(glm::radians(kRimFarDegrees))) + "\n");
   return text;
 }
 
@@ -222,6 +228,7 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors, con
 }  // namespace
 
 std::uint64_t array_bytes(const Snapshot& snapshot) {
+  check(snapshot);
   return array_shape(snapshot).bytes();
 }
 
@@ -493,6 +500,7 @@ void Renderer::take_steps(const RendererOptions& steps) {
 }
 
 void Renderer::load(const Snapshot& snapshot) {
+  check(snapshot);
   state_->loaded = false;
   state_->surface = snapshot.surface;
   state_->vertex_colors = snapshot.vertex_colors;

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "atlas/atlas.h"
+#include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 #include "blend/diagnosis.h"
 #include "blend/egl_context.h"
@@ -16,7 +16,7 @@
 namespace lumatlas {
 
 // GL memory, bytes, of the texture arrays of a snapshot's photographs and depths. Needs a current context, whose limits
-// they are laid out by.
+// they are laid out by. Throws std::invalid_argument unless the snapshot passes check().
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
 // None changes a picture beyond rounding, but where two views weigh the same; bench_render says what each is worth.
@@ -35,21 +35,22 @@ class Renderer {
   Renderer& operator=(Renderer&&) noexcept;
 
   // Copies the snapshot to the GPU in place of an earlier one; photographs or tiles that it shares with that one are
-  // not copied again. Throws GlError if the driver's limits (layers, texture size, buffer size) or its free memory,
-  // where it tells that, are exceeded, naming the limit, the number and what to do; the earlier one is then gone too.
+  // not copied again. Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if
+  // the driver's limits (layers, texture size, buffer size) or its free memory, where it tells that, are exceeded,
+  // naming the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
 
-  // From the next picture on.
+  // Takes effect from the next picture on.
   void take_steps(const RendererOptions& steps);
 
-  // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument for bad options
-  // or without load().
+  // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
+  // and options pass check(), and without load(). So do the three functions below.
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
   // As render(), but leaves the picture on the GPU, which may still be at work on it.
   void draw(const Camera& camera, const BlendOptions& options);
-  // The same picture before it is rounded and cut off at white.
+  // The picture that render() gives, before it is rounded and cut off at white.
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
-  // What the same picture is made of.
+  // What the picture that render() gives is made of.
   [[nodiscard]] Diagnosis diagnose(const Camera& camera, const BlendOptions& options);
 
  private:

@@ -22,7 +22,7 @@ struct Rendering {
   std::vector<PixelState> state;  // one per pixel, row by row
 };
 
-// The same in linear light, for those who go on computing with it.
+// A picture in linear light, for those who go on computing with it.
 struct LinearRendering {
   std::uint32_t width = 0;        // pixels
   std::uint32_t height = 0;       // pixels

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace lumatlas {
 
@@ -40,6 +41,11 @@ bool at_silhouette(const Camera& camera, const VisibilityBuffer& visible, int x,
 }  // namespace
 
 std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across) {
+  check(camera);
+  if (across < 1 || across > kMostSupersampling) {
+    throw std::invalid_argument("supersampling: across is " + std::to_string(across) + ", must be in [1, " +
+                                std::to_string(kMostSupersampling) + "]");
+  }
   std::vector<Camera> cameras;
   for (std::uint32_t row = 0; row < across; ++row) {
     for (std::uint32_t column = 0; column < across; ++column) {
@@ -52,7 +58,9 @@ std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across) {
 }
 
 std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible) {
-  if (visible.width != camera.width || visible.height != camera.height) {
+  const std::size_t pixels = std::size_t{camera.width} * camera.height;
+  if (visible.width != camera.width || visible.height != camera.height || visible.depth.size() != pixels ||
+      visible.face.size() != pixels) {
     throw std::invalid_argument("silhouettes: the visibility buffer must be as large as the camera's image");
   }
   std::vector<std::uint8_t> flags;

@@ -31,13 +31,15 @@
 namespace lumatlas {
 
 // One for each of the `across` x `across` samples: the same size and pose, but the middles of its pixels see what those
-// samples of `camera` see. For 1, the camera itself.
+// samples of `camera` see. For 1, the camera itself. Throws std::invalid_argument unless the camera passes check() and
+// `across` is in [1, kMostSupersampling].
 [[nodiscard]] std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across);
 
-// By pixel, 1 at a silhouette, else 0. Throws std::invalid_argument if `visible` is not as large as the camera's image.
+// By pixel, 1 at a silhouette, else 0. Throws std::invalid_argument unless `visible` has a depth and a face for each
+// pixel of the camera's image.
 [[nodiscard]] std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible);
 
-// Of the one sample at the middle of a pixel.
+// The same options for one sample a pixel, at its middle.
 [[nodiscard]] BlendOptions at_middle(const BlendOptions& options);
 
 }  // namespace lumatlas

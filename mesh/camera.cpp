@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <sstream>
 #include <stdexcept>
+#include <string>
+
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -29,9 +31,7 @@ namespace {
 
 void require(bool holds, const char* field, double value, const char* rule) {
   if (holds) return;
-  std::ostringstream message;
-  message << "camera: " << field << " is " << value << ", must be " << rule;
-  throw std::invalid_argument(message.str());
+  throw std::invalid_argument("camera: " + std::string(field) + " is " + number_text(value) + ", must be " + rule);
 }
 
 void require_some(const char* field, std::uint32_t pixels) {

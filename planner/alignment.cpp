@@ -13,7 +13,7 @@
 #include <glm/gtc/quaternion.hpp>
 
 #include "atlas/srgb.h"
-#include "planner/median.h"
+#include "mesh/base/median.h"
 #include "planner/photometry.h"
 #include "planner/requirement.h"
 
@@ -300,9 +300,109 @@ void solve(Disagreement& cost, Eigen::VectorXd& parameters, std::uint32_t max_it
   cost.estimate_noise(parameters);
   if (cost.NumParameters() == 0) return;
   ceres::TinySolver<Disagreement> solver;
-  solver.options.max_num_iterations = static_cast<int>(max_iterations);
+  // TinySolver counts the evaluation that it starts with as an iteration: with 1 it would take no step.
+  solver.options.max_num_iterations = static_cast<int>(max_iterations) + 1;
   solver.options.function_tolerance = 1e-4 * cost.NumResiduals();
   solver.Solve(cost, &parameters);
+}
+
+// What is aligned to what; the gain is what the exposure starts from.
+struct Problem {
+  glm::dvec3 gain;
+  const Pyramid& photograph;
+  const AlignmentTargets& targets;
+  const AlignmentOptions& options;
+};
+
+// A pose with the gain that fits it best.
+struct Placed {
+  Camera camera;
+  glm::dvec3 gain{1.0};
+  double noise = 0;     // that it leaves, of the differences at the finest level
+  double residual = 0;  // by a noise that is the same for all that are compared
+};
+
+// Depends on the camera and the gain alone: pose and exposure are taken as they are.
+double residual_with(const Problem& problem, const Camera& camera, const Eigen::VectorXd& parameters, double noise) {
+  const Frame frame{camera, 1};
+  Disagreement cost(frame, problem.gain, problem.photograph, problem.targets, 0, problem.options);
+  cost.set_noise(noise);
+  return cost.residual(parameters);
+}
+
+double residual_of(const Problem& problem, const Placed& placed, double noise) {
+  AlignmentOptions nothing = problem.options;
+  nothing.pose = nothing.exposure = false;
+  return residual_with({placed.gain, problem.photograph, problem.targets, nothing}, placed.camera, Eigen::VectorXd(0),
+                       noise);
+}
+
+// The camera stays where it is.
+Placed exposed(const Problem& problem, const Camera& camera) {
+  AlignmentOptions exposure_only = problem.options;
+  exposure_only.pose = false;
+  const Frame frame{camera, 1};
+  Disagreement cost(frame, problem.gain, problem.photograph, problem.targets, 0, exposure_only);
+  Eigen::VectorXd log_gain = Eigen::VectorXd::Zero(cost.NumParameters());
+  solve(cost, log_gain, problem.options.max_iterations);
+  return {camera, cost.gain_at(log_gain.data()), cost.noise(), 0};
+}
+
+// The pose that is found from `start` with a pull towards `given`, coarse to fine.
+Placed searched(const Problem& problem, const Camera& given, const Camera& start) {
+  const Frame frame{given, median_depth(given, problem.targets.positions)};
+  Disagreement finest(frame, problem.gain, problem.photograph, problem.targets, 0, problem.options);
+  Eigen::VectorXd parameters = Eigen::VectorXd::Zero(finest.NumParameters());
+  parameters.head<kPoseParameters>() = pose_of(frame, start);
+  for (std::uint32_t level = std::min(problem.options.levels, problem.photograph.levels()); level-- > 0;) {
+    Disagreement cost(frame, problem.gain, problem.photograph, problem.targets, level, problem.options);
+    solve(cost, parameters, problem.options.max_iterations);
+  }
+  finest.estimate_noise(parameters);
+  return {finest.camera_at(parameters.data()), finest.gain_at(parameters.data()), finest.noise(),
+          finest.residual(parameters)};
+}
+
+// The refined pose if it is better than the given one by enough and within the bound. But the search stays where it
+// started, at a pose that is, if it would leave it for one that is no better or cannot be told from it.
+Placed best_placed(const Problem& problem, const Camera& given, const Placed& as_given, const Placed& as_started,
+                   const Placed& refined) {
+  const AlignmentOptions& options = problem.options;
+  const double longer_side = std::max(given.width, given.height);
+  const auto is_accepted = [&](const Placed& placed) {
+    return placed.residual < (1 - options.least_improvement) * as_given.residual &&
+           displacement_px(given, placed.camera, problem.targets.positions) <= options.max_move * longer_side;
+  };
+  if (!is_accepted(refined)) return as_given;
+  if (!same_pose(as_started.camera, given) && is_accepted(as_started) &&
+      (refined.residual >= as_started.residual ||
+       displacement_px(as_started.camera, refined.camera, problem.targets.positions) < options.least_move_px)) {
+    return as_started;
+  }
+  return refined;
+}
+
+void check_input(const Camera& given, const Camera& start, const glm::dvec3& gain, const Pyramid& photograph,
+                 const AlignmentTargets& targets) {
+  check(given);
+  check(start);
+  const Photograph& finest = photograph.level(0);
+  require(given.width == finest.width, "given.width", given.width, "the photograph's");
+  require(given.height == finest.height, "given.height", given.height, "the photograph's");
+  require(start.width == given.width, "start.width", start.width, "given.width");
+  require(start.height == given.height, "start.height", start.height, "given.height");
+  require(start.fx == given.fx, "start.fx", start.fx, "given.fx");
+  require(start.fy == given.fy, "start.fy", start.fy, "given.fy");
+  require(start.cx == given.cx, "start.cx", start.cx, "given.cx");
+  require(start.cy == given.cy, "start.cy", start.cy, "given.cy");
+  for (int channel = 0; channel < 3; ++channel) {
+    require(std::isfinite(gain[channel]) && gain[channel] > 0, "gain", gain[channel], "finite and positive");
+  }
+  require.has_size(targets.colors.size(), photograph.levels(), "targets.colors", "the number of the pyramid's levels");
+  for (const std::vector<glm::vec3>& colors : targets.colors) {
+    require.has_size(colors.size(), targets.positions.size(), "a level of targets.colors",
+                     "the number of the positions");
+  }
 }
 
 }  // namespace
@@ -312,6 +412,8 @@ void check(const AlignmentOptions& options) {
   require(std::isfinite(options.prior) && options.prior >= 0, "prior", options.prior, "finite and not negative");
   require(options.least_improvement >= 0 && options.least_improvement < 1, "least_improvement",
           options.least_improvement, "in [0, 1)");
+  require(std::isfinite(options.least_move_px) && options.least_move_px >= 0, "least_move_px", options.least_move_px,
+          "finite and not negative");
   require(options.levels >= 1, "levels", options.levels, "at least 1");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
 }
@@ -319,56 +421,39 @@ void check(const AlignmentOptions& options) {
 Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain, const Pyramid& photograph,
                 const AlignmentTargets& targets, const AlignmentOptions& options) {
   check(options);
+  check_input(given, start, gain, photograph, targets);
   Alignment result;
   result.camera = given;
   result.gain = gain;
+  result.moved = !same_pose(given, start);
   if (targets.positions.size() < kFewestAlignmentPoints) return result;
-  const Frame frame{given, median_depth(given, targets.positions)};
-  AlignmentOptions exposure_only = options;
-  exposure_only.pose = false;
-  AlignmentOptions nothing = exposure_only;
-  nothing.exposure = false;
   const glm::dvec3 ratio =
       options.exposure ? median_ratio(start, photograph, targets, photograph.levels() - 1, options.white_balance)
                        : gain;
-
-  Disagreement finest(frame, ratio, photograph, targets, 0, options);
-  Eigen::VectorXd refined = Eigen::VectorXd::Zero(finest.NumParameters());
-  if (options.pose) {
-    refined.head<kPoseParameters>() = pose_of(frame, start);
-    for (std::uint32_t level = std::min(options.levels, photograph.levels()); level-- > 0;) {
-      Disagreement cost(frame, ratio, photograph, targets, level, options);
-      solve(cost, refined, options.max_iterations);
-    }
-  }
-  Disagreement exposed(frame, ratio, photograph, targets, 0, exposure_only);
-  Eigen::VectorXd log_gain = Eigen::VectorXd::Zero(exposed.NumParameters());
-  solve(exposed, log_gain, options.max_iterations);
+  const Problem problem{ratio, photograph, targets, options};
+  Placed as_given = exposed(problem, given);
+  std::optional<Placed> refined;
+  if (options.pose) refined = searched(problem, given, start);
 
   // All are judged by the noise that the best one leaves.
-  if (options.pose) {
-    finest.estimate_noise(refined);
-    exposed.set_noise(finest.noise());
+  const double noise = refined ? refined->noise : as_given.noise;
+  AlignmentOptions nothing = options;
+  nothing.pose = nothing.exposure = false;
+  result.residual_given = residual_with({gain, photograph, targets, nothing}, given, Eigen::VectorXd(0), noise);
+  result.residual_exposed = as_given.residual = residual_of(problem, as_given, noise);
+  Placed as_started = as_given;
+  if (!same_pose(given, start)) {
+    as_started = exposed(problem, start);
+    as_started.residual = residual_of(problem, as_started, noise);
   }
-  Disagreement unchanged(frame, gain, photograph, targets, 0, nothing);
-  unchanged.set_noise(exposed.noise());
-  result.residual_given = unchanged.residual(Eigen::VectorXd(0));
-  result.residual_exposed = exposed.residual(log_gain);
-  result.residual = result.residual_exposed;
-  result.gain = exposed.gain_at(log_gain.data());
-  if (options.pose) {
-    const Camera moved = finest.camera_at(refined.data());
-    const double move = displacement_px(given, moved, targets.positions);
-    const double residual = finest.residual(refined);
-    if (residual < (1 - options.least_improvement) * result.residual_exposed &&
-        move <= options.max_move * std::max(given.width, given.height)) {
-      result.camera = moved;
-      result.gain = finest.gain_at(refined.data());
-      result.moved = true;
-      result.residual = residual;
-    }
-    result.moved_px = displacement_px(given, result.camera, targets.positions);
-  }
+  result.residual_start = as_started.residual;
+  const Placed chosen = refined ? best_placed(problem, given, as_given, as_started, *refined) : as_given;
+  result.camera = chosen.camera;
+  result.gain = chosen.gain;
+  result.residual = chosen.residual;
+  result.corrected = !same_pose(chosen.camera, given);
+  result.moved = !same_pose(chosen.camera, start);
+  result.moved_px = displacement_px(given, chosen.camera, targets.positions);
   result.correlation = correlation(result.camera, result.gain, photograph, targets);
   return result;
 }

@@ -33,7 +33,10 @@ struct AlignmentOptions {
   bool white_balance = false;  // a gain for each channel instead of one for all; needs exposure
   double max_move = 0.06;      // a pose is not accepted if the points' median displacement in the image is above this
                                // share of its longer side, > 0
-  double least_improvement = 0.05;    // nor if it lowers the residual by less than this share, [0, 1)
+  double least_improvement = 0.05;  // nor if it lowers the residual by less than this share, [0, 1)
+  // A search that starts at an accepted pose other than the given one leaves it there unless the points' median
+  // displacement in the image is at least so many pixels, finite and >= 0: less cannot be seen, and noise never ends.
+  double least_move_px = 0.1;
   double prior = 4;                   // strength of the pull towards the given pose, >= 0
   std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1
@@ -46,23 +49,28 @@ void check(const AlignmentOptions& options);
 inline constexpr std::size_t kFewestAlignmentPoints = 60;
 
 struct Alignment {
-  Camera camera;  // refined, or the given one where moved is false
+  Camera camera;  // refined, or the given one where corrected is false
   glm::dvec3 gain{1.0};
-  bool moved = false;   // a better pose than the given one was found within the bounds
-  double moved_px = 0;  // median displacement of the points in the image, of `camera` against the given pose
+  bool corrected = false;  // `camera` is not the given one: a better pose was found within the bounds
+  bool moved = false;      // `camera` is not the one that the search started from
+  double moved_px = 0;     // median displacement of the points in the image, of `camera` against the given pose
   // Root of the mean robust squared difference at the points, in sRGB values of [0, 1]: of the given pose and gain; of
-  // the given pose with the best gain; final.
+  // the given pose with the best gain; of the pose that the search started from with the best gain; final.
   double residual_given = 0;
   double residual_exposed = 0;
+  double residual_start = 0;
   double residual = 0;
   // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
   // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it.
   std::optional<double> correlation;
 };
 
-// The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. Both
-// cameras have the photograph's size and the same intrinsics. With fewer than kFewestAlignmentPoints points, nothing is
-// changed.
+// The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. With
+// fewer than kFewestAlignmentPoints points the camera is the given one and the gain `gain`.
+//
+// Throws std::invalid_argument unless the options and both cameras pass check(), the cameras have the photograph's size
+// and the same intrinsics, the gain is finite and positive, and the targets have a colour for each position at each
+// level of the pyramid.
 [[nodiscard]] Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain,
                               const Pyramid& photograph, const AlignmentTargets& targets,
                               const AlignmentOptions& options);

@@ -94,6 +94,9 @@ double positional_coverage(double distance, double cell_share, double ideal_dist
 
 Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
                           const CoverageOptions& options) {
+  require(std::isfinite(visible_pixels) && visible_pixels >= 0, "visible_pixels", visible_pixels,
+          "finite and not negative");
+  require(std::isfinite(cell_size) && cell_size > 0, "cell_size", cell_size, "finite and above 0");
   const glm::dvec3 to_camera = camera.center() - cell.centroid;
   const double distance = glm::length(to_camera);
   if (!(distance > 0)) return {};  // a camera at the centroid sees the cell from nowhere in particular

@@ -100,7 +100,8 @@ struct CellPart {
 [[nodiscard]] double positional_coverage(double distance, double cell_share, double ideal_distance,
                                          const CoverageOptions& options);
 
-// `visible_pixels` counts the camera's pixels on the cell, at the camera's resolution.
+// `visible_pixels` counts the camera's pixels on the cell, at the camera's resolution; finite and >= 0, `cell_size`
+// finite and > 0 (std::invalid_argument).
 [[nodiscard]] Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
                                         const CoverageOptions& options);
 

@@ -9,6 +9,8 @@
 #include <string>
 #include <unordered_map>
 
+#include "planner/requirement.h"
+
 namespace lumatlas {
 
 namespace {
@@ -16,6 +18,13 @@ namespace {
 // Cells are worked on in this many parts, whatever the number of threads, and the parts' sums are added in their order:
 // so that sums are the same for any number of threads.
 constexpr std::size_t kParts = 16;
+
+constexpr Requirement require{"coverage"};
+
+const CoverageOptions& checked(const CoverageOptions& options) {
+  check(options);
+  return options;
+}
 
 std::span<const CellPart> part_of(std::span<const CellPart> parts, std::size_t i) {
   const std::size_t first = parts.size() * i / kParts;
@@ -30,13 +39,23 @@ void add_to(std::vector<double>& sums, std::span<const double> terms) {
 
 CoverageLedger::CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                                double min_reference_gain)
-    : coverage_(make_cell_coverage(surface, options, min_reference_gain)),
+    : coverage_(make_cell_coverage(surface, checked(options), min_reference_gain)),
       has_demand_(has_demand(options)),
+      cells_(surface.cells.cells.size()),
       parts_(slots),
       stored_(slots, 0),
       loss_(slots, 0) {}
 
+void CoverageLedger::require_cells(std::span<const CellPart> parts) const {
+  for (const CellPart& entry : parts) require.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
+}
+
+void CoverageLedger::require_slots(std::span<const std::uint32_t> slots) const {
+  for (const std::uint32_t slot : slots) require.is_below(slot, stored_.size(), "slot", "the number of slots");
+}
+
 double CoverageLedger::gain(std::span<const CellPart> parts) const {
+  require_cells(parts);
   std::array<double, kParts> gains{};
   tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
     for (const CellPart& entry : part_of(parts, i)) gains[i] += coverage_->gain(entry.cell, entry.part, {}, {});
@@ -48,6 +67,8 @@ double CoverageLedger::gain(std::span<const CellPart> parts) const {
 
 std::vector<double> CoverageLedger::exchange_gains(std::span<const CellPart> parts,
                                                    std::span<const std::uint32_t> victims) const {
+  require_cells(parts);
+  require_slots(victims);
   std::vector<std::uint8_t> asked(loss_.size(), 0);
   for (const std::uint32_t slot : victims) asked[slot] = 1;
   std::array<double, kParts> gains{};
@@ -71,6 +92,8 @@ std::vector<double> CoverageLedger::exchange_gains(std::span<const CellPart> par
 }
 
 double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const {
+  require_cells(parts);
+  require_slots(gone);
   double gain = 0;
   std::vector<std::uint32_t> cells;
   for (const CellPart& entry : parts) {
@@ -133,6 +156,7 @@ void CoverageLedger::unask(std::span<const CellPart> parts) {
 }
 
 void CoverageLedger::count_asked(std::span<const CellPart> parts, bool take_back) {
+  require_cells(parts);
   if (!has_demand_) return;
   Changes changes(loss_.size());
   tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
@@ -144,12 +168,15 @@ void CoverageLedger::count_asked(std::span<const CellPart> parts, bool take_back
 }
 
 double CoverageLedger::weight(std::span<const CellPart> parts) const {
+  require_cells(parts);
   double sum = 0;
   for (const CellPart& entry : parts) sum += coverage_->weight(entry.cell);
   return sum;
 }
 
 void CoverageLedger::insert(std::uint32_t slot, std::vector<CellPart> parts) {
+  require_slots({{slot}});
+  require_cells(parts);
   if (stored_[slot] != 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds a view already");
   stored_[slot] = 1;
   parts_[slot] = std::move(parts);
@@ -157,6 +184,7 @@ void CoverageLedger::insert(std::uint32_t slot, std::vector<CellPart> parts) {
 }
 
 void CoverageLedger::erase(std::uint32_t slot) {
+  require_slots({{slot}});
   if (stored_[slot] == 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds no view");
   const std::vector<CellPart> parts = std::move(parts_[slot]);
   parts_[slot].clear();
@@ -166,6 +194,7 @@ void CoverageLedger::erase(std::uint32_t slot) {
 }
 
 void CoverageLedger::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+  require.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell", "the number of cells");
   std::unordered_map<std::uint32_t, std::uint32_t> now;
   for (std::uint32_t cell = 0; cell < previous_cell.size(); ++cell) {
     if (previous_cell[cell] != kNoCell) now.emplace(previous_cell[cell], cell);
@@ -181,6 +210,7 @@ void CoverageLedger::follow(const Surface& surface, std::span<const std::uint32_
     for (CellPart& entry : parts) entry.cell = now.at(entry.cell);
   }
   coverage_->follow(surface, previous_cell);
+  cells_ = surface.cells.cells.size();
 }
 
 }  // namespace lumatlas

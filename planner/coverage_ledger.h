@@ -18,10 +18,13 @@
 
 namespace lumatlas {
 
+// Cells that the surface does not have, and slots beyond those that there are, are refused (std::invalid_argument)
+// where parts or lists of slots are given. What is asked of one cell or slot by its number, in the innermost loops of
+// planning, is not checked.
 class CoverageLedger {
  public:
-  // `slots`: how many views it can hold at once. The options must have passed check(); `min_reference_gain` as in
-  // PlannerOptions.
+  // `slots`: how many views it can hold at once. `min_reference_gain` as in PlannerOptions. Throws
+  // std::invalid_argument unless the options pass check().
   CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                  double min_reference_gain);
 
@@ -62,12 +65,15 @@ class CoverageLedger {
   [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
   [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }
 
-  // The geometry has changed and its cells are numbered anew, see CellCoverage::follow(). No stored view may see an old
+  // The geometry has changed and its cells are numbered anew, see CellCoverage::follow(); one entry for each
+  // (std::invalid_argument). No stored view may see an old
   // cell that no new one takes over (std::logic_error): such views are erased before and inserted again after.
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
 
  private:
   struct Changes;
+  void require_cells(std::span<const CellPart> parts) const;
+  void require_slots(std::span<const std::uint32_t> slots) const;
   void add(const Changes& changes);
   void count_asked(std::span<const CellPart> parts, bool take_back);
   template <typename Change>
@@ -75,6 +81,7 @@ class CoverageLedger {
 
   std::unique_ptr<CellCoverage> coverage_;
   bool has_demand_;
+  std::size_t cells_;
   std::vector<std::vector<CellPart>> parts_;  // by slot: what its view adds to the cells that it sees
   std::vector<std::uint8_t> stored_;          // by slot
   std::vector<double> loss_;                  // by slot

@@ -7,6 +7,8 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 
+#include "planner/requirement.h"
+
 namespace lumatlas {
 
 namespace {
@@ -51,6 +53,8 @@ std::vector<CellFrame> cell_frames(const Surface& surface) {
 }
 
 std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided) {
+  constexpr Requirement require{"coverage"};
+  require(count >= 1, "count", count, "at least 1");
   std::vector<glm::vec3> directions;
   directions.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -253,14 +257,14 @@ double DirectionCoverage::ask(std::uint32_t cell, const Contribution& part, bool
   } else {
     state.ideal_distance = ideal_distance;
     losses_of(state.best, -weight_before, losses);
-    judge_again(cell);
+    follow_demand(cell);
     losses_of(state.best, state.weight, losses);
   }
   return value(cell) - value_before;
 }
 
 // What the members are worth at another ideal distance.
-void DirectionCoverage::judge_again(std::uint32_t cell) {
+void DirectionCoverage::follow_demand(std::uint32_t cell) {
   State& state = cells_[cell];
   if (state.members.empty()) return;
   for (Member& member : state.members) member.positional = positional(cell, member);

@@ -48,7 +48,7 @@ struct CellFrame {
 
 [[nodiscard]] std::vector<CellFrame> cell_frames(const Surface& surface);
 
-// Unit directions in a cell's frame, spread as described above.
+// Unit directions in a cell's frame, spread as described above; `count` >= 1 (std::invalid_argument).
 [[nodiscard]] std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided);
 
 class DirectionCoverage final : public CellCoverage {
@@ -102,7 +102,7 @@ class DirectionCoverage final : public CellCoverage {
   };
   [[nodiscard]] State empty_state() const;
   [[nodiscard]] float positional(std::uint32_t cell, const Member& member) const;
-  void judge_again(std::uint32_t cell);
+  void follow_demand(std::uint32_t cell);
   [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
   [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
   // lambda and direction_width, of the value or of the choice of references.

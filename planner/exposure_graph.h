@@ -20,11 +20,13 @@
 
 namespace lumatlas {
 
+// Slots that are not below the number given to the constructor are refused (std::invalid_argument).
 class ExposureGraph {
  public:
   explicit ExposureGraph(std::uint32_t slots);
 
-  // The ratios of a view to others, in place of those that it was given before.
+  // The ratios of a view to others, in place of those that it was given before. Each must be finite
+  // (std::invalid_argument); otherwise nothing is changed.
   void set(std::uint32_t slot, std::span<const ExposureRatio> ratios);
   // Forgets every ratio that the slot is part of.
   void erase(std::uint32_t slot);

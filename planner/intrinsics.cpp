@@ -7,14 +7,14 @@
 
 #include <tbb/parallel_for.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <stdexcept>
 
-#include "planner/median.h"
+#include "mesh/base/median.h"
+#include "planner/normal_equations.h"
 #include "planner/photometry.h"
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -165,14 +165,22 @@ class Estimator {
  public:
   Estimator(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
             std::span<const std::vector<SurfaceSample>> samples, const IntrinsicsOptions& options)
-      : views_(views), parts_(views.size()), prior_(prior_weights(options)), most_points_(options.most_points) {
+      : views_(views), parts_(views.size()), prior_(prior_weights(options)), options_(options) {
+    column_.assign(views.size(), 0);
+    for (std::size_t slot = 0; slot < views.size(); ++slot) {
+      if (!views[slot]) continue;
+      column_[slot] = unknowns_;
+      unknowns_ += kOwn;
+    }
     state_.cameras.resize(views.size());
     state_.gain.assign(views.size(), 1);
     for (std::size_t slot = 0; slot < views.size(); ++slot) {
       if (views[slot]) state_.cameras[slot] = views[slot]->view->camera;
     }
     tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t slot) {
-      if (views_[slot]) parts_[slot] = part_of(atlas, static_cast<std::uint32_t>(slot), samples[slot]);
+      if (!views_[slot]) return;
+      may_interrupt(options_.interruption_point);
+      parts_[slot] = part_of(atlas, static_cast<std::uint32_t>(slot), samples[slot]);
     });
   }
 
@@ -187,6 +195,7 @@ class Estimator {
     }
     result.cameras = state_.cameras;
     if (result.views == 0) return result;
+    result.unknowns = static_cast<std::size_t>(unknowns_);
     noise_ = noise();
     refine(kPoseRounds, false);
     noise_ = noise();
@@ -208,7 +217,7 @@ class Estimator {
       ++part.level;
     }
     std::vector<double> depths;
-    const std::size_t stride = samples.empty() ? 1 : (samples.size() - 1) / most_points_ + 1;
+    const std::size_t stride = samples.empty() ? 1 : (samples.size() - 1) / options_.most_points + 1;
     for (std::size_t index = 0; index < samples.size(); index += stride) {
       const SurfaceSample& sample = samples[index];
       const double z = camera.cam_from_world(sample.position).z;
@@ -294,6 +303,8 @@ class Estimator {
   [[nodiscard]] std::vector<Linearised> linearise(const State& state, std::uint32_t coarser, bool robust) const {
     std::vector<Linearised> all(parts_.size());
     tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t slot) {
+      if (!views_[slot]) return;
+      may_interrupt(options_.interruption_point);
       all[slot] = linearise(state, static_cast<std::uint32_t>(slot), coarser, robust);
     });
     return all;
@@ -311,7 +322,7 @@ class Estimator {
     Eigen::RowVector4d by_shared = linear.D.row(at);
     std::size_t entry = kShared;
     for (int i = 0; i < kOwn; ++i, ++entry) {
-      row.column[entry] = first_column(slot) + i;
+      row.column[entry] = column_[slot] + i;
       row.value[entry] = linear.J(at, i);
     }
     for (const TargetTerm& term : linear.terms[index]) {
@@ -321,7 +332,7 @@ class Estimator {
       by_shared -= gradient * seen.by_shared;
       const Eigen::Matrix<double, 1, 6> by_pose = -gradient * seen.by_pose;
       for (int i = 0; i < kPose; ++i, ++entry) {
-        row.column[entry] = first_column(term.slot) + i;
+        row.column[entry] = column_[term.slot] + i;
         row.value[entry] = by_pose[i];
       }
     }
@@ -331,17 +342,16 @@ class Estimator {
     }
     return row;
   }
-  static Eigen::Index first_column(std::uint32_t slot) { return kShared + kOwn * Eigen::Index{slot}; }
 
-  // Normal equations of all parameters: q first, then p of every slot.
+  // Normal equations of all parameters: q first, then p of every stored view. Of H only the lower triangle is kept.
   struct Normal {
     Eigen::MatrixXd H;
     Eigen::VectorXd g;
   };
   [[nodiscard]] Normal normal_equations(const State& state, const std::vector<Linearised>& all) const {
-    const Eigen::Index size = first_column(static_cast<std::uint32_t>(parts_.size()));
-    Normal normal{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
+    Normal normal{Eigen::MatrixXd::Zero(unknowns_, unknowns_), Eigen::VectorXd::Zero(unknowns_)};
     for (std::uint32_t slot = 0; slot < all.size(); ++slot) {
+      may_interrupt(options_.interruption_point);
       for (std::size_t index = 0; index < all[slot].terms.size(); ++index) {
         const Row row = row_of(state, slot, all[slot], index);
         const double r = all[slot].r[static_cast<Eigen::Index>(index)];
@@ -349,12 +359,12 @@ class Estimator {
           if (row.value[a] == 0) continue;
           normal.g[row.column[a]] += row.value[a] * r;
           for (std::size_t b = 0; b < Row::kEntries; ++b) {
-            normal.H(row.column[b], row.column[a]) += row.value[a] * row.value[b];
+            if (row.column[b] >= row.column[a]) normal.H(row.column[b], row.column[a]) += row.value[a] * row.value[b];
           }
         }
       }
     }
-    const double ridge = kRidge * (normal.H.trace() / static_cast<double>(size) + 1);
+    const double ridge = kRidge * (normal.H.trace() / static_cast<double>(unknowns_) + 1);
     normal.H.diagonal().array() += ridge;
     normal.H.diagonal().head<kShared>() += prior_;
     normal.g.head<kShared>() += prior_.cwiseProduct(state.shared);
@@ -364,10 +374,10 @@ class Estimator {
   [[nodiscard]] State stepped(State state, const std::vector<Linearised>& all, bool shared) const {
     Normal normal = normal_equations(state, all);
     if (!shared) normal.H.diagonal().head<kShared>().array() += kFixed * normal.H.trace();
-    const Eigen::VectorXd step = -normal.H.ldlt().solve(normal.g);
+    const Eigen::VectorXd step = -solve_positive_definite(normal.H, normal.g, options_.interruption_point);
     for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
       if (!views_[slot]) continue;
-      const Own dp = step.segment<kOwn>(first_column(slot));
+      const Own dp = step.segment<kOwn>(column_[slot]);
       const double depth = parts_[slot].depth;
       state.cameras[slot] = moved(state.cameras[slot], {dp[0], dp[1], dp[2]}, depth * glm::dvec3(dp[3], dp[4], dp[5]));
       state.gain[slot] *= std::exp(dp[6]);
@@ -416,11 +426,13 @@ class Estimator {
   // Variances of q: see IntrinsicsEstimate::deviation.
   [[nodiscard]] Shared variances() const {
     const std::vector<Linearised> all = linearise(state_, 0, true);
-    const Eigen::MatrixXd H = normal_equations(state_, all).H;
+    Eigen::MatrixXd H = normal_equations(state_, all).H;
     // The columns of the inverse that belong to q: all other parameters are marginalised.
-    const Eigen::MatrixXd inverse = H.ldlt().solve(Eigen::MatrixXd::Identity(H.rows(), kShared));
+    const Eigen::MatrixXd inverse =
+        solve_positive_definite(H, Eigen::MatrixXd::Identity(H.rows(), kShared), options_.interruption_point);
     Shared observed = Shared::Zero();
     for (std::uint32_t slot = 0; slot < all.size(); ++slot) {
+      may_interrupt(options_.interruption_point);
       Shared pull = Shared::Zero();
       for (std::size_t index = 0; index < all[slot].terms.size(); ++index) {
         const Row row = row_of(state_, slot, all[slot], index);
@@ -458,7 +470,9 @@ class Estimator {
   std::span<const std::optional<ComparedView>> views_;
   std::vector<Part> parts_;  // by slot; no points: the view is left alone, but others are still compared with it
   Shared prior_;
-  std::size_t most_points_;
+  IntrinsicsOptions options_;
+  std::vector<Eigen::Index> column_;  // by slot: the first that belongs to its view, where there is one
+  Eigen::Index unknowns_ = kShared;
   State state_;
   Camera widest_;
   double noise_ = 1;     // of the differences, sRGB
@@ -470,7 +484,14 @@ class Estimator {
 IntrinsicsEstimate estimate_intrinsics(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                                        std::span<const std::vector<SurfaceSample>> samples,
                                        const IntrinsicsOptions& options) {
-  if (options.most_points < 1) throw std::invalid_argument("intrinsics: most_points is 0, must be at least 1");
+  constexpr Requirement require{"intrinsics"};
+  require(options.most_points >= 1, "most_points", 0, "at least 1");
+  require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  require.has_size(samples.size(), atlas.capacity(), "samples", "the atlas's capacity");
+  const std::size_t faces = atlas.surface().cells.cell_of_face.size();
+  for (const std::vector<SurfaceSample>& of_view : samples) {
+    for (const SurfaceSample& sample : of_view) require.is_below(sample.face, faces, "a sample's face", "the faces");
+  }
   return Estimator(atlas, views, samples, options).estimate();
 }
 

@@ -8,7 +8,8 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "planner/median.h"
+#include "mesh/base/median.h"
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -19,6 +20,8 @@ constexpr std::uint8_t kLeastValidity = 128;  // of the mask: off depth edges, n
 constexpr double kDarkest = 0.0024;           // linear light of kDarkestSample
 constexpr double kBrightest = 0.93;           // and of kBrightestSample
 constexpr std::uint32_t kFewestRatioPoints = 20;
+
+constexpr Requirement require{"median colours"};
 
 struct Observation {
   std::uint32_t slot;
@@ -155,6 +158,11 @@ std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dv
 MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
                            const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                            std::optional<std::uint32_t> except) {
+  require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  require(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
+  require(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
+  const std::size_t faces = atlas.surface().cells.cell_of_face.size();
+  for (const SurfaceSample& sample : samples) require.is_below(sample.face, faces, "a sample's face", "the faces");
   const Comparison comparison(camera, photograph, atlas, views, except);
   std::vector<PointColors> points(samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 64),

@@ -46,7 +46,9 @@ struct MedianColors {
   double views_per_point = 0;  // mean
 };
 
-// Compares each sample with the views that its cell refers to; `views` by slot. `except`: a slot that does not count.
+// Compares each sample with the views that its cell refers to. `views` by slot of the atlas, as many as it has, each
+// with the photograph's depth and validity. `except`: a slot that does not count. Throws std::invalid_argument if the
+// number of views is another, if the photograph's size is not the camera's, or if a sample's face is not in the mesh.
 [[nodiscard]] MedianColors median_colors(const Camera& camera, const Pyramid& photograph,
                                          std::span<const SurfaceSample> samples, const Atlas& atlas,
                                          std::span<const std::optional<ComparedView>> views,

@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
 #include "planner/coverage_ledger.h"
 
 namespace lumatlas {
@@ -113,7 +114,7 @@ OfflineChoice plan_offline(const Surface& surface, std::span<const std::vector<C
                            const OfflineOptions& options) {
   check(options.coverage);
   if (!(std::isfinite(options.min_reference_gain) && options.min_reference_gain >= 0)) {
-    throw std::invalid_argument("offline planner: min_reference_gain is " + std::to_string(options.min_reference_gain) +
+    throw std::invalid_argument("offline planner: min_reference_gain is " + number_text(options.min_reference_gain) +
                                 ", must be finite and not negative");
   }
   if (count < 1) throw std::invalid_argument("offline planner: count is 0, must be at least 1");

@@ -28,4 +28,9 @@ Camera moved(Camera camera, const glm::dvec3& turn, const glm::dvec3& shift) {
   return camera;
 }
 
+bool same_pose(const Camera& a, const Camera& b) {
+  return a.cam_from_world_rotation == b.cam_from_world_rotation &&
+         a.cam_from_world_translation == b.cam_from_world_translation;
+}
+
 }  // namespace lumatlas

@@ -23,6 +23,9 @@ struct Robust {
 };
 [[nodiscard]] Robust tukey(double r);
 
+// To the last bit.
+[[nodiscard]] bool same_pose(const Camera& a, const Camera& b);
+
 // The camera frame is turned by `turn` (a rotation vector), then moved by `shift`, scene units.
 [[nodiscard]] Camera moved(Camera camera, const glm::dvec3& turn, const glm::dvec3& shift);
 

@@ -7,7 +7,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "atlas/texel_format.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/median.h"
 #include "planner/requirement.h"
 
 namespace lumatlas {
@@ -32,29 +34,30 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_;
 };
 
-// A view asks for the cells that it sees; that is taken back if it is not said to stand: a view that turns out to be an
-// outlier stood elsewhere, and one whose photograph cannot be had is to leave no trace.
-class Asking {
+// Counts the cells that a view sees as asked for (CellDemand). Unless confirm() is called, that is taken back at the
+// end of the scope: a view that turns out to be an outlier stood elsewhere, and one whose photograph cannot be had is
+// to leave no trace.
+class PendingDemand {
  public:
-  Asking(CoverageLedger& ledger, std::optional<OfferedCoverage>& offered, std::span<const CellPart> seen)
+  PendingDemand(CoverageLedger& ledger, std::optional<OfferedCoverage>& offered, std::span<const CellPart> seen)
       : ledger_(ledger), offered_(offered), seen_(seen) {
     ledger.ask(seen);
     if (offered) offered->ask(seen);
   }
-  ~Asking() {
-    if (stands_) return;
+  ~PendingDemand() {
+    if (confirmed_) return;
     ledger_.unask(seen_);
     if (offered_) offered_->unask(seen_);
   }
-  Asking(const Asking&) = delete;
-  Asking& operator=(const Asking&) = delete;
-  void stand() { stands_ = true; }
+  PendingDemand(const PendingDemand&) = delete;
+  PendingDemand& operator=(const PendingDemand&) = delete;
+  void confirm() { confirmed_ = true; }
 
  private:
   CoverageLedger& ledger_;
   std::optional<OfferedCoverage>& offered_;
   std::span<const CellPart> seen_;
-  bool stands_ = false;
+  bool confirmed_ = false;
 };
 
 constexpr Requirement require{"planner"};
@@ -85,9 +88,23 @@ void check(const PlannerOptions& options) {
   require(options.visibility_px >= 1, "visibility_px", options.visibility_px, "at least 1");
 }
 
+namespace {
+
+// Three values of colour a pixel, and one, or none at all, of the lens's image.
+void require_pixels(const std::string& name, const Photograph& photograph) {
+  const std::size_t pixels = std::size_t{photograph.width} * photograph.height;
+  const auto refuse = [&](const char* field, std::size_t size, std::size_t expected) {
+    throw std::invalid_argument("planner: view " + name + ": the size of photograph." + field + " is " +
+                                std::to_string(size) + ", must be " + std::to_string(expected));
+  };
+  if (photograph.rgb.size() != 3 * pixels) refuse("rgb", photograph.rgb.size(), 3 * pixels);
+  if (!photograph.valid.empty() && photograph.valid.size() != pixels) refuse("valid", photograph.valid.size(), pixels);
+}
+
+}  // namespace
+
 std::uint64_t stored_bytes(const Camera& camera) {
-  constexpr std::uint64_t kBytesPerPixel = 3 + sizeof(float) + 1 + 1 + 1;
-  return kBytesPerPixel * camera.width * camera.height;
+  return kStoredPixelBytes * camera.width * camera.height;
 }
 
 double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility) {
@@ -95,6 +112,7 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
   VisibilityBuffer buffer;
   const std::size_t samples = std::min(kDistanceSamples, cameras.size());
   const auto look = [&](const Camera& camera) {
+    check(camera);
     visibility.trace(camera.shrunk_to(kDistanceImagePx), buffer);
     std::copy_if(buffer.depth.begin(), buffer.depth.end(), std::back_inserter(depths),
                  [](float depth) { return std::isfinite(depth); });
@@ -105,9 +123,7 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
     throw InputError("none of the cameras sees the mesh (" + std::to_string(cameras.size()) +
                      " were asked): give the mesh in the cameras' coordinates");
   }
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return static_cast<double>(*middle);
+  return static_cast<double>(upper_median(depths));
 }
 
 Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options)
@@ -245,13 +261,15 @@ void Planner::require_room_for(const std::string& name, const Camera& camera) co
 
 Verdict Planner::offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
   Verdict verdict;
+  if (!photograph) throw std::invalid_argument("planner: view " + name + ": there is no function for its photograph");
+  check(camera);
   require_room_for(name, camera);
   std::vector<CellPart> seen = look(camera, verdict);
-  std::optional<Asking> asking;
+  std::optional<PendingDemand> demand;
   Exchange exchange;
   {
     const Stopwatch stopwatch(verdict.plan_ms);
-    asking.emplace(ledger_, offered_, seen);
+    demand.emplace(ledger_, offered_, seen);
     exchange = best_exchange(seen, lumatlas::stored_bytes(camera));
   }
   verdict.gain = exchange.gain;
@@ -259,7 +277,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, const Phot
   short_of_room_ = short_of_room_ || (needed && !exchange.victims.empty());
   if (needed && is_worth_it(exchange, seen)) take(name, camera, seen, exchange, photograph(), verdict);
   if (verdict.decision == Decision::outlier) return verdict;
-  asking->stand();
+  demand->confirm();
   count_offered(seen);
   return verdict;
 }
@@ -269,17 +287,19 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
 }
 
 Verdict Planner::keep(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+  if (!photograph) throw std::invalid_argument("planner: view " + name + ": there is no function for its photograph");
+  check(camera);
   if (!fits(lumatlas::stored_bytes(camera), 0, 0)) {
     throw std::invalid_argument("planner: there is no room to keep view " + name);
   }
   Verdict verdict;
   std::vector<CellPart> seen = look(camera, verdict);
-  Asking asking(ledger_, offered_, seen);
+  PendingDemand demand(ledger_, offered_, seen);
   const Exchange exchange{{}, ledger_.gain(seen)};
   verdict.gain = exchange.gain;
   take(name, camera, seen, exchange, photograph(), verdict);
   if (verdict.decision == Decision::outlier) return verdict;
-  asking.stand();
+  demand.confirm();
   count_offered(seen);
   return verdict;
 }
@@ -287,7 +307,7 @@ Verdict Planner::keep(const std::string& name, const Camera& camera, const Photo
 void Planner::pass_by(const Camera& camera) {
   Verdict unused;
   const std::vector<CellPart> seen = look(camera, unused);
-  Asking(ledger_, offered_, seen).stand();
+  PendingDemand(ledger_, offered_, seen).confirm();
   count_offered(seen);
 }
 
@@ -295,6 +315,7 @@ void Planner::pass_by(const Camera& camera) {
 void Planner::take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen,
                    const Exchange& exchange, Photograph photograph, Verdict& verdict) {
   require_photograph_of(name, camera, photograph);
+  require_pixels(name, photograph);
   Camera refined = camera;
   if (options_.refinement.any()) {
     const Stopwatch stopwatch(verdict.refine_ms);

@@ -77,7 +77,7 @@ struct Verdict {
 
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.
 // Looks at 16 cameras or fewer, evenly spaced, at low resolution; at others only until one sees the mesh, where those
-// do not. Throws InputError if none does.
+// do not. Throws InputError if none does, std::invalid_argument for a camera that does not pass check().
 [[nodiscard]] double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility);
 
 // What a change of the geometry made necessary.
@@ -104,9 +104,10 @@ class Planner {
   // atlas must be empty (std::invalid_argument).
   Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options);
 
-  // The photograph must be as large as its camera says (std::invalid_argument); it is asked for only if the view is to
-  // be stored. On return the atlas holds the view or nothing of it. A view that is larger than max_bytes alone is
-  // refused (std::invalid_argument).
+  // The camera must pass check(), and the photograph be as large as its camera says, with three values a pixel of
+  // colour and one or none of the lens's image (std::invalid_argument); it is asked for only if the view is to be
+  // stored. On return the atlas holds the view or nothing of it. A view that is larger than max_bytes alone is refused
+  // (std::invalid_argument).
   Verdict offer(const std::string& name, const Camera& camera, const PhotographSource& photograph);
   Verdict offer(const std::string& name, const Camera& camera, Photograph photograph);
   // Stores a view that was chosen elsewhere, whatever it adds; there must be room for it (std::invalid_argument). May

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "planner/requirement.h"
+
 namespace lumatlas {
 
 namespace {
@@ -19,6 +21,8 @@ constexpr double kMostGap = 1 - 1e-9;
 // dB; above each of the 15 models that references alone were taken from, most of which lost less than half as much.
 constexpr double kReferenceScatter = 6.5;
 
+constexpr Requirement require{"predicted loss"};
+
 }  // namespace
 
 CoverageOptions parsimony_coverage(CoverageOptions options) {
@@ -28,11 +32,13 @@ CoverageOptions parsimony_coverage(CoverageOptions options) {
 }
 
 double predicted_loss_db(double gap) {
+  require(!std::isnan(gap), "gap", gap, "a number");
   const double service_lost = -std::log1p(-std::clamp(gap - kRounding, 0.0, kMostGap));
   return kSlope * service_lost + kScatter * std::sqrt(service_lost);
 }
 
 double predicted_reference_loss_db(double gap) {
+  require(!std::isnan(gap), "gap", gap, "a number");
   return kReferenceScatter * std::sqrt(std::clamp(gap, 0.0, 1.0));
 }
 

@@ -17,7 +17,8 @@ namespace lumatlas {
 // The measure that the law is for: directions count by how near a view is to them, within 30 degrees.
 [[nodiscard]] CoverageOptions parsimony_coverage(CoverageOptions options);
 
-// Of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is.
+// Of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is. A gap that rounding has put
+// beyond either end counts as that end; NaN is refused (std::invalid_argument), here and below.
 [[nodiscard]] double predicted_loss_db(double gap);
 
 // What is lost besides when cells refer to fewer of the stored views, dB of fitted PSNR: 6.5 dB * sqrt(gap), with the

@@ -10,6 +10,7 @@
 #include <glm/common.hpp>
 
 #include "atlas/srgb.h"
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -59,7 +60,8 @@ Photograph halved(const Photograph& full) {
   return half;
 }
 
-// The four pixels around an image position, and where it lies between them.
+// The four pixels around an image position, and where it lies between them. Beyond the outermost pixel centres, where
+// the colour is held, two of them are the same pixel, so that the derivative across the border is 0 on every side.
 struct Footprint {
   const std::uint8_t *top_left, *top_right, *bottom_left, *bottom_right;
   double fx, fy;
@@ -70,8 +72,8 @@ Footprint footprint(const Photograph& photograph, const glm::dvec2& image) {
   const double y = std::clamp(image.y - 0.5, 0.0, photograph.height - 1.0);
   const auto left = static_cast<std::size_t>(x);
   const auto top = static_cast<std::size_t>(y);
-  const std::size_t right = std::min<std::size_t>(left + 1, photograph.width - 1);
-  const std::size_t bottom = std::min<std::size_t>(top + 1, photograph.height - 1);
+  const std::size_t right = image.x < 0.5 ? left : std::min<std::size_t>(left + 1, photograph.width - 1);
+  const std::size_t bottom = image.y < 0.5 ? top : std::min<std::size_t>(top + 1, photograph.height - 1);
   const auto at = [&](std::size_t column, std::size_t row) {
     return &photograph.rgb[3 * (row * photograph.width + column)];
   };
@@ -92,13 +94,31 @@ double scale_of(std::uint32_t level) {
   return 1.0 / static_cast<double>(1u << level);
 }
 
+constexpr Requirement require{"pyramid"};
+
+void check_pixels(const Photograph& photograph) {
+  require(photograph.width >= 1, "photograph.width", photograph.width, "at least 1");
+  require(photograph.height >= 1, "photograph.height", photograph.height, "at least 1");
+  require.has_size(photograph.rgb.size(), 3 * std::size_t{photograph.width} * photograph.height, "photograph.rgb",
+                   "three times the number of pixels");
+}
+
 }  // namespace
 
 Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : photograph_(&photograph) {
+  require(coarsest_px >= 1, "coarsest_px", coarsest_px, "at least 1");
+  check_pixels(photograph);
   while (std::max(level(levels() - 1).width, level(levels() - 1).height) / 2 >= coarsest_px &&
          std::min(level(levels() - 1).width, level(levels() - 1).height) >= 4) {
     reduced_.push_back(halved(level(levels() - 1)));
   }
+}
+
+void Pyramid::refer_to(const Photograph& copy) {
+  check_pixels(copy);
+  require(copy.width == photograph_->width, "the copy's width", copy.width, "the photograph's");
+  require(copy.height == photograph_->height, "the copy's height", copy.height, "the photograph's");
+  photograph_ = &copy;
 }
 
 std::uint32_t Pyramid::level_near(std::uint32_t longer_side) const {

@@ -21,7 +21,8 @@ struct ColorSample {
 // before, in linear light.
 class Pyramid {
  public:
-  // As many levels as keep the longer side at `coarsest_px` or more, >= 1.
+  // As many levels as keep the longer side at `coarsest_px` or more, >= 1. Throws std::invalid_argument if it is 0, or
+  // if the photograph has no pixel, or not three values for each.
   explicit Pyramid(const Photograph& photograph, std::uint32_t coarsest_px = 80);
 
   [[nodiscard]] std::uint32_t levels() const { return static_cast<std::uint32_t>(reduced_.size()) + 1; }
@@ -30,9 +31,11 @@ class Pyramid {
   }
   // The finest level whose longer side is at most one and a half times `longer_side`, pixels; the coarsest if none is.
   [[nodiscard]] std::uint32_t level_near(std::uint32_t longer_side) const;
-  // Takes another copy of the same photograph for level 0.
-  void refer_to(const Photograph& copy) { photograph_ = &copy; }
-  // Bilinear between pixel centres, held at the border. `image` is in pixels of the full resolution.
+  // Takes another copy of the same photograph for level 0; std::invalid_argument if its size is another.
+  void refer_to(const Photograph& copy);
+  // Bilinear between pixel centres. Beyond the outermost centres the colour is theirs, and the derivative across the
+  // border 0. `image` is finite and in pixels of the full resolution. These two and level() are called for each point
+  // of each photograph and do not check that the level is below levels().
   [[nodiscard]] glm::dvec3 color(std::uint32_t level, const glm::dvec2& image) const;
   [[nodiscard]] ColorSample sample(std::uint32_t level, const glm::dvec2& image) const;
 

@@ -6,11 +6,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <limits>
 #include <utility>
 
+#include "mesh/base/median.h"
+#include "planner/photometry.h"
 #include "planner/requirement.h"
 #include "planner/surface_samples.h"
 
@@ -62,9 +65,18 @@ Camera without(const RigidMotion& motion, const Camera& camera) {
   return still;
 }
 
-bool same_pose(const Camera& a, const Camera& b) {
-  return a.cam_from_world_rotation == b.cam_from_world_rotation &&
-         a.cam_from_world_translation == b.cam_from_world_translation;
+// By how many pixels points before the camera at `depth` move in the image, at most, when the one camera takes the
+// other's place. The image's corners and its middle stand for all.
+double shift_px(const Camera& from, const Camera& to, double depth) {
+  const double width = from.width, height = from.height;
+  double most = 0;
+  for (const glm::dvec2& image : {glm::dvec2(0, 0), glm::dvec2(width, 0), glm::dvec2(0, height),
+                                  glm::dvec2(width, height), glm::dvec2(width / 2, height / 2)}) {
+    const glm::dvec3 cam = to.cam_from_world(from.center() + depth * from.ray(image));
+    if (!(cam.z > 0)) return std::numeric_limits<double>::infinity();
+    most = std::max(most, glm::length(to.image_from_cam(cam) - image));
+  }
+  return most;
 }
 
 // The given pose moves as the refined one does, and takes its intrinsics: what was learnt since is what pulls.
@@ -75,6 +87,22 @@ Camera moved_along(const Camera& given, const Camera& from, const Camera& to) {
   result.cam_from_world_rotation = turn * given.cam_from_world_rotation;
   result.cam_from_world_translation = turn * given.cam_from_world_translation + shift;
   return result;
+}
+
+PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
+  PolishStep step;
+  for (const std::optional<Refinement>& refinement : refinements) {
+    if (!refinement || refinement->points < kFewestAlignmentPoints) continue;
+    ++step.views;
+    step.residual_before += refinement->alignment.residual_start;
+    step.residual_after += refinement->alignment.residual;
+    step.moved_px += refinement->alignment.moved_px;
+  }
+  if (step.views == 0) return step;
+  step.residual_before /= step.views;
+  step.residual_after /= step.views;
+  step.moved_px /= step.views;
+  return step;
 }
 
 }  // namespace
@@ -104,7 +132,8 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
 }
 
 Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) const {
-  assert(photograph.width == camera.width && photograph.height == camera.height);
+  check(camera);
+  require_photograph_of("to be refined", camera, photograph);
   const Pyramid pyramid(photograph);
   return compare(camera, camera, pyramid, samples_of(camera, pyramid), std::nullopt);
 }
@@ -133,7 +162,13 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
 
 void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
                      const ValidityOptions& validity) {
+  require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
+  check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
+  require(view != nullptr, "slot", slot, "one that holds a view");
+  for (const ExposureRatio& ratio : refinement.ratios) {
+    require.is_below(ratio.slot, views_.size(), "a ratio's slot", "the atlas's capacity");
+  }
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   given_[slot] = given;
@@ -141,10 +176,11 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   std::vector<ExposureRatio> ratios = refinement.ratios;
   std::erase_if(ratios, [&](const ExposureRatio& ratio) { return ratio.slot == slot || !views_[ratio.slot]; });
   exposures_.set(slot, ratios);
-  visited_[slot] = ++visits_;
-  note(refinement);
-  revisit(slot, validity);
+  // Its neighbours are compared with it next, so it needs its gain before.
   balance_exposures();
+  visited_[slot] = ++visits_;
+  count_comparison(refinement);
+  if (revisit(slot, validity)) balance_exposures();
   if (!options_.trust.enabled) return;
   neighbours_[slot] = static_cast<std::uint32_t>(ratios.size());
   mask(slot, validity);
@@ -155,6 +191,7 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
 }
 
 void Refiner::erased(std::uint32_t slot) {
+  require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
   neighbours_[slot] = masked_with_[slot] = 0;
   exposures_.erase(slot);
@@ -179,13 +216,12 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std:
   replaced(slot);
 }
 
-// Nothing is made anew of a view that stays where it is.
 void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
-  if (same_pose(views_[slot]->view->camera, camera)) return;
   replace(slot, camera, views_[slot]->view->trust, validity);
 }
 
 void Refiner::replaced(std::uint32_t slot) {
+  require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
@@ -203,11 +239,13 @@ void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
 
 void Refiner::mask(const ValidityOptions& validity) {
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (views_[slot]) mask(slot, validity);
+    if (!views_[slot]) continue;
+    may_interrupt(options_.interruption_point);
+    mask(slot, validity);
   }
 }
 
-// Of the stored views' surface, sampled.
+// The median depth of the surface that the stored views see, from every 997th pixel of each.
 double Refiner::median_depth() const {
   constexpr std::size_t kStride = 997;
   std::vector<float> depths;
@@ -218,9 +256,7 @@ double Refiner::median_depth() const {
     }
   }
   if (depths.empty()) return 1;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return static_cast<double>(*middle);
+  return static_cast<double>(upper_median(depths));
 }
 
 Refinement Refiner::compare_again(std::uint32_t slot) const {
@@ -230,39 +266,54 @@ Refinement Refiner::compare_again(std::uint32_t slot) const {
 }
 
 // A comparison with too few points says nothing about poses.
-void Refiner::note(const Refinement& refinement) {
+void Refiner::count_comparison(const Refinement& refinement) {
   if (refinement.points < kFewestAlignmentPoints) return;
   still_ = refinement.alignment.moved ? 0 : still_ + 1;
 }
 
-void Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
+// Returns whether exposures were compared anew.
+bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
+  bool compared = false;
   for (std::uint32_t i = 0; i < options_.revisits && still_ < kComparisonsToRest; ++i) {
     std::optional<std::uint32_t> next;
     for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
       if (views_[slot] && slot != newest && (!next || visited_[slot] < visited_[*next])) next = slot;
     }
-    if (!next) return;
+    if (!next) return compared;
     visited_[*next] = ++visits_;
     const Refinement refinement = compare_again(*next);
     ++revisited_;
-    note(refinement);
+    count_comparison(refinement);
     if (refinement.points < kFewestAlignmentPoints) continue;
     exposures_.set(*next, refinement.ratios);
-    move(*next, refinement.alignment.camera, validity);
+    compared = true;
+    if (refinement.alignment.moved) move(*next, refinement.alignment.camera, validity);
   }
+  return compared;
 }
 
 IntrinsicsEstimate Refiner::estimate_intrinsics(const IntrinsicsOptions& options) const {
   std::vector<std::vector<SurfaceSample>> samples(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
-    if (views_[slot]) samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+    if (!views_[slot]) return;
+    may_interrupt(options_.interruption_point);
+    samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
   });
-  return lumatlas::estimate_intrinsics(atlas_, views_, samples, options);
+  IntrinsicsOptions interruptible = options;
+  if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
+  return lumatlas::estimate_intrinsics(atlas_, views_, samples, interruptible);
 }
 
 void Refiner::set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity) {
+  require.has_size(estimate.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
+    check(estimate.cameras[slot]);
+    require_photograph_of(views_[slot]->view->name, estimate.cameras[slot], views_[slot]->view->photograph);
+  }
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (!views_[slot]) continue;
+    may_interrupt(options_.interruption_point);
     const Camera& camera = estimate.cameras[slot];
     given_[slot] = moved_along(given_[slot], views_[slot]->view->camera, camera);
     replace(slot, camera, views_[slot]->view->trust, validity);
@@ -273,32 +324,30 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
   std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
+    may_interrupt(options_.interruption_point);
     refinements[slot] = compare_again(static_cast<std::uint32_t>(slot));
   });
-  PolishStep step;
-  double views = 0;
-  bool moved = false;
+  const PolishStep step = summary_of(refinements);
+  if (step.views == 0) return step;
+  // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.
   std::vector<std::pair<Camera, Camera>> given_and_refined;
+  bool corrected = false;
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
     given_and_refined.emplace_back(given_[slot], refinements[slot]->alignment.camera);
-    moved = moved || refinements[slot]->alignment.moved;
-    if (refinements[slot]->points < kFewestAlignmentPoints) continue;
-    views += 1;
-    step.residual_before += refinements[slot]->alignment.residual_given;
-    step.residual_after += refinements[slot]->alignment.residual;
-    step.moved_px += refinements[slot]->alignment.moved_px;
+    corrected = corrected || refinements[slot]->alignment.corrected;
   }
-  if (views == 0) return step;
-  step.residual_before /= views;
-  step.residual_after /= views;
-  step.moved_px /= views;
-  // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.
-  const RigidMotion common = moved ? common_motion(given_and_refined, median_depth()) : RigidMotion{};
+  const double depth = median_depth();
+  const RigidMotion common = corrected ? common_motion(given_and_refined, depth) : RigidMotion{};
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
+    may_interrupt(options_.interruption_point);
     exposures_.set(slot, refinements[slot]->ratios);
-    move(slot, without(common, refinements[slot]->alignment.camera), validity);
+    const Camera camera = without(common, refinements[slot]->alignment.camera);
+    // Nothing is made anew of a view that stays where it is.
+    const Camera& before = views_[slot]->view->camera;
+    if (same_pose(before, camera) || shift_px(before, camera, depth) < options_.alignment.least_move_px) continue;
+    move(slot, camera, validity);
   }
   balance_exposures();
   return step;

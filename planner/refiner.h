@@ -13,6 +13,7 @@
 #include "mesh/visibility.h"
 #include "planner/alignment.h"
 #include "planner/exposure_graph.h"
+#include "planner/interruption.h"
 #include "planner/intrinsics.h"
 #include "planner/median_colors.h"
 #include "planner/trust.h"
@@ -34,6 +35,9 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
+  // Of polish(), mask(), estimate_intrinsics() and set_cameras(), between one view and the next. Interrupted, some
+  // views may have been changed and others not; each is as consistent as before.
+  InterruptionPoint interruption_point = {};
 
   [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
 };
@@ -51,19 +55,23 @@ struct Refinement {
 
 // Means over the stored views that have points in common with others.
 struct PolishStep {
+  std::uint32_t views = 0;  // how many these are; 0: nothing was compared, and nothing was changed
+  // Alignment::residual of the poses that the views had before the step, and of those that it found, against the same
+  // colours of the other views.
   double residual_before = 0, residual_after = 0;
   // How far the views are from their given poses, before what the set has moved as a whole is taken back; 0: all are
   // where they were given.
   double moved_px = 0;
 };
 
+// Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
 class Refiner {
  public:
   // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
   Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
 
-  // Compares the photograph, which must be as large as its camera says (require_photograph_of()), with the stored
-  // views. Changes nothing.
+  // Compares the photograph, which must be as large as its camera says (require_photograph_of(),
+  // std::invalid_argument), with the stored views. Changes nothing.
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
@@ -87,6 +95,8 @@ class Refiner {
   // What the stored views say about their intrinsics. Changes nothing.
   [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const;
   // Gives all stored views the cameras of an estimate made since the last change, and depth and masks that fit them.
+  // Throws std::invalid_argument, and changes nothing, unless there is one for each slot, those of stored views of the
+  // photographs' sizes.
   void set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity);
 
  private:
@@ -100,8 +110,8 @@ class Refiner {
   void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
   [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
-  void revisit(std::uint32_t newest, const ValidityOptions& validity);
-  void note(const Refinement& refinement);
+  bool revisit(std::uint32_t newest, const ValidityOptions& validity);
+  void count_comparison(const Refinement& refinement);
 
   Atlas& atlas_;
   const Visibility* visibility_;

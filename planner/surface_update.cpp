@@ -98,6 +98,7 @@ bool Planner::make_depth_again(std::uint32_t slot) {
 SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
                                       std::span<const std::uint32_t> previous_cell,
                                       std::span<const std::uint8_t> changed) {
+  if (!surface) throw std::invalid_argument("planner: surface is null");
   const std::size_t cells = surface->cells.cells.size();
   if (changed.size() != cells || previous_cell.size() != cells) {
     throw std::invalid_argument("planner: what became of the cells is said of " + std::to_string(changed.size()) +

@@ -11,7 +11,7 @@
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
-#include "planner/median.h"
+#include "mesh/base/median.h"
 #include "planner/requirement.h"
 
 namespace lumatlas {
@@ -251,6 +251,14 @@ std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photog
                                      const VisibilityBuffer& visible, const Atlas& atlas,
                                      std::span<const std::optional<ComparedView>> views,
                                      std::optional<std::uint32_t> self, const TrustOptions& options) {
+  check(options);
+  require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  require(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
+  require(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
+  require(visible.width >= 1 && visible.height >= 1, "visible.width", visible.width, "at least 1, and so the height");
+  const std::size_t pixels = std::size_t{visible.width} * visible.height;
+  require.has_size(visible.depth.size(), pixels, "visible.depth", "the number of its pixels");
+  require.has_size(visible.face.size(), pixels, "visible.face", "the number of its pixels");
   const Grid grid = make_grid(photograph, gain, visible);
   const Judge judge(camera, photograph.level(0), visible, atlas, views, self, options);
   std::vector<Judgement> judgements(grid.size());

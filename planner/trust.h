@@ -35,7 +35,9 @@ struct TrustOptions {
 void check(const TrustOptions& options);
 
 // One value per pixel of the view, 255 trusted, 0 contradicted, soft edges between; empty: trusted everywhere.
-// `views` by slot; `self` is the view's own slot there, if it has one.
+// `views` by slot of the atlas, as many as it has; `self` is the view's own slot there, if it has one. `visible` is
+// what the camera sees at any resolution. Throws std::invalid_argument if the number of views is another, if the
+// photograph's size is not the camera's, if the options do not pass check(), or if `visible` is empty or not filled.
 [[nodiscard]] std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photograph,
                                                    const glm::dvec3& gain, const VisibilityBuffer& visible,
                                                    const Atlas& atlas,

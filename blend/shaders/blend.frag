@@ -139,7 +139,7 @@ vec4 cubic_shares(float f, float width) {
   return mix(sharp, smoothing, clamp((width * width - 1.0) / 4.0, 0.0, 1.0));
 }
 
-// Of one level; held at the image's border.
+// The colour in one level; beyond the image's border its pixels are repeated.
 vec3 cubic_color(uint view, vec2 image, vec3 texel, int level, float footprint) {
   float width = footprint * exp2(-float(level));
   vec2 at = image * exp2(-float(level)) - 0.5;

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <random>
 #include <stdexcept>
@@ -78,6 +79,81 @@ TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
   CHECK_THROWS_MATCHES(
       view_with(trust), std::invalid_argument,
       Catch::Message("validity: trust has 47 values, must have one per pixel of the photograph, or none"));
+}
+
+TEST_CASE("a view whose lists are not of its camera's size is refused, and the store stays as it was") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("old"));
+  const auto refused = [&](const std::function<void(StoredView&)>& damage, const std::string& sentence) {
+    StoredView view = tiny_view("a");
+    damage(view);
+    CHECK_THROWS_MATCHES(atlas.insert(view), std::invalid_argument, Catch::Message("view a: " + sentence));
+    CHECK_THROWS_MATCHES(atlas.replace(0, view), std::invalid_argument, Catch::Message("view a: " + sentence));
+    CHECK(atlas.size() == 1);
+    CHECK(atlas.view(0)->name == "old");
+  };
+  refused([](StoredView& v) { v.photograph.width = 2; }, "the photograph is 2x1, must be as large as its camera, 1x1");
+  refused([](StoredView& v) { v.photograph.rgb.pop_back(); },
+          "photograph.rgb has 2 values, must have 3 for its camera's image");
+  refused(
+      [](StoredView& v) {
+        v.photograph.valid = {1, 2};
+      },
+      "photograph.valid has 2 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { v.depth.clear(); }, "depth has 0 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { v.validity.clear(); }, "validity has 0 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { v.trust = {1, 2}; }, "trust has 2 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { v.rim = {1, 2}; }, "rim has 2 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { v.camera.fx = 0; }, "camera: fx is 0, must be finite and positive");
+}
+
+TEST_CASE("a list of shown cells that is not the view's and the surface's is refused") {
+  constexpr TileOptions kLayout{8, 1, 0};
+  Atlas atlas(wall_and_panel(kCells), 2, kLayout);
+  const Camera camera = forward_camera(20, 10);  // 3 x 2 tiles
+  const StoredView view = traced_view(*wall_and_panel(kCells), "a", camera, position_photograph(20, 10));
+  const auto refused = [&](const std::vector<ShownCell>& shown, const std::string& sentence) {
+    CHECK_THROWS_MATCHES(atlas.insert(view, shown), std::invalid_argument, Catch::Message("view a: " + sentence));
+    CHECK(atlas.size() == 0);
+  };
+  refused({{0, 1, 4}, {6, 0, 4}}, "shown[1] is of tile 6, must be below 6");
+  refused({{0, 1, 65}}, "shown[0] has 65 pixels, a tile has 64");
+  refused({{0, 1, 4}, {0, 1, 4}}, "shown[1] does not come after the one before it, must rise by tile, then cell");
+  refused({{1, 0, 4}, {0, 1, 4}}, "shown[1] does not come after the one before it, must rise by tile, then cell");
+  refused({{0, 5, 4}}, "shown[0] is of cell 5, must be below the number of cells, 5: was it made for another surface?");
+  Atlas whole(wall_and_panel(kCells), 1);
+  CHECK_THROWS_MATCHES(whole.insert(view, {{0, 0, 1}}), std::invalid_argument,
+                       Catch::Message("view a: shown has 1 entries, must have none where views are whole"));
+}
+
+TEST_CASE("shown cells that were counted before another thread replaced the surface are refused") {
+  constexpr TileOptions kLayout{8, 1, 0};
+  const auto before = wall_and_panel(30);
+  Atlas atlas(before, 2, kLayout);
+  const Camera camera = forward_camera(20, 10);
+  TiledView tiled = make_tiled_view("a", camera, position_photograph(20, 10),
+                                    make_ray_visibility(before->mesh)->trace(camera), before->cells, kLayout, {});
+  const std::vector<std::uint32_t> previous_cell(2, kNoCell);
+  std::thread([&] { atlas.replace_surface(wall_and_panel(2), previous_cell); }).join();
+  CHECK_THROWS_AS(atlas.insert(tiled.view, tiled.shown), std::invalid_argument);
+  CHECK(atlas.size() == 0);
+  CHECK(atlas.snapshot().tiles.resident_tiles() == 0);
+}
+
+TEST_CASE("cells and slots that a store does not have are refused by number") {
+  Atlas atlas(wall_and_panel(kCells), 2);
+  atlas.insert(tiny_view("a"));
+  const auto no_cell = Catch::Message("atlas: cell is 5, must be below the number of cells, 5");
+  CHECK_THROWS_MATCHES(atlas.references(kCells), std::invalid_argument, no_cell);
+  CHECK_THROWS_MATCHES(atlas.set_references(kCells, {0}), std::invalid_argument, no_cell);
+  const std::vector<CellPixels> seen{{1, 1}, {kCells, 1}};
+  CHECK_THROWS_MATCHES(atlas.mark_seen(seen), std::invalid_argument, no_cell);
+  CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>(kCells, 0));
+  CHECK_THROWS_MATCHES(atlas.view(2), std::invalid_argument,
+                       Catch::Message("atlas: slot is 2, must be below the capacity, 2"));
+  CHECK_THROWS_MATCHES(atlas.set_references(1, {0, 0}), std::invalid_argument,
+                       Catch::Message("atlas: the references of cell 1 have slot 0 twice, must have each once"));
+  CHECK(atlas.references(1).empty());
 }
 
 TEST_CASE("a store for no views is refused") {
@@ -239,9 +315,9 @@ TEST_CASE("a gain that is no exposure is refused by slot and channel, and the ol
     CHECK_THROWS_MATCHES(atlas.set_gain(0, gain), std::invalid_argument, Catch::Message(sentence));
     CHECK(atlas.gain(0) == glm::dvec3(2, 3, 4));
   };
-  refused({0, 1, 1}, "atlas: gain[0] of slot 0 is 0.000000, must be in [1e-6, 1e6]");
-  refused({1, -1, 1}, "atlas: gain[1] of slot 0 is -1.000000, must be in [1e-6, 1e6]");
-  refused({1, 1, 1.5e6}, "atlas: gain[2] of slot 0 is 1500000.000000, must be in [1e-6, 1e6]");
+  refused({0, 1, 1}, "atlas: gain[0] of slot 0 is 0, must be in [1e-6, 1e6]");
+  refused({1, -1, 1}, "atlas: gain[1] of slot 0 is -1, must be in [1e-6, 1e6]");
+  refused({1, 1, 1.5e6}, "atlas: gain[2] of slot 0 is 1500000, must be in [1e-6, 1e6]");
   refused({1, std::nan(""), 1}, "atlas: gain[1] of slot 0 is nan, must be in [1e-6, 1e6]");
   refused({1, 1, INFINITY}, "atlas: gain[2] of slot 0 is inf, must be in [1e-6, 1e6]");
 }

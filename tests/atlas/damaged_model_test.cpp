@@ -125,6 +125,37 @@ TEST_CASE("a file that is no glTF is refused") {
   CHECK(sentence_for(std::string("{\"a\": \"") + std::string(5'000'000, 'x')).size() < 1100);
 }
 
+TEST_CASE("a model's JSON is not handed on if it is nested without end") {
+  const TemporaryFolder folder;
+  std::string deep = "{\"asset\":";
+  deep.append(100'000, '[').append(100'000, ']').append("}");
+  const fs::path file = folder.with_file("scene.gltf", deep);
+  CHECK_THROWS_WITH(read_model_json(file), file.string() + ": nests its values 100001 deep, must be at most 64");
+}
+
+TEST_CASE("links that lead out of a model's folder are not followed, others are") {
+  const TemporaryFolder elsewhere;
+  DamagedModel model;
+  const fs::path image = model.folder() / "images/00000.png", buffer = model.folder() / "scene.bin";
+  fs::rename(image, model.folder() / "images/here.png");
+  fs::create_symlink("here.png", image);
+  CHECK(model.sentence() == "accepted");
+  fs::copy(image, elsewhere / "there.png");
+  fs::remove(image);
+  fs::create_symlink(elsewhere / "there.png", image);
+  CHECK(model.sentence() == "image 0, images/00000.png, is a link that leads out of the model's own folder");
+  fs::remove(image);
+  fs::rename(model.folder() / "images/here.png", image);
+  fs::rename(model.folder() / "images", elsewhere / "images");
+  fs::create_directory_symlink(elsewhere / "images", model.folder() / "images");
+  CHECK(model.sentence() == "image 0, images/00000.png, is a link that leads out of the model's own folder");
+  fs::remove(model.folder() / "images");
+  fs::rename(elsewhere / "images", model.folder() / "images");
+  fs::rename(buffer, elsewhere / "scene.bin");
+  fs::create_symlink(elsewhere / "scene.bin", buffer);
+  CHECK(model.sentence() == "its buffer scene.bin is a link that leads out of the model's own folder");
+}
+
 TEST_CASE("JSON nested without end does not end the stack") {
   DamagedModel model;
   constexpr std::size_t kDepth = 1'000'000;
@@ -420,7 +451,7 @@ TEST_CASE("cells and references out of range are refused") {
       {"no cells", count("cellSeen", 0), "vertex 0 is in cell 0 of 0"},
       {"fewer coverages", count("cellCoverage", 4), "cellCoverage has 4 entries for 5 cells"},
       {"a negative coverage", [](DamagedModel& m) { m.poke(m.lumigraph()["cellCoverage"], 2, -0.5f); },
-       "cellCoverage says of cell 2 -0.500000, must be finite and not negative"},
+       "cellCoverage says of cell 2 -0.5, must be finite and not negative"},
       {"an infinite coverage",
        [](DamagedModel& m) { m.poke(m.lumigraph()["cellCoverage"], 0, std::numeric_limits<float>::infinity()); },
        "cellCoverage says of cell 0 inf, must be finite and not negative"},
@@ -503,7 +534,7 @@ TEST_CASE("validity options out of range are refused") {
       {"none", [](DamagedModel& m) { m.lumigraph().erase("validity"); }, "LUMATLAS_lumigraph has no \"validity\""},
       {"a number", [](DamagedModel& m) { m.lumigraph()["validity"] = 3; }, "validity is not an object"},
       {"no fade", [](DamagedModel& m) { m.lumigraph()["validity"].erase("fade"); }, "validity has no \"fade\""},
-      {"every step an edge", set("depthEdge", 0.0), "validity: depth_edge is 0.000000, must be finite and above 0"},
+      {"every step an edge", set("depthEdge", 0.0), "validity: depth_edge is 0, must be finite and above 0"},
       {"a negative edge", set("depthEdge", -1), "validity: \"depthEdge\" is -1, must be in [0, 1e+300]"},
       {"a wide radius", set("edgeRadius", 17), "validity: edge_radius_px is 17, must be at most 16"},
       {"a huge radius", set("edgeRadius", 2'000'000'000),
@@ -526,9 +557,9 @@ TEST_CASE("views with a field missing or out of range are refused") {
       {"no width", set("width", 0), "view 1: \"width\" is 0, must be in [1, 65536]"},
       {"too high", set("height", 65537), "view 1: \"height\" is 65537, must be in [1, 65536]"},
       {"a fraction of a pixel", set("width", 19.5), "view 1: \"width\" is 19.5, must be a whole number"},
-      {"flat", set("focalLength", {0.0, 20.0}), "view 1: camera: fx is 0.000000, must be finite and positive"},
+      {"flat", set("focalLength", {0.0, 20.0}), "view 1: camera: fx is 0, must be finite and positive"},
       {"turned inside out", set("focalLength", {20.0, -20.0}),
-       "view 1: camera: fy is -20.000000, must be finite and positive"},
+       "view 1: camera: fy is -20, must be finite and positive"},
       {"one focal length", set("focalLength", {20.0}), "view 1: \"focalLength\" is not an array of 2 numbers"},
       {"a focal length in words", set("focalLength", {20.0, "20"}),
        "view 1: \"focalLength\"[1] is not a finite number"},
@@ -536,9 +567,9 @@ TEST_CASE("views with a field missing or out of range are refused") {
        "view 1: \"principalPoint\" is not an array of 2 numbers"},
       {"half a rotation", set("rotation", {1.0, 0.0, 0.0}), "view 1: \"rotation\" is not an array of 9 numbers"},
       {"a rotation of zeros", set("rotation", {0, 0, 0, 0, 0, 0, 0, 0, 0}),
-       "view 1: camera: rotation is 0.000000, must be orthonormal"},
+       "view 1: camera: rotation is 0, must be orthonormal"},
       {"a mirror", set("rotation", {-1, 0, 0, 0, 1, 0, 0, 0, 1}),
-       "view 1: camera: rotation's determinant is -1.000000, must be positive"},
+       "view 1: camera: rotation's determinant is -1, must be positive"},
       {"a huge rotation", set("rotation", {kHuge, 0, 0, 0, 1, 0, 0, 0, 1}),
        "view 1: camera: rotation is inf, must be orthonormal"},
       {"a flat translation", set("translation", {1.0, 2.0}), "view 1: \"translation\" is not an array of 3 numbers"},

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/model_file.h"
 
+#include <sys/resource.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <csignal>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -471,6 +475,124 @@ TEST_CASE("a gain is stored as red, green, blue") {
   const nlohmann::json gltf = json_of(folder / "scene.gltf");
   const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(2);
   CHECK(view.at("gain") == nlohmann::json{1.7, 0.9, 1.2});
+}
+
+// As on a disk that is full after so many bytes of a file.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    (void)std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  void (*handler_)(int);
+  rlimit before_{};
+};
+
+std::map<std::string, std::string> files_in(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[entry.path().lexically_relative(folder)] = bytes_of(entry.path());
+  }
+  return files;
+}
+
+TEST_CASE("a full disk leaves the model that was there, and nothing else") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  const std::map<std::string, std::string> before = files_in(folder.path());
+  Snapshot other = small_snapshot();
+  for (auto& gain : other.gains) gain = glm::dvec3(0.5);
+  std::size_t largest = 0;
+  for (const auto& [name, bytes] : before) largest = std::max(largest, bytes.size());
+  for (const std::size_t room : {largest / 2, largest / 10, std::size_t{0}}) {
+    CAPTURE(room);
+    std::string sentence = "written";
+    {
+      const FileSizeLimit limit(room);
+      try {
+        write_model(folder.path(), other, {}, {ImageFormat::jpeg, 90});
+      } catch (const InputError& error) {
+        sentence = error.what();
+      }
+    }
+    CHECK_THAT(sentence, Catch::EndsWith("cannot be written: check that the disk has room and the folder is writable"));
+    CHECK(files_in(folder.path()) == before);
+  }
+  const TemporaryFolder fresh;
+  {
+    const FileSizeLimit limit(0);
+    CHECK_THROWS_AS(write_model(fresh.path(), other, {}), InputError);
+  }
+  CHECK(fs::is_empty(fresh.path()));
+}
+
+// A snapshot whose slot 0 has no resident tile any more, and whose table still says so tile by tile.
+Snapshot with_idle_view() {
+  Snapshot snapshot = small_snapshot({}, {8, 2, 0});
+  for (std::uint32_t tile = 0; tile < snapshot.tiles.first_tile[1]; ++tile) snapshot.tiles.slots[tile] = kNotResident;
+  return snapshot;
+}
+
+TEST_CASE("a photograph without a resident tile is not written") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), with_idle_view(), {});
+  const Model model = read_model(folder.path());
+  REQUIRE(model.snapshot.views.size() == 2);
+  CHECK(model.snapshot.views[0]->name == "left/b.jpg");
+  CHECK(fs::exists(folder / "images/00001.png"));
+  CHECK_FALSE(fs::exists(folder / "images/00002.png"));
+  for (const std::uint32_t slot : model.snapshot.references.views) CHECK(slot < 2);
+  CHECK_NOTHROW(check(model.snapshot));
+}
+
+TEST_CASE("a photograph without a resident tile is not opened") {
+  // As programs wrote models that kept such views: a resident flag of 0 for each of its tiles.
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot({}, {8, 2, 0}), {});
+  nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const nlohmann::json& extension = gltf["extensions"]["LUMATLAS_lumigraph"];
+  const auto accessor = extension["tiles"]["resident"].get<std::size_t>();
+  const auto& view = gltf["bufferViews"][gltf["accessors"][accessor]["bufferView"].get<std::size_t>()];
+  std::string buffer = bytes_of(folder / "scene.bin");
+  const std::size_t tiles_of_first = 3 * 2;  // 24 x 16 pixels
+  std::fill_n(buffer.begin() + static_cast<std::ptrdiff_t>(view.value("byteOffset", std::size_t{0})), tiles_of_first,
+              0);
+  (void)folder.with_file("scene.bin", buffer);
+  fs::remove(folder / "images/00000.png");
+  const Model model = read_model(folder.path());
+  REQUIRE(model.snapshot.views.size() == 3);
+  CHECK(model.snapshot.views[0] == nullptr);
+  CHECK(model.snapshot.views[1] != nullptr);
+  CHECK_NOTHROW(check(model.snapshot));
+}
+
+TEST_CASE("notes that are no JSON object are refused") {
+  std::ostringstream file;
+  std::string deep = "{\"a\":";
+  deep.append(100'000, '[').append(100'000, ']').append("}");
+  for (const std::string& notes : {std::string("[]"), std::string("{"), std::string("7"), deep}) {
+    CHECK_THROWS_AS(write_glb(file, small_snapshot(), {}, {}, notes), std::invalid_argument);
+  }
+  CHECK(file.str().empty());
+}
+
+TEST_CASE("a snapshot that is none is not written") {
+  Snapshot snapshot = small_snapshot();
+  snapshot.gains.pop_back();
+  const TemporaryFolder folder;
+  CHECK_THROWS_AS(write_model(folder.path(), snapshot, {}), std::invalid_argument);
+  CHECK(fs::is_empty(folder.path()));
+  std::ostringstream file;
+  CHECK_THROWS_AS(write_glb(file, snapshot, {}), std::invalid_argument);
 }
 
 TEST_CASE("a model that cannot be written is refused by name") {

@@ -179,21 +179,6 @@ TEST_CASE("tiles that stay keep their slots, others give theirs back, and none i
   CHECK_THROWS_AS(slots.assign(too_many, tiles_of_view), std::logic_error);
 }
 
-TEST_CASE("tables of more cells than 16 bits count") {
-  constexpr std::uint32_t kCells = 70'000;
-  ReferenceTable references;
-  std::vector<std::vector<ShownCell>> shown(2);
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-    references.views.push_back(cell % 2);
-    references.offsets.push_back(cell + 1);
-    shown[0].push_back({cell, cell, 1});
-    shown[1].push_back({cell, cell, 1});
-  }
-  const std::vector<ViewTile> needed = needed_tiles(references, shown);
-  REQUIRE(needed.size() == kCells);
-  for (const ViewTile& tile : needed) REQUIRE(tile.tile % 2 == tile.view);
-}
-
 // Offers views at random and drops others, as a planner would.
 struct Stream {
   explicit Stream(const TileOptions& layout)
@@ -229,30 +214,31 @@ struct Stream {
   Atlas atlas;
 };
 
-TEST_CASE("a store never has more tiles resident than its array, and refers to none that is not") {
-  for (const std::uint32_t most : {1u, 7u, 40u}) {
-    Stream stream({8, 2, most});
-    std::mt19937 random(most);
-    bool was_full = false;
-    for (int step = 0; step < 60; ++step) {
-      stream.step(random);
-      const Snapshot snapshot = stream.atlas.snapshot();
-      const TileTable& tiles = snapshot.tiles;
-      REQUIRE(tiles.resident_tiles() <= most);
-      REQUIRE(tiles.slots_needed() <= most);
-      was_full |= tiles.resident_tiles() == most;
-      for (std::uint32_t cell = 0; cell < 9; ++cell) {
-        REQUIRE(snapshot.references.of_cell(cell).size() <= stream.atlas.references(cell).size());
-        for (const std::uint32_t view : snapshot.references.of_cell(cell)) {
-          REQUIRE(snapshot.views[view]);
-          const auto first = tiles.slots.begin() + tiles.first_tile[view];
-          REQUIRE(std::any_of(first, tiles.slots.begin() + tiles.first_tile[view + 1],
-                              [](std::uint32_t slot) { return slot != kNotResident; }));
-        }
-      }
-    }
-    CHECK(was_full);
-  }
+TEST_CASE("each rule of cutting views into tiles is checked by name") {
+  CHECK_THROWS_MATCHES(TileGrid(8, 8, 0), std::invalid_argument,
+                       Catch::Message("tiles: tile_px is 0, must be above 0 to cut an image"));
+  CHECK_THROWS_MATCHES(slots_within(1000, kWholeViews), std::invalid_argument,
+                       Catch::Message("tiles: tile_px is 0, must be above 0, for whole views have no slots"));
+  CHECK_THROWS_MATCHES(pages_for(1, 0, 1), std::invalid_argument,
+                       Catch::Message("tiles: most_pages is 0, must be at least 1"));
+  CHECK_THROWS_MATCHES(pages_for(1, 1, 0), std::invalid_argument,
+                       Catch::Message("tiles: most_columns is 0, must be at least 1"));
+  const auto surface = wall_and_panel(3);
+  const Camera camera = forward_camera(9, 9);
+  const StoredView view = traced_view(*surface, "a", camera, position_photograph(9, 9));
+  std::vector<std::uint32_t> face = make_ray_visibility(surface->mesh)->trace(camera).face;
+  face[40] = 34;
+  CHECK_THROWS_MATCHES(shown_cells(view, face, surface->cells, kSmallTiles), std::invalid_argument,
+                       Catch::Message("tiles: view a shows face 34, the mesh has 34"));
+  face.pop_back();
+  CHECK_THROWS_MATCHES(shown_cells(view, face, surface->cells, kSmallTiles), std::invalid_argument,
+                       Catch::Message("tiles: view a: face has 80 values, must have one per pixel, 81"));
+  CHECK_THROWS_AS(shown_cells(view, face, surface->cells, {8, 3, 0}), std::invalid_argument);
+  TileSlots slots({8, 1, 9});
+  const std::vector<std::uint32_t> tiles_of_view{4, 0};
+  const std::vector<ViewTile> beyond{{0, 4}}, free{{1, 0}}, nowhere{{2, 0}};
+  for (const auto& tiles : {beyond, free, nowhere})
+    CHECK_THROWS_AS(slots.assign(tiles, tiles_of_view), std::logic_error);
 }
 
 TEST_CASE("tiles follow their cells when these are numbered anew") {

@@ -305,7 +305,7 @@ TEST_CASE("bad validity options are refused by field, value and rule") {
     }
     return "accepted";
   };
-  CHECK(sentence({0, 2, 8}) == "validity: depth_edge is 0.000000, must be finite and above 0");
+  CHECK(sentence({0, 2, 8}) == "validity: depth_edge is 0, must be finite and above 0");
   CHECK(sentence({std::nan(""), 2, 8}) == "validity: depth_edge is nan, must be finite and above 0");
   CHECK(sentence({std::numeric_limits<double>::infinity(), 2, 8}) ==
         "validity: depth_edge is inf, must be finite and above 0");

@@ -495,6 +495,7 @@ TEST_CASE("more photographs than the driver has layers are refused with what to 
   Snapshot snapshot = room_snapshot(1, {});
   snapshot.views.resize(1u << 20, snapshot.views[0]);
   Renderer renderer(*context);
+  snapshot.gains.resize(snapshot.views.size(), glm::dvec3(1));
   CHECK_THROWS_WITH(renderer.load(snapshot), Catch::Contains("1048576 views") && Catch::Contains("--max-views"));
   CHECK_THROWS_WITH(renderer.render(room_camera(0), {}), Catch::Contains("no snapshot is loaded"));
 }

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "planner/photometry.h"
 #include "tests/support/refusal.h"
 #include "tests/support/relief_scenes.h"
 
@@ -50,11 +51,6 @@ struct Shot {
   std::vector<glm::dvec3> points;
   AlignmentTargets targets;
 };
-
-bool same_pose(const Camera& a, const Camera& b) {
-  return a.cam_from_world_rotation == b.cam_from_world_rotation &&
-         a.cam_from_world_translation == b.cam_from_world_translation;
-}
 
 AlignmentOptions pose_alone() {
   AlignmentOptions options = almost_free();
@@ -217,7 +213,8 @@ TEST_CASE("the bound is around the given pose, wherever the search starts") {
   AlignmentOptions options = almost_free();
   options.max_move = 3.0 / shot.truth.width;
   const Alignment result = align(given, shot.truth, glm::dvec3(1.0), shot.pyramid, shot.targets, options);
-  CHECK_FALSE(result.moved);
+  CHECK_FALSE(result.corrected);
+  CHECK(result.moved);  // from where it started, back to the given pose
   CHECK(same_pose(result.camera, given));
 }
 
@@ -230,6 +227,66 @@ TEST_CASE("a start that is nearer than the given pose is used") {
   const Alignment result = align(given, shot.off_by(0.3, 3), glm::dvec3(1.0), shot.pyramid, shot.targets, options);
   CHECK(result.moved);
   CHECK(shot.error_px(result.camera) < 0.1);
+}
+
+TEST_CASE("one iteration is one step") {
+  const Shot shot;
+  const Camera given = shot.off_by(1, 10);
+  AlignmentOptions options = almost_free();
+  options.levels = 1;
+  options.max_iterations = 1;
+  const Alignment result = shot.align_from(given, options);
+  CHECK(result.moved);
+  CHECK(shot.error_px(result.camera) < 0.5 * shot.error_px(given));
+}
+
+TEST_CASE("a search that starts at its end stays there to the last bit, though the given pose is another") {
+  const Shot shot;
+  const Camera given = shot.off_by(4, 10);
+  const Alignment first = shot.align_from(given);
+  REQUIRE(first.corrected);
+  REQUIRE(first.moved);
+  const Alignment again = align(given, first.camera, first.gain, shot.pyramid, shot.targets, almost_free());
+  CHECK(again.corrected);
+  CHECK_FALSE(again.moved);
+  CHECK(same_pose(again.camera, first.camera));
+  CHECK(again.moved_px == first.moved_px);
+  CHECK(again.residual == again.residual_start);
+  CHECK(again.residual_exposed > again.residual_start);
+  // From further away than noise, it is moved again.
+  CHECK(align(given, shot.off_by(1, 3), first.gain, shot.pyramid, shot.targets, almost_free()).moved);
+}
+
+TEST_CASE("what an alignment is given must fit together") {
+  const Shot shot;
+  const auto complaint = [&](const auto& change) -> std::string {
+    Camera given = shot.truth, start = shot.truth;
+    glm::dvec3 gain(1.0);
+    AlignmentTargets targets = shot.targets;
+    change(given, start, gain, targets);
+    try {
+      (void)align(given, start, gain, shot.pyramid, targets, almost_free());
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  using Targets = AlignmentTargets;
+  CHECK(complaint([](Camera&, Camera&, glm::dvec3&, Targets&) {}) == "accepted");
+  CHECK(complaint([](Camera& given, Camera&, glm::dvec3&, Targets&) { given.width = 100; }) ==
+        "alignment: given.width is 100, must be the photograph's");
+  CHECK(complaint([](Camera&, Camera& start, glm::dvec3&, Targets&) { start.height = 100; }) ==
+        "alignment: start.height is 100, must be given.height");
+  CHECK(complaint([](Camera&, Camera& start, glm::dvec3&, Targets&) { start.fx = 100; }) ==
+        "alignment: start.fx is 100, must be given.fx");
+  CHECK(complaint([](Camera&, Camera& start, glm::dvec3&, Targets&) { start.fy = -1; }).find("fy") !=
+        std::string::npos);
+  CHECK(complaint([](Camera&, Camera&, glm::dvec3& gain, Targets&) { gain.g = 0; }) ==
+        "alignment: gain is 0, must be finite and positive");
+  CHECK(complaint([](Camera&, Camera&, glm::dvec3&, Targets& targets) { targets.colors.pop_back(); }) ==
+        "alignment: the size of targets.colors is 1, must be the number of the pyramid's levels, 2");
+  CHECK(complaint([](Camera&, Camera&, glm::dvec3&, Targets& targets) { targets.colors[1].pop_back(); }) ==
+        "alignment: the size of a level of targets.colors is 1199, must be the number of the positions, 1200");
 }
 
 TEST_CASE("a pose that is right already stays to the last bit") {
@@ -359,14 +416,16 @@ TEST_CASE("an alignment has the same bits on one thread as on four") {
 TEST_CASE("alignment options that break a rule are refused by name") {
   const auto refusal_of = [](const auto& change) { return refusal<AlignmentOptions>(change); };
   CHECK(refusal_of([](AlignmentOptions& o) { o.max_move = 0; }) ==
-        "alignment: max_move is 0.000000, must be finite and positive");
+        "alignment: max_move is 0, must be finite and positive");
   CHECK(refusal_of([](AlignmentOptions& o) { o.prior = -1; }) ==
-        "alignment: prior is -1.000000, must be finite and not negative");
+        "alignment: prior is -1, must be finite and not negative");
   CHECK(refusal_of([](AlignmentOptions& o) { o.least_improvement = 1; }) ==
-        "alignment: least_improvement is 1.000000, must be in [0, 1)");
-  CHECK(refusal_of([](AlignmentOptions& o) { o.levels = 0; }) == "alignment: levels is 0.000000, must be at least 1");
+        "alignment: least_improvement is 1, must be in [0, 1)");
+  CHECK(refusal_of([](AlignmentOptions& o) { o.least_move_px = -1; }) ==
+        "alignment: least_move_px is -1, must be finite and not negative");
+  CHECK(refusal_of([](AlignmentOptions& o) { o.levels = 0; }) == "alignment: levels is 0, must be at least 1");
   CHECK(refusal_of([](AlignmentOptions& o) { o.max_iterations = 0; }) ==
-        "alignment: max_iterations is 0.000000, must be at least 1");
+        "alignment: max_iterations is 0, must be at least 1");
   CHECK(refusal_of([](AlignmentOptions&) {}) == "accepted");
 }
 

@@ -4,6 +4,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
@@ -62,10 +63,10 @@ PlannerOptions refining() {
 
 // Photographs of the painted room, taken with the true cameras; the planner is given others.
 struct PaintedRoom {
-  PaintedRoom(std::size_t views, const Intrinsics& error)
+  PaintedRoom(std::size_t views, const Intrinsics& error, std::size_t capacity = 0)
       : surface(room_surface()),
         visibility(make_ray_visibility(surface->mesh)),
-        atlas(surface, static_cast<std::uint32_t>(views)),
+        atlas(surface, static_cast<std::uint32_t>(std::max(views, capacity))),
         planner(atlas, *visibility, refining()) {
     for (std::size_t number = 0; number < views; ++number) {
       const Camera camera = true_camera(number);
@@ -159,6 +160,41 @@ TEST_CASE("one view alone says nothing about intrinsics, and an empty store neit
   Atlas atlas(surface, 3);
   const Planner empty(atlas, *visibility, refining());
   CHECK_FALSE(empty.estimate_intrinsics().significant);
+}
+
+TEST_CASE("what the atlas has room for makes no difference: as many unknowns, and the same estimate") {
+  const PaintedRoom exact(6, {1.02, {0, 0}, 0});
+  const IntrinsicsEstimate few = exact.planner.estimate_intrinsics();
+  CHECK(few.unknowns == 4 + 7 * 6);
+  for (const std::size_t capacity : {7u, 60u, 1280u}) {
+    CAPTURE(capacity);
+    const PaintedRoom roomy(6, {1.02, {0, 0}, 0}, capacity);
+    const IntrinsicsEstimate estimate = roomy.planner.estimate_intrinsics();
+    CHECK(estimate.unknowns == few.unknowns);
+    CHECK(estimate.points == few.points);
+    CHECK(estimate.cameras.size() == capacity);
+    check_same(few, estimate);
+  }
+}
+
+TEST_CASE("an estimate comes by its interruption point many times, and what is thrown there ends it") {
+  struct Stop {};
+  const PaintedRoom room(6, {1.02, {0, 0}, 0});
+  std::atomic<int> calls = 0;
+  IntrinsicsOptions options;
+  options.interruption_point = [&] { ++calls; };
+  check_same(room.planner.estimate_intrinsics(options), room.planner.estimate_intrinsics());
+  // Each view's comparison and its part of the normal equations, in at least two rounds of two passes.
+  const int all = calls;
+  CHECK(all > 2 * 2 * 2 * 6);
+  for (const int last : {0, 5, all / 3, all - 1}) {
+    calls = 0;
+    options.interruption_point = [&] {
+      if (++calls > last) throw Stop();
+    };
+    CHECK_THROWS_AS(room.planner.estimate_intrinsics(options), Stop);
+    CHECK(calls < last + 100);  // those of other threads that were on their way
+  }
 }
 
 TEST_CASE("the estimate is the same on one thread as on many") {

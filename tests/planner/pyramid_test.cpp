@@ -166,6 +166,30 @@ TEST_CASE("the derivatives are those of the colour, per pixel of the full resolu
   }
 }
 
+TEST_CASE("where the colour is held, in the half pixel at each border and outside, the derivative across it is 0") {
+  const Photograph photograph = random_photograph(40, 32);
+  const Pyramid pyramid(photograph, 10);
+  REQUIRE(pyramid.levels() == 3);
+  for (std::uint32_t level = 0; level < pyramid.levels(); ++level) {
+    const double size = std::exp2(level);
+    const double right = pyramid.level(level).width - 0.5, bottom = pyramid.level(level).height - 0.5;
+    const double inside_x = 7.3, inside_y = 5.6;
+    for (const double out : {-30.0, -0.01, 0.0, 0.2, 0.49}) {
+      CAPTURE(level, out);
+      for (const double x : {out, right + 0.5 - out}) {
+        const ColorSample sample = pyramid.sample(level, size * glm::dvec2(x, inside_y));
+        CHECK(sample.d_x == glm::dvec3(0));
+        CHECK(sample.d_y != glm::dvec3(0));
+      }
+      for (const double y : {out, bottom + 0.5 - out}) {
+        const ColorSample sample = pyramid.sample(level, size * glm::dvec2(inside_x, y));
+        CHECK(sample.d_y == glm::dvec3(0));
+        CHECK(sample.d_x != glm::dvec3(0));
+      }
+    }
+  }
+}
+
 TEST_CASE("a pyramid that is told of a copy reads the copy, and keeps its other levels") {
   const Photograph first = random_photograph(64, 64, 1);
   const Photograph second = random_photograph(64, 64, 2);

@@ -267,16 +267,16 @@ TEST_CASE("a mask has the same bytes on one thread as on four") {
 
 TEST_CASE("trust options that break a rule are refused by name") {
   const auto refusal_of = [](const auto& change) { return refusal<TrustOptions>(change); };
-  CHECK(refusal_of([](TrustOptions& o) { o.grid_px = 7; }) == "trust: grid_px is 7.000000, must be at least 8");
+  CHECK(refusal_of([](TrustOptions& o) { o.grid_px = 7; }) == "trust: grid_px is 7, must be at least 8");
   CHECK(refusal_of([](TrustOptions& o) { o.least_difference = 0; }) ==
-        "trust: least_difference is 0.000000, must be in (0, 1]");
+        "trust: least_difference is 0, must be in (0, 1]");
   CHECK(refusal_of([](TrustOptions& o) { o.least_to_spread = -1; }) ==
-        "trust: least_to_spread is -1.000000, must be finite and not negative");
-  CHECK(refusal_of([](TrustOptions& o) { o.least_views = 0; }) == "trust: least_views is 0.000000, must be at least 1");
+        "trust: least_to_spread is -1, must be finite and not negative");
+  CHECK(refusal_of([](TrustOptions& o) { o.least_views = 0; }) == "trust: least_views is 0, must be at least 1");
   CHECK(refusal_of([](TrustOptions& o) { o.highlight_deg = 181; }) ==
-        "trust: highlight_deg is 181.000000, must be in [0, 180]");
+        "trust: highlight_deg is 181, must be in [0, 180]");
   CHECK(refusal_of([](TrustOptions& o) { o.comparable_deg = -1; }) ==
-        "trust: comparable_deg is -1.000000, must be in [0, 180]");
+        "trust: comparable_deg is -1, must be in [0, 180]");
   CHECK(refusal_of([](TrustOptions&) {}) == "accepted");
 }
 

@@ -6,6 +6,7 @@
 
 #include "mesh/cells.h"
 #include "mesh/visibility.h"
+#include "planner/tile_choice.h"
 
 namespace lumatlas {
 
@@ -74,7 +75,7 @@ Photograph pattern_photograph(const Camera& camera, std::size_t seed) {
 std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options, const TileOptions& layout) {
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
-  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout);
+  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout, choose_tiles);
   std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
   for (std::size_t number = 0; number < views; ++number) {
     const Camera camera = room_camera(number);

@@ -12,6 +12,8 @@
 
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
+#include "planner/tile_choice.h"
+#include "tools/base/interrupt.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
@@ -293,12 +295,13 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);
+  result.effective.refinement.interruption_point = throw_if_interrupted;
   if (result.effective.coverage.ideal_distance == 0) {
     // Of the cameras by name, so that it is the same for any order of the stream.
     result.effective.coverage.ideal_distance =
         median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   }
-  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options));
+  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options), choose_tiles);
   Planner planner(atlas, *visibility, result.effective);
   const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
   run_stream(planner, stream, chosen, callback, result);

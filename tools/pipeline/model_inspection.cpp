@@ -132,9 +132,9 @@ std::string inspection_text(const json& model) {
        << " pixels in all: " << tiles_line(model) << '\n'
        << "on the GPU " << model["texels"]["resident"] << " texels, " << in_megabytes(bytes["resident"]) << " of "
        << (bytes["budget"].is_number() ? in_megabytes(bytes["budget"]) : "no budget") << '\n'
-       << "on disk    " << in_megabytes(file["sum"]) << ": photographs " << in_megabytes(file["photographs"]) << ", masks "
-       << in_megabytes(file["masks"]) << ", mesh " << in_megabytes(file["mesh"]) << ", tables " << in_megabytes(file["tables"])
-       << ", JSON " << in_megabytes(file["json"]) << '\n'
+       << "on disk    " << in_megabytes(file["sum"]) << ": photographs " << in_megabytes(file["photographs"])
+       << ", masks " << in_megabytes(file["masks"]) << ", mesh " << in_megabytes(file["mesh"]) << ", tables "
+       << in_megabytes(file["tables"]) << ", JSON " << in_megabytes(file["json"]) << '\n'
        << "references " << model["references"]["count"] << "; cells by how many they have, from 0:";
   for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
   text << '\n';

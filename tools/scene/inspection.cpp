@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/base/median.h"
 #include "mesh/visibility.h"
 #include "tools/base/progress.h"
 #include "tools/scene/scene.h"
@@ -74,9 +75,7 @@ Glance glance(const Surface& surface, const SceneViews& scene, bool quiet) {
   }
   result.unseen_cells = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), false));
   if (!depths.empty()) {
-    const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-    std::nth_element(depths.begin(), middle, depths.end());
-    result.median_distance = static_cast<double>(*middle);
+    result.median_distance = static_cast<double>(upper_median(depths));
   }
   return result;
 }

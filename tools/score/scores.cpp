@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/srgb.h"
+#include "mesh/base/number_text.h"
 #include "tools/score/counted_pixels.h"
 
 namespace lumatlas {
@@ -231,7 +232,7 @@ double fit_gain(const Photograph& rendering, const Photograph& photograph, std::
 
 Photograph apply_gain(const Photograph& image, double gain) {
   if (!(std::isfinite(gain) && gain >= 0)) {
-    throw std::invalid_argument("scores: gain is " + std::to_string(gain) + ", must be finite and not negative");
+    throw std::invalid_argument("scores: gain is " + number_text(gain) + ", must be finite and not negative");
   }
   return through_table(image, gain_table(gain));
 }

@@ -8,8 +8,10 @@
 
 namespace lumatlas {
 
-// The middle value, of an even number the larger of the two. Reorders the values, of which there must be one.
-[[nodiscard]] inline double upper_median(std::vector<double>& values) {
+// The middle value, of an even number the larger of the two. Reorders the values, of which there must be one, and none
+// of them NaN.
+template <typename Number>
+[[nodiscard]] Number upper_median(std::vector<Number>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;

@@ -19,30 +19,30 @@
 //   3. Of these, tiles are given up by what the sum loses, the least first, until there are as many as there may be.
 //   4. What room is left goes to single tiles, by what they add.
 //
+// Each step takes, or gives up, what is best at that moment: values are worked out again where they may have become
+// better, and at the head of the queue where they can only have become worse.
+//
 // If steps 2 and 3 made the sum less, they are left out, so that it is never less than that of whole views alone. Views
 // come before tiles because what agrees from place to place looks better than what is nearest at each, and because the
 // parts of one cell in one view add up: single tiles chosen one by one often sum up to less than whole views (tested).
 // A tile comes and goes for all cells in it at once: were each cell to choose by itself, neighbours would choose
 // different views, every tile be needed for some cell, and the picture a patchwork.
 //
+// A store that changes does not choose from all each time. What is resident stays, room goes to single tiles as in step
+// 4, and then as many tiles as may be exchanged, once each: the resident ones that are missed least for those that add
+// most, wherever that makes the sum more. That costs one look at each tile.
+//
 // In place of "least coverage per texel" for whole views (Erat et al. 2019, section 3.2): all tiles have the same
 // texels.
 #pragma once
 
-#include <memory>
-#include <span>
-#include <vector>
-
-#include "atlas/atlas.h"
-#include "atlas/tiles.h"
+#include "atlas/tile_policy.h"
 
 namespace lumatlas {
 
-// At most `count` tiles, by ascending view, then tile, the same for the same input. `views` and `shown` by slot of the
-// store. `references` says how many each cell may have, and becomes the views whose resident tiles show it, as many of
-// them as it may have.
-[[nodiscard]] std::vector<ViewTile> choose_tiles(std::span<const std::shared_ptr<const StoredView>> views,
-                                                 const Cells& cells, std::span<const std::vector<ShownCell>> shown,
-                                                 std::size_t count, ReferenceTable& references);
+// The policy for an Atlas: at most demand.max_tiles tiles, the same for the same demand. The references of each cell
+// become the views whose resident tiles show it, as many of them as it had. Throws std::invalid_argument unless views,
+// shown cells and references are of one store and its surface.
+[[nodiscard]] TileChoice choose_tiles(const TileDemand& demand);
 
 }  // namespace lumatlas

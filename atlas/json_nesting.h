@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to atlas/: how deep the values of a JSON text are nested. Parsers, and whoever copies what they give, take a
+// call per level, so a text of brackets alone could end the stack.
+#pragma once
+
+#include <string>
+
+namespace lumatlas {
+
+inline constexpr int kMaxNesting = 64;  // a model nests 6 deep, its notes some more
+
+// How many arrays and objects of the text are open at once at most; 0 for a text without any.
+[[nodiscard]] int nesting(const std::string& json);
+
+}  // namespace lumatlas

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which stored views each cell refers to.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lumatlas {
+
+// Of cell k, the slots of the store that it refers to are views[offsets[k]] up to views[offsets[k + 1]].
+struct ReferenceTable {
+  std::vector<std::uint32_t> offsets{0};  // one more than there are cells
+  std::vector<std::uint32_t> views;       // slots of the store
+
+  // `cell` must be below the number of cells; this is not checked.
+  [[nodiscard]] std::span<const std::uint32_t> of_cell(std::size_t cell) const {
+    return std::span(views).subspan(offsets[cell], offsets[cell + 1] - offsets[cell]);
+  }
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the renderer, and a model file, need to know of a scene at one moment.
+#pragma once
+
+#include <cstdint>
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <vector>
+
+#include "atlas/reference_table.h"
+#include "atlas/stored_view.h"
+#include "atlas/surface.h"
+#include "atlas/tiles.h"
+
+namespace lumatlas {
+
+// Every channel of a view's gain is in this range.
+inline constexpr double kLeastExposureGain = 1e-6;
+inline constexpr double kMostExposureGain = 1e6;
+
+// Immutable once made. With tiles, a view is there only if at least one of its tiles is resident.
+struct Snapshot {
+  std::shared_ptr<const Surface> surface;
+  std::vector<std::shared_ptr<const StoredView>> views;  // by slot of the store; null: the slot shows nothing
+  // Exposure by slot, per channel R G B: linear light of the photograph times this is the model's. 1 where no view is.
+  std::vector<glm::dvec3> gains;
+  ReferenceTable references;               // to slots that hold a view
+  std::vector<std::uint8_t> cell_seen;     // by cell, 1: some offered view saw it, kept or not
+  std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
+  TileTable tiles;                         // which parts of the views are resident
+  // How well the stored views cover each cell by the measure that they were chosen by, >= 0; not for drawing. Empty:
+  // nobody has said, as in every snapshot that an atlas gives.
+  std::vector<float> cell_coverage;
+};
+
+// Throws std::invalid_argument naming the table, the index, its value and the rule that it breaks, unless surface and
+// views pass their own check() and all tables are as described above. Looks at each face and each reference once.
+void check(const Snapshot& snapshot);
+
+// That part of check() which is about the gains.
+void check_gains(const Snapshot& snapshot);
+
+// With tiles, takes away the views that have no resident tile, with the references to them: nothing of them is shown,
+// so that neither memory nor a file need hold their photographs. Slots keep their numbers.
+void leave_out_views_without_tiles(Snapshot& snapshot);
+
+}  // namespace lumatlas

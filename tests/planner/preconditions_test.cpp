@@ -1,0 +1,277 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the planner's functions refuse to be given: the field, its value and the rule, one by one. Options have their
+// refusals beside their own tests.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "planner/coverage_ledger.h"
+#include "planner/direction_coverage.h"
+#include "planner/exposure_graph.h"
+#include "planner/planner.h"
+#include "planner/predicted_loss.h"
+#include "planner/surface_samples.h"
+#include "tests/support/relief_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+// The complaint, or "accepted".
+template <typename Call>
+std::string complaint(const Call& call) {
+  try {
+    call();
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "accepted";
+}
+
+CoverageOptions coverage_options() {
+  CoverageOptions options;
+  options.ideal_distance = 4;
+  return options;
+}
+
+// A gallery of three slots with one view, and what is needed to compare it.
+struct Compared {
+  Compared() : camera(relief_camera({0, 0, 0}, {0, 0, 4})), gallery(3) {
+    photograph = gallery.relief.photograph(camera);
+    gallery.add(camera, photograph);
+    visible = gallery.relief.visibility->trace(camera.shrunk_to(80));
+  }
+  Camera camera;
+  Gallery gallery;
+  Photograph photograph;
+  VisibilityBuffer visible;
+};
+
+TEST_CASE("a pyramid refuses photographs without pixels, or without three values for each") {
+  const Compared scene;
+  Photograph cut = scene.photograph;
+  cut.rgb.pop_back();
+  CHECK(complaint([&] { Pyramid pyramid(cut); }) ==
+        "pyramid: the size of photograph.rgb is 129599, must be three times the number of pixels, 129600");
+  CHECK(complaint([] {
+          Pyramid pyramid(Photograph{0, 4, {}, {}});
+        }) == "pyramid: photograph.width is 0, must be at least 1");
+  CHECK(complaint([] {
+          Pyramid pyramid(Photograph{4, 0, {}, {}});
+        }) == "pyramid: photograph.height is 0, must be at least 1");
+  CHECK(complaint([&] { Pyramid pyramid(scene.photograph, 0); }) == "pyramid: coarsest_px is 0, must be at least 1");
+  Pyramid pyramid(scene.photograph);
+  Photograph other{120, 360, scene.photograph.rgb, {}};
+  CHECK(complaint([&] { pyramid.refer_to(other); }) == "pyramid: the copy's width is 120, must be the photograph's");
+  CHECK(complaint([&] { pyramid.refer_to(cut); }) ==
+        "pyramid: the size of photograph.rgb is 129599, must be three times the number of pixels, 129600");
+}
+
+TEST_CASE("surface samples refuse images without pixels and buffers that are not filled") {
+  const Compared scene;
+  const Pyramid pyramid(scene.photograph);
+  const auto samples = [&](const Camera& camera, const VisibilityBuffer& visible) {
+    return complaint([&] { (void)choose_surface_samples(camera, pyramid, visible, 100); });
+  };
+  CHECK(samples(scene.camera, scene.visible) == "accepted");
+  CHECK(samples(scene.camera.scaled_to(120, 180), scene.visible) ==
+        "surface samples: camera.width is 120, must be the photograph's");
+  CHECK(samples(scene.camera.scaled_to(240, 90), scene.visible) ==
+        "surface samples: camera.height is 90, must be the photograph's");
+  CHECK(samples(scene.camera, {}) == "surface samples: visible.width is 0, must be at least 1, and so the height");
+  VisibilityBuffer cut = scene.visible;
+  cut.depth.pop_back();
+  CHECK(samples(scene.camera, cut) ==
+        "surface samples: the size of visible.depth is 4799, must be the number of its pixels, 4800");
+  cut = scene.visible;
+  cut.face.pop_back();
+  CHECK(samples(scene.camera, cut) ==
+        "surface samples: the size of visible.face is 4799, must be the number of its pixels, 4800");
+  CHECK(complaint([] { (void)sampling_px(0, 4); }) == "surface samples: photograph_px is 0, must be at least 1");
+  CHECK(complaint([] { (void)sampling_px(4, 0); }) == "surface samples: most_px is 0, must be at least 1");
+}
+
+TEST_CASE("median colours, trust masks and intrinsics refuse views that are not the atlas's, and unknown faces") {
+  Compared scene;
+  const Pyramid pyramid(scene.photograph);
+  const std::vector<SurfaceSample> samples = choose_surface_samples(scene.camera, pyramid, scene.visible, 100);
+  std::vector<SurfaceSample> lost = samples;
+  lost.back().face = 1u << 30;
+  const std::span<const std::optional<ComparedView>> all(scene.gallery.views);
+  const auto medians = [&](const Camera& camera, std::span<const SurfaceSample> points, std::size_t views) {
+    return complaint(
+        [&] { (void)median_colors(camera, pyramid, points, scene.gallery.atlas, all.first(views), std::nullopt); });
+  };
+  CHECK(medians(scene.camera, samples, 3) == "accepted");
+  CHECK(medians(scene.camera, samples, 2) == "median colours: the size of views is 2, must be the atlas's capacity, 3");
+  CHECK(medians(scene.camera.scaled_to(120, 180), samples, 3) ==
+        "median colours: camera.width is 120, must be the photograph's");
+  CHECK(medians(scene.camera, lost, 3).find("median colours: a sample's face is 1073741824, must be below") == 0);
+
+  const auto trust = [&](const VisibilityBuffer& visible, std::size_t views, std::uint32_t grid_px) {
+    TrustOptions options;
+    options.grid_px = grid_px;
+    return complaint([&] {
+      (void)trust_mask(scene.camera, pyramid, glm::dvec3(1), visible, scene.gallery.atlas, all.first(views),
+                       std::nullopt, options);
+    });
+  };
+  CHECK(trust(scene.visible, 3, 80) == "accepted");
+  CHECK(trust(scene.visible, 1, 80) == "trust: the size of views is 1, must be the atlas's capacity, 3");
+  CHECK(trust(scene.visible, 3, 7) == "trust: grid_px is 7, must be at least 8");
+  CHECK(trust({}, 3, 80) == "trust: visible.width is 0, must be at least 1, and so the height");
+
+  const auto intrinsics = [&](std::size_t views, const std::vector<std::vector<SurfaceSample>>& points) {
+    return complaint([&] { (void)estimate_intrinsics(scene.gallery.atlas, all.first(views), points); });
+  };
+  CHECK(intrinsics(3, {samples, {}, {}}) == "accepted");
+  CHECK(intrinsics(2, {samples, {}, {}}) == "intrinsics: the size of views is 2, must be the atlas's capacity, 3");
+  CHECK(intrinsics(3, {samples}) == "intrinsics: the size of samples is 1, must be the atlas's capacity, 3");
+  CHECK(intrinsics(3, {lost, {}, {}}).find("intrinsics: a sample's face is 1073741824, must be below") == 0);
+}
+
+TEST_CASE("an exposure graph refuses slots that it does not have and ratios that are no numbers, and stays as it was") {
+  ExposureGraph graph(2);
+  const glm::dvec3 twice(std::log(2.0));
+  graph.set(0, std::vector<ExposureRatio>{{1, twice, twice, 100}});
+  const auto before = graph.solve(false);
+  const auto set = [&](std::uint32_t slot, const ExposureRatio& ratio) {
+    return complaint([&] { graph.set(slot, std::vector<ExposureRatio>{ratio}); });
+  };
+  CHECK(set(2, {1, twice, twice, 1}) == "exposure graph: slot is 2, must be below the number of slots, 2");
+  CHECK(set(0, {7, twice, twice, 1}) == "exposure graph: a ratio's slot is 7, must be below the number of slots, 2");
+  CHECK(set(0, {1, {0, kNan, 0}, twice, 1}) == "exposure graph: log_ratio is nan, must be finite");
+  CHECK(set(0, {1, twice, {0, 0, kNan}, 1}) == "exposure graph: log_luminance is nan, must be finite");
+  CHECK(complaint([&] { graph.erase(2); }) == "exposure graph: slot is 2, must be below the number of slots, 2");
+  CHECK(graph.solve(false) == before);
+}
+
+TEST_CASE("a coverage ledger refuses cells and slots that are not there, and options that break a rule") {
+  const Relief relief;
+  const auto cells = static_cast<std::uint32_t>(relief.surface->cells.cells.size());
+  CoverageLedger ledger(*relief.surface, 2, coverage_options(), 0);
+  const std::vector<CellPart> lost = {{cells, {}}};
+  const std::string no_cell = "coverage: a part's cell is " + std::to_string(cells) +
+                              ", must be below the number of cells, " + std::to_string(cells);
+  const std::string no_slot = "coverage: slot is 2, must be below the number of slots, 2";
+  const std::vector<std::uint32_t> two = {2};
+  CHECK(complaint([&] { (void)ledger.gain(lost); }) == no_cell);
+  CHECK(complaint([&] { ledger.ask(lost); }) == no_cell);
+  CHECK(complaint([&] { ledger.unask(lost); }) == no_cell);
+  CHECK(complaint([&] { (void)ledger.weight(lost); }) == no_cell);
+  CHECK(complaint([&] { (void)ledger.exchange_gains(lost, {}); }) == no_cell);
+  CHECK(complaint([&] { (void)ledger.exchange_gains({}, two); }) == no_slot);
+  CHECK(complaint([&] { (void)ledger.joint_exchange_gain(lost, {}); }) == no_cell);
+  CHECK(complaint([&] { (void)ledger.joint_exchange_gain({}, two); }) == no_slot);
+  CHECK(complaint([&] { ledger.insert(0, lost); }) == no_cell);
+  CHECK(complaint([&] { ledger.insert(2, {}); }) == no_slot);
+  CHECK(complaint([&] { ledger.erase(2); }) == no_slot);
+  CHECK(complaint([&] {
+          ledger.follow(*relief.surface, std::vector<std::uint32_t>(3));
+        }).find("coverage: the size of previous_cell is 3, must be the number of cells") == 0);
+  CHECK_FALSE(ledger.stored(0));
+  CHECK(complaint([&] { CoverageLedger(*relief.surface, 2, CoverageOptions{}, 0); }) ==
+        "coverage: ideal_distance is 0, must be finite and above 0");
+}
+
+TEST_CASE("coverage refuses counts and sizes that cannot be, and a gap that is no number") {
+  const Relief relief;
+  const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
+  const Cell& cell = relief.surface->cells.cells[0];
+  const auto refused = [&](double size, double pixels) {
+    return complaint([&] { (void)contribution(cell, size, camera, pixels, coverage_options()); });
+  };
+  CHECK(refused(1, 10) == "accepted");
+  CHECK(refused(0, 10) == "coverage: cell_size is 0, must be finite and above 0");
+  CHECK(refused(1, -1) == "coverage: visible_pixels is -1, must be finite and not negative");
+  CHECK(refused(1, kNan) == "coverage: visible_pixels is nan, must be finite and not negative");
+  CHECK(complaint([] { (void)novel_directions(0, true); }) == "coverage: count is 0, must be at least 1");
+  CHECK(complaint([] { (void)predicted_loss_db(kNan); }) == "predicted loss: gap is nan, must be a number");
+  CHECK(complaint([] { (void)predicted_reference_loss_db(kNan); }) == "predicted loss: gap is nan, must be a number");
+}
+
+struct Planned {
+  explicit Planned(std::uint32_t slots = 3)
+      : atlas(relief.surface, slots), planner(atlas, *relief.visibility, options()) {}
+  static PlannerOptions options() {
+    PlannerOptions options;
+    options.coverage = coverage_options();
+    options.min_view_gain = 0;
+    return options;
+  }
+  Relief relief;
+  Atlas atlas;
+  Planner planner;
+};
+
+TEST_CASE("a planner refuses cameras that are none and photographs that lack pixels, and no trace of them is left") {
+  Planned planned;
+  const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
+  const Photograph photograph = planned.relief.photograph(camera);
+  const double coverage = planned.planner.summed_coverage();
+  const auto offer = [&](const Camera& at, const Photograph& of) {
+    return complaint([&] { (void)planned.planner.offer("a", at, of); });
+  };
+  const auto keep = [&](const Camera& at, const Photograph& of) {
+    return complaint([&] { (void)planned.planner.keep("a", at, [&] { return of; }); });
+  };
+  Photograph cut = photograph;
+  cut.rgb.resize(cut.rgb.size() - 3);
+  CHECK(offer(camera, cut).find("129597") != std::string::npos);
+  CHECK(keep(camera, cut).find("129597") != std::string::npos);
+  Photograph half_valid = photograph;
+  half_valid.valid.resize(100, 1);
+  CHECK(offer(camera, half_valid).find("valid") != std::string::npos);
+  CHECK(offer(camera.scaled_to(120, 90), photograph).find("accepted") == std::string::npos);
+  Camera broken = camera;
+  broken.fx = kNan;
+  CHECK(offer(broken, photograph) == "camera: fx is nan, must be finite and positive");
+  CHECK(keep(broken, photograph) == "camera: fx is nan, must be finite and positive");
+  CHECK(complaint([&] { planned.planner.pass_by(broken); }) == "camera: fx is nan, must be finite and positive");
+  CHECK(complaint([&] { (void)planned.planner.parts_of(broken); }) == "camera: fx is nan, must be finite and positive");
+  CHECK(complaint([&] { (void)planned.planner.offer("a", camera, PhotographSource()); }) ==
+        "planner: view a: there is no function for its photograph");
+  CHECK(complaint([&] { (void)planned.planner.update_surface(nullptr, *planned.relief.visibility, {}, {}); }) ==
+        "planner: surface is null");
+  CHECK(complaint([&] { (void)median_surface_distance(std::vector{broken}, *planned.relief.visibility); }) ==
+        "camera: fx is nan, must be finite and positive");
+  CHECK(planned.planner.summed_coverage() == coverage);
+  CHECK(planned.atlas.size() == 0);
+  CHECK(offer(camera, photograph) == "accepted");
+}
+
+TEST_CASE("a refiner refuses slots without a view, and cameras that are not for each slot") {
+  Planned planned(2);
+  const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
+  const Photograph photograph = planned.relief.photograph(camera);
+  planned.planner.offer("a", camera, photograph);
+  Refiner refiner(planned.atlas, *planned.relief.visibility, {});
+  CHECK(complaint([&] { refiner.stored(2, camera, {}, {}); }) ==
+        "refinement: slot is 2, must be below the atlas's capacity, 2");
+  CHECK(complaint([&] { refiner.stored(1, camera, {}, {}); }) ==
+        "refinement: slot is 1, must be one that holds a view");
+  Refinement lost;
+  lost.ratios.push_back({5, glm::dvec3(0), glm::dvec3(0), 1});
+  CHECK(complaint([&] { refiner.stored(0, camera, lost, {}); }) ==
+        "refinement: a ratio's slot is 5, must be below the atlas's capacity, 2");
+  CHECK(complaint([&] { refiner.erased(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
+  CHECK(complaint([&] { refiner.replaced(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
+  CHECK(complaint([&] { (void)refiner.refine(camera.scaled_to(120, 90), photograph); }) != "accepted");
+  Camera broken = camera;
+  broken.fy = kNan;
+  CHECK(complaint([&] { (void)refiner.refine(broken, photograph); }) ==
+        "camera: fy is nan, must be finite and positive");
+  IntrinsicsEstimate estimate;
+  CHECK(complaint([&] { refiner.set_cameras(estimate, {}); }) ==
+        "refinement: the size of cameras is 0, must be the atlas's capacity, 2");
+  refiner.stored(0, camera, {}, {});
+  estimate.cameras = {camera.scaled_to(120, 90), {}};
+  CHECK(complaint([&] { refiner.set_cameras(estimate, {}); }) != "accepted");
+  CHECK(planned.atlas.view(0)->camera.width == 240);
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A build is the same to the byte on any number of threads: what it plans, refines, masks, polishes and writes.
+#include <tbb/global_control.h>
+
+#include <catch2/catch.hpp>
+#include <sstream>
+#include <string>
+
+#include "atlas/model_file.h"
+#include "planner/predicted_loss.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/synth/synth.h"
+
+namespace lumatlas {
+namespace {
+
+// Poses, exposures and passers-by that give refinement and masks something to do.
+void write_disturbed_scene(const std::filesystem::path& folder) {
+  SynthOptions options;
+  options.views = 20;
+  options.width = 128;
+  options.height = 96;
+  options.samples = 1;
+  options.triangles = 4000;
+  options.disturbances.pose_noise = 2;
+  options.disturbances.exposure_noise = 0.5;
+  options.disturbances.passers_by = 0.2;
+  write_synthetic_scene(options, folder);
+}
+
+struct Built {
+  BuildResult result;
+  std::string bytes;
+};
+
+Built build_on(std::size_t threads, const std::filesystem::path& scene, const BuildOptions& options) {
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  Built built{build_model(scene, options), {}};
+  std::ostringstream file;
+  write_glb(file, built.result.snapshot, options.planner.validity, {.format = ImageFormat::png});
+  built.bytes = file.str();
+  return built;
+}
+
+void check_same_on_any_threads(const std::filesystem::path& scene, const BuildOptions& options) {
+  const Built one = build_on(1, scene, options);
+  REQUIRE_FALSE(one.result.polish.empty());
+  REQUIRE(one.result.polish.front().views > 4);
+  REQUIRE(one.result.intrinsics);
+  REQUIRE(one.result.intrinsics->points > 0);
+  for (const std::size_t threads : {2u, 8u}) {
+    CAPTURE(threads);
+    const Built many = build_on(threads, scene, options);
+    CHECK((many.bytes == one.bytes));
+    CHECK(many.result.intrinsics->correction.focal == one.result.intrinsics->correction.focal);
+    CHECK(many.result.intrinsics->deviation.radial == one.result.intrinsics->deviation.radial);
+    REQUIRE(many.result.polish.size() == one.result.polish.size());
+    CHECK(many.result.polish.back().residual_after == one.result.polish.back().residual_after);
+    CHECK(many.result.summed_coverage == one.result.summed_coverage);
+    CHECK(many.result.revisited == one.result.revisited);
+  }
+}
+
+TEST_CASE("a build with joint refinement and intrinsics writes the same bytes on 1, 2 and 8 threads") {
+  const TemporaryFolder scene;
+  write_disturbed_scene(scene.path());
+  BuildOptions options;
+  options.max_views = 12;  // fewer than are offered, so that views take others' places
+  options.intrinsics = IntrinsicsUse::apply;
+  options.quiet = true;
+  check_same_on_any_threads(scene.path(), options);
+}
+
+TEST_CASE("a build with a bound on the loss writes the same bytes on 1, 2 and 8 threads") {
+  const TemporaryFolder scene;
+  write_disturbed_scene(scene.path());
+  BuildOptions options;
+  options.planner.coverage = parsimony_coverage(options.planner.coverage);
+  options.planner.max_loss_db = 0.5;
+  options.max_views.reset();
+  options.intrinsics = IntrinsicsUse::report;
+  options.quiet = true;
+  check_same_on_any_threads(scene.path(), options);
+}
+
+}  // namespace
+}  // namespace lumatlas
