@@ -8,7 +8,7 @@ below() { chosen=$(((RANDOM * 32768 + RANDOM) % ($1 > 0 ? $1 : 1))); }
 one_of() {
   below $#
   shift "$chosen"
-  chosen=$1
+  chosen=${1:-}  # of none, nothing
 }
 
 # one_file FOLDER [NAME...]: a file of the folder, one of these names if any are given.
