@@ -67,6 +67,9 @@ void write_images(const fs::path& folder) {
         !output->close()) {
       throw std::runtime_error(file.string() + ": not written");
     }
+    std::string name = kind.name;  // no picture's name: these are not for looking at
+    name[name.find('.')] = '-';
+    fs::rename(file, folder / name);
   }
 }
 
@@ -119,7 +122,7 @@ int main(int argument_count, char** arguments) {
     write_images(folder / "image");
     write_models(folder);
     write_colmap(folder);
-    for (const char* name : {"colour.jpg", "grey.jpg", "colour.png"}) {
+    for (const char* name : {"colour-jpg", "grey-jpg", "colour-png"}) {
       write_bytes(folder / "image_header" / name, bytes_of(folder / "image" / name));
     }
   } catch (const std::exception& error) {
