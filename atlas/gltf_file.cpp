@@ -14,6 +14,7 @@
 #include "atlas/model_extension.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
+#include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -206,7 +207,7 @@ void GltfFile::parse(const GlbFrame& frame) {
   } catch (const std::exception& exception) {
     error = exception.what();
   }
-  if (!parsed) refuse("is no glTF 2.0 file that can be read: " + error);
+  if (!parsed) refuse("is no glTF 2.0 file that can be read: " + short_reason(error));
 }
 
 void GltfFile::check_version() const {

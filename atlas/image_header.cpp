@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4: orientation.
-// W3C PNG, third edition, section 5: chunks; annex D: their checksum.
+// W3C PNG, third edition, section 5: chunks; annex D: their checksum. OpenEXR file layout: headers, attributes.
 #include "atlas/image_header.h"
 
 #include <zlib.h>
@@ -83,6 +83,12 @@ std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 | bytes[3];
 }
 
+std::uint32_t u32_little_endian(const std::array<std::uint8_t, 4>& bytes) {
+  return std::uint32_t{bytes[3]} << 24 | std::uint32_t{bytes[2]} << 16 | std::uint32_t{bytes[1]} << 8 | bytes[0];
+}
+
+constexpr std::size_t kAroundData = 12;  // of a PNG's chunk: length, type and checksum
+
 bool read_bytes(std::istream& file, std::span<std::uint8_t> bytes) {
   return static_cast<bool>(
       file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
@@ -158,9 +164,46 @@ bool png_header_is_sound(std::istream& file) {
   return false;
 }
 
+bool png_pixels_are_sound(std::span<const std::uint8_t> bytes) {
+  std::size_t at = 8;  // the signature
+  while (at + kAroundData <= bytes.size()) {
+    const std::size_t length = u32_big_endian(bytes.data() + at);
+    if (length > bytes.size() - at - kAroundData) return false;
+    const std::uint8_t* const type = bytes.data() + at + 4;
+    if (std::memcmp(type, "IEND", 4) == 0) return true;
+    const bool pixels = std::memcmp(type, "IDAT", 4) == 0;
+    if (pixels && crc32_z(0, type, 4 + length) != u32_big_endian(type + 4 + length)) return false;
+    at += kAroundData + length;
+  }
+  return false;
+}
+
+bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
+  file.ignore(4);  // the signature
+  std::array<std::uint8_t, 4> word{};
+  if (!read_bytes(file, word)) return false;
+  const bool several = (u32_little_endian(word) & 0x1000) != 0;  // headers, of which an empty one is the last
+  for (bool empty = true; file.peek() != std::istream::traits_type::eof();) {
+    const bool header_ends = file.peek() == 0;
+    if (!header_ends) {
+      file.ignore(static_cast<std::streamsize>(file_bytes), 0);  // name
+      file.ignore(static_cast<std::streamsize>(file_bytes), 0);  // type
+      if (!read_bytes(file, word)) return false;
+      const std::uint64_t size = u32_little_endian(word);
+      if (size > file_bytes) return false;
+      file.ignore(static_cast<std::streamsize>(size));
+      empty = false;
+      continue;
+    }
+    if (!several || empty) return true;
+    file.ignore(1);
+    empty = true;
+  }
+  return false;
+}
+
 bool png_is_complete(std::span<const std::uint8_t> bytes) {
-  constexpr std::size_t kAroundData = 12;  // length, type and checksum
-  std::size_t at = 8;                      // the signature
+  std::size_t at = 8;  // the signature
   while (at + kAroundData <= bytes.size()) {
     const std::size_t length = u32_big_endian(bytes.data() + at);
     if (length > bytes.size() - at - kAroundData) return false;

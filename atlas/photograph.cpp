@@ -210,6 +210,9 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::png && !png_header_is_sound(*source.stream())) {
     fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");
   }
+  if (image.format == Format::openexr && !exr_header_is_sound(*source.stream(), source.size())) {
+    fail(source.path(), "is damaged or cut off, an OpenEXR file without a sound header; copy it again");
+  }
   const bool jpeg = image.format == Format::jpeg;
   if (!jpeg) open_image(source, *image.reader);
   Header header = jpeg ? jpeg_header(source) : opened_header(source.path(), *image.reader);
@@ -221,8 +224,12 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
 // Of formats whose readers do not tell.
 void check_complete(const Source& source, Format format) {
   const std::span<const std::uint8_t> bytes = source.bytes();
-  if (format == Format::jpeg ? jpeg_is_complete(bytes) : png_is_complete(bytes)) return;
-  fail(source.path(), "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
+  if (!(format == Format::jpeg ? jpeg_is_complete(bytes) : png_is_complete(bytes))) {
+    fail(source.path(), "the file is cut off after " + std::to_string(bytes.size()) + " bytes; copy it again");
+  }
+  if (format == Format::png && !png_pixels_are_sound(bytes)) {
+    fail(source.path(), "is damaged, its pixels do not have their checksum; copy it again");
+  }
 }
 
 ImageSize upright_size(const Header& header) {

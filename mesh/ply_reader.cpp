@@ -12,6 +12,7 @@
 #include <cstring>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -235,10 +236,12 @@ class SoupReader {
   void refuse_rest(const PlyHeader& header) const {
     const std::string_view rest = body_.rest();
     if (rest.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == std::string_view::npos) return;
+    constexpr std::size_t kMostNamed = 3;  // a header may declare any number of elements
     std::string declared;
-    for (const PlyElement& element : header.elements) {
+    for (const PlyElement& element : std::span(header.elements).first(std::min(kMostNamed, header.elements.size()))) {
       declared += (declared.empty() ? "" : " and ") + std::to_string(element.count) + " of " + in_quotes(element.name);
     }
+    if (header.elements.size() > kMostNamed) declared += " and more";
     throw InputError(path_ + ": " + std::to_string(rest.size()) +
                      " bytes follow after all records that its header declares, " + declared +
                      "; the header is wrong or the file damaged");

@@ -68,4 +68,18 @@ std::string in_quotes(std::string_view field) {
   return text += '\'';
 }
 
+std::string short_reason(std::string_view reason) {
+  constexpr std::size_t kLongest = 200;  // bytes
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  const auto continues = [](char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; };  // a character of UTF-8
+  std::size_t length = std::min(reason.size(), kLongest);
+  if (length < reason.size()) {
+    while (length > 0 && continues(reason[length])) --length;
+  }
+  std::string text(reason.substr(0, length));
+  std::replace_if(text.begin(), text.end(), is_control, ' ');
+  text.erase(text.find_last_not_of(' ') + 1);
+  return length < reason.size() ? text + "..." : text;
+}
+
 }  // namespace lumatlas

@@ -24,4 +24,8 @@ namespace lumatlas {
 // The field in single quotes, shortened, without characters that would break a one-line message.
 [[nodiscard]] std::string in_quotes(std::string_view field);
 
+// Another library's reason as a part of a one-line message: blanks for control characters, none at its end, and "..."
+// after 200 bytes or a few less, so that no character is cut. Such reasons may quote all of a file.
+[[nodiscard]] std::string short_reason(std::string_view reason);
+
 }  // namespace lumatlas

@@ -385,6 +385,25 @@ TEST_CASE("a claimed size that the file cannot hold is refused before anything i
   CHECK_THROWS_WITH(photograph_size(flat), flat.string() + ": 16x0 pixels, there is nothing in it");
 }
 
+// libpng would tell the terminal too.
+TEST_CASE("a PNG with a changed byte among its pixels is refused by its checksum") {
+  const TemporaryFolder folder;
+  write_image(folder / "whole.png", position_pattern(16, 12, 2));
+  std::string damaged = bytes_of(folder / "whole.png");
+  damaged.at(damaged.find("IDAT") + 9) ^= 0x55;
+  CHECK_THROWS_WITH(read_photograph(folder.with_file("damaged.png", damaged)),
+                    Catch::EndsWith("is damaged, its pixels do not have their checksum; copy it again"));
+}
+
+TEST_CASE("an OpenEXR attribute that claims more bytes than the file has is refused before it is allocated") {
+  const TemporaryFolder folder;
+  const std::string claim("\x76\x2f\x31\x01\x02\0\0\0owner\0text\0\0\0\0\x70x\0", 25);
+  for (const std::string& file : {claim, claim.substr(0, 21), claim.substr(0, 10)}) {
+    CHECK_THROWS_WITH(photograph_size(folder.with_file("claim.exr", file)),
+                      Catch::EndsWith("is damaged or cut off, an OpenEXR file without a sound header; copy it again"));
+  }
+}
+
 TEST_CASE("more than 65536 pixels a side are refused") {
   const TemporaryFolder folder;
   const std::vector<std::uint8_t> row(3 * 65537, 9);

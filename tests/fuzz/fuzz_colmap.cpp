@@ -4,22 +4,17 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <span>
 #include <stdexcept>
 #include <string_view>
 
-#include "mesh/base/errors.h"
+#include "tests/fuzz/sentence_laws.h"
 #include "tools/scene/colmap.h"
 #include "tools/scene/undistortion.h"
 
 namespace {
 
 using namespace lumatlas;
-
-void require(bool holds) {
-  if (!holds) std::abort();
-}
 
 void use(const std::vector<ColmapCamera>& cameras) {
   for (const ColmapCamera& camera : cameras) {
@@ -60,10 +55,6 @@ void read(std::uint8_t reader, std::span<const std::byte> bytes) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
-  try {
-    read(data[0], std::as_bytes(std::span(data + 1, size - 1)));
-  } catch (const lumatlas::InputError& error) {
-    require(std::string_view(error.what()).find('\n') == std::string_view::npos);
-  }
+  lumatlas::check_refusal([&] { read(data[0], std::as_bytes(std::span(data + 1, size - 1))); });
   return 0;
 }

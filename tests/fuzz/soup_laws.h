@@ -4,18 +4,14 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <string_view>
 
 #include "mesh/base/errors.h"
 #include "mesh/mesh.h"
+#include "tests/fuzz/sentence_laws.h"
 
 namespace lumatlas {
-
-inline void require(bool law) {
-  if (!law) std::abort();
-}
 
 template <typename Parse>
 void check_soup_laws(Parse parse, const std::uint8_t* data, std::size_t size) {

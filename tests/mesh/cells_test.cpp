@@ -129,6 +129,15 @@ Mesh rough_plane(std::uint32_t quads, float side, float noise) {
   return mesh;
 }
 
+TEST_CASE("faces without area add nothing to their cell") {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}};
+  mesh.faces = {{0, 1, 2}, {0, 1, 3}, {2, 2, 1}};
+  const Cells cells = measure_cells(mesh, {0, 0, 0}, 1);
+  REQUIRE(cells.cells.size() == 1);
+  CHECK(cells.cells[0].area == Approx(0.5));
+}
+
 TEST_CASE("clusters of a plane are compact and have about the target area") {
   for (const double size : {0.05, 0.1, 0.2}) {
     const Mesh mesh = plane(150, 1);

@@ -218,6 +218,16 @@ TEST_CASE("PLY: bytes that the header does not declare are refused, but for empt
                     "header is wrong or the file damaged");
 }
 
+TEST_CASE("PLY: the sentence about bytes that no record takes stays short, however many elements are declared") {
+  std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+  header += "element face 1\nproperty list uchar int vertex_indices\n";
+  for (int i = 0; i < 50; ++i) header += "element nothing" + std::to_string(i) + " 0\n";
+  check_refused_ply(header + "end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\nrest\n",
+                    "5 bytes follow after all records that its header declares, 3 of 'vertex' and 1 of 'face' and 0 of "
+                    "'nothing0' and more; the header is wrong or the file damaged");
+}
+
 TEST_CASE("PLY: vertex numbers of every type") {
   const char* const type = GENERATE("char", "ushort", "uint", "float", "double");
   const Encoding encoding = GENERATE(from_range(kEncodings));

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -28,8 +29,7 @@ std::string listed(std::initializer_list<std::string_view> words) {
 std::string reason_of(const json::exception& error) {
   std::string reason = error.what();
   if (const std::size_t start = reason.find("] "); start != std::string::npos) reason.erase(0, start + 2);
-  std::replace(reason.begin(), reason.end(), '\n', ' ');
-  return reason;
+  return short_reason(reason);
 }
 
 // Shows each event of the parser to `look`, which may throw.

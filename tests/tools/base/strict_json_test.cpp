@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <string>
 
 #include "mesh/base/errors.h"
@@ -43,6 +44,25 @@ TEST_CASE("a JSON file that is none is named, in one line") {
   CHECK_THROWS_WITH(read_json(folder.with_file("a.json", "[1] // one")), Catch::Contains("is not JSON"));
   CHECK(read_json_with_comments(folder.with_file("a.json", "[1] // one")) == nlohmann::json{1});
   CHECK_THROWS_WITH(read_json(folder / "b.json"), (folder / "b.json").string() + ": no such file");
+}
+
+// The library quotes what it read last, such as a comment that does not end.
+TEST_CASE("the sentence about a file that is no JSON does not quote all of the file") {
+  const TemporaryFolder folder;
+  std::string text = "/* ";
+  for (int i = 0; i < 1000; ++i) text += "\u00e9";
+  const std::filesystem::path file = folder.with_file("a.json", text);
+  for (const bool comments : {false, true}) {
+    try {
+      (void)(comments ? read_json_with_comments(file) : read_json(file));
+      FAIL("accepted");
+    } catch (const InputError& error) {
+      const std::string sentence = error.what();
+      CHECK(sentence.size() < file.string().size() + 250);
+      CHECK_THAT(sentence, Catch::StartsWith(file.string() + ": is not JSON: "));
+      CHECK_NOTHROW(nlohmann::json(sentence).dump());  // whole characters
+    }
+  }
 }
 
 TEST_CASE("a pipe in a JSON file's place is refused, and not waited for") {

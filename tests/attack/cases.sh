@@ -1,0 +1,246 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# One function for each kind of attack. Each has an empty folder, $case_folder.
+
+kinds=(scene_files kill text_scene model_files limits model_json streams notes_json full_disk options glb locale file_size kill_picture small_disk)
+
+# use_scene FOLDER: what people do with a scene.
+use_scene() {
+  below 3
+  case $chosen in
+    0) run "" inspect "$1" --quiet ;;
+    *)
+      local target=$case_folder/model
+      put_earlier "$target"
+      run "" build "$1" -o "$target" "${build_options[@]}"
+      judge_earlier "$target"
+      ;;
+  esac
+  judge
+  no_leftovers "$case_folder"
+}
+
+# use_model MODEL: what people do with a model.
+use_model() {
+  below 5
+  case $chosen in
+    0 | 1 | 2) run "" inspect "$1" ;;
+    3) run "" render "$1" --orbit --frames 1 --width 32 --height 24 --quiet -o "$case_folder/pictures" ;;
+    4) run "" validate "$1" --views "$work/base/scene" --quiet ;;
+  esac
+  judge
+  no_leftovers "$case_folder"
+}
+
+damage_sometimes_twice() {
+  damage "$@"
+  below 3
+  if [ "$chosen" -eq 0 ]; then damage "$@"; fi
+}
+
+case_scene_files() {
+  cp -r "$work/base/scene" "$case_folder/scene"
+  below 2
+  if [ "$chosen" -eq 0 ]; then
+    damage_sometimes_twice "$case_folder/scene"
+  else
+    damage_sometimes_twice "$case_folder/scene" 'cameras.bin' 'images.bin' '*.ply'
+  fi
+  use_scene "$case_folder/scene"
+}
+
+case_text_scene() {
+  cp -r "$work/base/text" "$case_folder/scene"
+  one_file "$case_folder/scene" cameras.txt images.txt
+  hostile_text "$chosen"
+  use_scene "$case_folder/scene"
+}
+
+case_model_files() {
+  cp -r "$work/base/model" "$case_folder/model"
+  damage_sometimes_twice "$case_folder/model"
+  use_model "$case_folder/model"
+}
+
+case_model_json() {
+  cp -r "$work/base/model" "$case_folder/model"
+  hostile_json "$case_folder/model/scene.gltf"
+  use_model "$case_folder/model"
+}
+
+case_notes_json() {
+  cp -r "$work/base/model" "$case_folder/model"
+  one_file "$case_folder/model" plan.json lumatlas.json
+  hostile_json "$chosen"
+  use_model "$case_folder/model"
+}
+
+case_glb() {
+  cp "$work/base/model.glb" "$case_folder/model.glb"
+  damage_sometimes_twice "$case_folder" model.glb
+  use_model "$case_folder/model.glb"
+}
+
+# soon MILLISECONDS: leaves a moment within these in `moment`, as timeout(1) wants it.
+soon() {
+  below "$1"
+  printf -v moment '%d.%03d' $((chosen / 1000)) $((chosen % 1000))
+}
+
+# Sends one of the signals after a while, and once: timeout would send it to a whole group otherwise.
+kill_later() {
+  one_of KILL TERM INT HUP
+  sent=$chosen
+  soon "$1"
+  how=(timeout --preserve-status --foreground -s "$sent" -k 15 "$moment")
+}
+
+case_kill() {
+  local target
+  one_of model model.glb
+  target=$case_folder/$chosen
+  put_earlier "$target"
+  kill_later 1500
+  run "" build "$work/base/scene" -o "$target" "${build_options[@]}"
+  how=(timeout -k 5 60)
+  judge "$sent"
+  judge_earlier "$target"
+  if [ "$sent" != KILL ]; then no_leftovers "$case_folder"; fi
+  judge_next_build "$target"
+}
+
+case_kill_picture() {
+  kill_later 2500
+  one_of synth render
+  case $chosen in
+    synth) run "" synth wall -o "$case_folder/made" --photographs 20 --width 96 --height 64 --quiet ;;
+    render) run "" render "$work/base/model" --orbit --frames 20 --width 160 --height 120 --quiet -o "$case_folder/made" ;;
+  esac
+  how=(timeout -k 5 60)
+  judge "$sent"
+  if [ "$sent" != KILL ]; then
+    no_leftovers "$case_folder"
+    if [ "$status" -ne 0 ] && [ -e "$case_folder/made" ]; then complain "half an output stands at its place"; fi
+  fi
+}
+
+case_limits() {
+  local surroundings target=$case_folder/model
+  put_earlier "$target"
+  below 4
+  case $chosen in
+    0 | 1) below 4000000; surroundings="ulimit -v $((chosen + 20000))" ;;
+    2) below 8000; surroundings="ulimit -s $((chosen + 200))" ;;
+    3) below 60; surroundings="ulimit -n $((chosen + 3))" ;;
+  esac
+  run "$surroundings" build "$work/base/scene" -o "$target" "${build_options[@]}"
+  judge_started
+  judge_earlier "$target"
+  judge_next_build "$target"
+}
+
+case_streams() {
+  local surroundings target=$case_folder/model
+  put_earlier "$target"
+  one_of '>&-' '2>&-' '<&-' '>&- 2>&- <&-' '>/dev/full' '2>/dev/full' '> >(exit)' '2> >(exit)' '</dev/zero'
+  surroundings="exec $chosen"
+  one_of --json --verbose
+  run "$surroundings" build "$work/base/scene" -o "$target" --refine none "$chosen"
+  # Without a whole stderr there is nothing to be judged but the status.
+  if [[ $surroundings == *2\>* && $status == 1 ]]; then count "exit 1"; else judge_loud PIPE; fi
+  judge_earlier "$target"
+  judge_next_build "$target"
+}
+
+# As judge, of a run that tells its progress too: the last line is the sentence.
+judge_loud() {
+  tail -n 1 "$case_folder/err" >"$case_folder/err.last" && mv "$case_folder/err.last" "$case_folder/err"
+  judge "$@"
+}
+
+# A limit on the size of files, which stands for a disk that becomes full: one kilobyte at least, for the sentence. The signal that comes with it is sent by the
+# system.
+case_file_size() {
+  local trap_it target
+  one_of model model.glb
+  target=$case_folder/$chosen
+  put_earlier "$target"
+  one_of "trap '' XFSZ" :
+  trap_it=$chosen
+  below 120
+  run "$trap_it; ulimit -f $((chosen + 1))" build "$work/base/scene" -o "$target" "${build_options[@]}"
+  judge XFSZ
+  judge_earlier "$target"
+  judge_next_build "$target"
+}
+
+case_full_disk() {
+  local trap_it="trap '' XFSZ"
+  below 60
+  local blocks=$chosen
+  one_of synth render build
+  case $chosen in
+    synth) run "$trap_it; ulimit -f $((1 + blocks / 8))" synth wall -o "$case_folder/made" --photographs 2 --width 96 --height 64 --quiet ;;
+    render) run "$trap_it; ulimit -f $((1 + blocks / 8))" render "$work/base/model" --orbit --frames 2 --width 96 --height 64 --quiet -o "$case_folder/made" ;;
+    build) run "$trap_it; ulimit -f $((1 + blocks))" build "$work/base/scene" -o "$case_folder/made" "${build_options[@]}" ;;
+  esac
+  judge
+  if [ "$status" -ne 0 ] && [ -e "$case_folder/made" ]; then complain "half an output stands at its place"; fi
+  no_leftovers "$case_folder"
+}
+
+# A file system that has room for the earlier model, and by chance for another one or a part of it, where mounting one is
+# allowed.
+case_small_disk() {
+  local target=$disk/model kilobytes
+  mkdir -p "$disk"
+  kilobytes=$(du -sk "$work/base/earlier" | cut -f 1)
+  below $((2 * kilobytes))
+  kilobytes=$((kilobytes + 100 + chosen))
+  if ! mount -t tmpfs -o size="${kilobytes}k" lumatlas-attack "$disk" 2>/dev/null; then
+    count "not run: mount"
+    return
+  fi
+  put_earlier "$target"
+  run "" build "$work/base/scene" -o "$target" "${build_options[@]}"
+  judge
+  judge_earlier "$target"
+  no_leftovers "$disk"
+  umount "$disk"
+}
+
+case_locale() {
+  local surroundings target=$case_folder/model name
+  one_of garbage C POSIX tr_TR.UTF-8 de_DE.UTF-8 ja_JP.eucJP $(locale -a) "$(printf '%0500d' 0)" ../../etc ''
+  name=$chosen
+  one_of ":" "export TZ=garbage" "unset HOME PATH" "export TMPDIR=/nowhere" "export OMP_NUM_THREADS=-1 COLUMNS=-5" \
+    "export OPENIMAGEIO_OPTIONS=threads=-1,x" "cd /; umask 777"
+  surroundings="export LANG=$(printf %q "$name") LC_ALL=$(printf %q "$name"); $chosen"
+  if [[ $chosen == *umask* ]]; then surroundings=${surroundings/umask 777/umask 077}; fi
+  run "$surroundings" build "$work/base/scene" -o "$target" "${build_options[@]}"
+  judge
+  if [ "$status" -ne 0 ]; then
+    complain "surroundings that are none of its business stop it"
+  elif ! cmp -s "$target/scene.bin" "$work/base/model/scene.bin"; then
+    complain "another model than elsewhere"
+  fi
+}
+
+# Values that nobody would give: exit 2 with a sentence, unless they happen to be good.
+case_options() {
+  local options=(--max-views --cell-size --references --hold --block --seed --max-cells --tile-size --ideal-distance
+    --loss --budget --refine --metric --image --quality --order)
+  local option value
+  one_of "${options[@]}"
+  option=$chosen
+  one_of 0 -1 1 2 nan inf 1e309 1e-300 99999999999999999999 '' ' ' x '1 2' 0x10 ../.. $'\xff' $'a\nb' none all auto 1KiB
+  value=$chosen
+  run "" build "$work/base/scene" -o "$case_folder/model" "${build_options[@]}" "$option=$value"
+  if [ "$status" -eq 2 ]; then
+    count "exit 2"
+    if ! [ -s "$case_folder/err" ]; then complain "exit 2 without a word"; fi
+    if [ -e "$case_folder/model" ]; then complain "exit 2 and an output"; fi
+  else
+    judge
+  fi
+  no_leftovers "$case_folder"
+}
