@@ -13,6 +13,7 @@
 #include "blend/photograph_array.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
+#include "planner/tile_choice.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"
@@ -55,7 +56,7 @@ TEST_CASE("the shader agrees with the CPU reference where only some tiles are re
   if (!context) return;
   const Snapshot all = room_snapshot(12, {}, {16, 2, 0});
   const std::uint32_t most = all.tiles.resident_tiles() / 3;
-  const Snapshot some = room_snapshot(12, {}, {16, 2, most});
+  const Snapshot some = room_snapshot(12, {}, {16, 2, most}, choose_tiles);
   REQUIRE(some.tiles.resident_tiles() == most);
   const auto visibility = make_ray_visibility(some.surface->mesh);
   Renderer renderer(*context);
@@ -78,7 +79,7 @@ TEST_CASE("an array takes no more than its budget") {
   for (const std::uint64_t budget : {20'000ull, 150'000ull, 1'000'000ull, 9'000'000ull}) {
     TileOptions layout{16, 2, 0};
     layout.max_tiles = slots_within(budget, layout);
-    const Snapshot snapshot = room_snapshot(8, {}, layout);
+    const Snapshot snapshot = room_snapshot(8, {}, layout, choose_tiles);
     CHECK(array_bytes(snapshot) <= budget);
     CHECK(array_bytes(snapshot) > budget * 3 / 4);
   }

@@ -14,6 +14,7 @@
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "planner/planner.h"
+#include "planner/tile_choice.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/small_scenes.h"
 
@@ -39,7 +40,7 @@ class PlannerThread {
   explicit PlannerThread(const TileOptions& layout)
       : surface_(room_surface()),
         visibility_(make_ray_visibility(surface_->mesh)),
-        atlas_(surface_, kCapacity, layout) {
+        atlas_(surface_, kCapacity, layout, choose_tiles) {
     thread_ = std::thread([this] { plan(); });
   }
   ~PlannerThread() { wait(); }

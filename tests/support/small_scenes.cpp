@@ -3,10 +3,10 @@
 
 #include <cmath>
 #include <glm/glm.hpp>
+#include <utility>
 
 #include "mesh/cells.h"
 #include "mesh/visibility.h"
-#include "planner/tile_choice.h"
 
 namespace lumatlas {
 
@@ -72,10 +72,11 @@ Photograph pattern_photograph(const Camera& camera, std::size_t seed) {
   return photograph;
 }
 
-std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options, const TileOptions& layout) {
+std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options, const TileOptions& layout,
+                                  TilePolicy policy) {
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
-  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout, choose_tiles);
+  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout, std::move(policy));
   std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
   for (std::size_t number = 0; number < views; ++number) {
     const Camera camera = room_camera(number);
@@ -91,8 +92,9 @@ std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& opti
   return atlas;
 }
 
-Snapshot room_snapshot(std::size_t views, const ValidityOptions& options, const TileOptions& layout) {
-  return room_atlas(views, options, layout)->snapshot();
+Snapshot room_snapshot(std::size_t views, const ValidityOptions& options, const TileOptions& layout,
+                       TilePolicy policy) {
+  return room_atlas(views, options, layout, std::move(policy))->snapshot();
 }
 
 }  // namespace lumatlas

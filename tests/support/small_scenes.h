@@ -19,10 +19,11 @@ namespace lumatlas {
 // Smooth, different at every pixel and for every seed.
 [[nodiscard]] Photograph pattern_photograph(const Camera& camera, std::size_t seed);
 
-// The first `views` cameras of the walk, all stored, every cell referring to each view that sees it.
+// The first `views` cameras of the walk, all stored, every cell referring to each view that sees it. A layout
+// that has not room for all tiles needs a policy.
 [[nodiscard]] std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& options,
-                                                const TileOptions& layout = kWholeViews);
+                                                const TileOptions& layout = kWholeViews, TilePolicy policy = {});
 [[nodiscard]] Snapshot room_snapshot(std::size_t views, const ValidityOptions& options,
-                                     const TileOptions& layout = kWholeViews);
+                                     const TileOptions& layout = kWholeViews, TilePolicy policy = {});
 
 }  // namespace lumatlas
