@@ -17,10 +17,8 @@ function(lumatlas_compile_options target)
     target_compile_options(${target} PUBLIC -fsanitize=${LUMATLAS_SANITIZE} -fno-omit-frame-pointer
                                             -fno-sanitize-recover=all)
     target_link_options(${target} PUBLIC -fsanitize=${LUMATLAS_SANITIZE})
-    # GCC's documentation warns of false alarms from these in sanitized code.
-    if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-      target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized -Wno-array-bounds)
-    endif()
+    # GCC's documentation warns of false alarms from this one in sanitized code.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   endif()
 endfunction()
 
