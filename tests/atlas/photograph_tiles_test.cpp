@@ -10,16 +10,13 @@
 
 #include "atlas/atlas.h"
 #include "atlas/tiles.h"
+#include "tests/support/random_stream.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {
 
 constexpr TileOptions kSmallTiles{8, 2, 0};
-
-std::uint32_t below(std::uint32_t end, std::mt19937& random) {
-  return static_cast<std::uint32_t>(random() % end);
-}
 
 std::string refusal_of(const TileOptions& options) {
   try {
@@ -179,41 +176,6 @@ TEST_CASE("tiles that stay keep their slots, others give theirs back, and none i
   CHECK_THROWS_AS(slots.assign(too_many, tiles_of_view), std::logic_error);
 }
 
-// Offers views at random and drops others, as a planner would.
-struct Stream {
-  explicit Stream(const TileOptions& layout)
-      : surface(wall_and_panel(9)), visibility(make_ray_visibility(surface->mesh)), atlas(surface, 6, layout) {}
-
-  void step(std::mt19937& random) {
-    if (atlas.size() == atlas.capacity() || (atlas.size() > 0 && below(3, random) == 0)) drop(below(6, random));
-    std::uniform_real_distribution<double> place(-0.4, 0.4);
-    const Camera camera = oblique_camera(33 + below(20, random), 30 + below(20, random), place(random),
-                                         {place(random), place(random), place(random)});
-    TiledView tiled = make_tiled_view("view", camera, position_photograph(camera.width, camera.height),
-                                      visibility->trace(camera), surface->cells, atlas.layout(), {});
-    const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-    for (std::uint32_t cell = 0; cell < 9; ++cell) {
-      std::vector<std::uint32_t> slots = atlas.references(cell);
-      if (below(2, random) == 0) slots.push_back(slot);
-      atlas.set_references(cell, slots);
-    }
-  }
-
-  void drop(std::uint32_t slot) {
-    if (!atlas.view(slot)) return drop((slot + 1) % 6);
-    for (std::uint32_t cell = 0; cell < 9; ++cell) {
-      std::vector<std::uint32_t> slots = atlas.references(cell);
-      std::erase(slots, slot);
-      atlas.set_references(cell, slots);
-    }
-    atlas.erase(slot);
-  }
-
-  std::shared_ptr<const Surface> surface;
-  std::unique_ptr<Visibility> visibility;
-  Atlas atlas;
-};
-
 TEST_CASE("each rule of cutting views into tiles is checked by name") {
   CHECK_THROWS_MATCHES(TileGrid(8, 8, 0), std::invalid_argument,
                        Catch::Message("tiles: tile_px is 0, must be above 0 to cut an image"));
@@ -242,7 +204,7 @@ TEST_CASE("each rule of cutting views into tiles is checked by name") {
 }
 
 TEST_CASE("tiles follow their cells when these are numbered anew") {
-  Stream stream({8, 2, 0});
+  RandomStream stream({8, 2, 0});
   std::mt19937 random(3);
   for (int step = 0; step < 8; ++step) stream.step(random);
   const std::uint32_t before = stream.atlas.snapshot().tiles.resident_tiles();

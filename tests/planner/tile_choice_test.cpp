@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "atlas/atlas.h"
+#include "tests/support/random_stream.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -393,50 +394,9 @@ TEST_CASE("what nobody asks for is not resident, however much room there is") {
   CHECK(store.chosen(100'000).empty());
 }
 
-std::uint32_t below(std::uint32_t end, std::mt19937& random) {
-  return std::uniform_int_distribution<std::uint32_t>(0, end - 1)(random);
-}
-
-// Offers views at random and drops others, as a planner would.
-struct Stream {
-  explicit Stream(const TileOptions& layout)
-      : surface(wall_and_panel(9)),
-        visibility(make_ray_visibility(surface->mesh)),
-        atlas(surface, 6, layout, choose_tiles) {}
-
-  void step(std::mt19937& random) {
-    if (atlas.size() == atlas.capacity() || (atlas.size() > 0 && below(3, random) == 0)) drop(below(6, random));
-    std::uniform_real_distribution<double> place(-0.4, 0.4);
-    const Camera camera = oblique_camera(33 + below(20, random), 30 + below(20, random), place(random),
-                                         {place(random), place(random), place(random)});
-    TiledView tiled = make_tiled_view("view", camera, position_photograph(camera.width, camera.height),
-                                      visibility->trace(camera), surface->cells, atlas.layout(), {});
-    const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-    for (std::uint32_t cell = 0; cell < 9; ++cell) {
-      std::vector<std::uint32_t> slots = atlas.references(cell);
-      if (below(2, random) == 0) slots.push_back(slot);
-      atlas.set_references(cell, slots);
-    }
-  }
-
-  void drop(std::uint32_t slot) {
-    if (!atlas.view(slot)) return drop((slot + 1) % 6);
-    for (std::uint32_t cell = 0; cell < 9; ++cell) {
-      std::vector<std::uint32_t> slots = atlas.references(cell);
-      std::erase(slots, slot);
-      atlas.set_references(cell, slots);
-    }
-    atlas.erase(slot);
-  }
-
-  std::shared_ptr<const Surface> surface;
-  std::unique_ptr<Visibility> visibility;
-  Atlas atlas;
-};
-
 TEST_CASE("a store never has more tiles resident than its array, and refers to none that is not") {
   for (const std::uint32_t most : {1u, 7u, 40u}) {
-    Stream stream({8, 2, most});
+    RandomStream stream({8, 2, most}, choose_tiles);
     std::mt19937 random(most);
     bool was_full = false;
     for (int step = 0; step < 60; ++step) {
