@@ -28,9 +28,9 @@ glm::vec3 unit_or_zero(const glm::dvec3& v) {
 }  // namespace
 
 ClusterMesh::ClusterMesh(const Mesh& mesh, std::span<const FaceGeometry> geometry, double cell_size)
-    : faces_(mesh.faces.size()) {
+    : neighbors_(mesh.faces.size()), faces_(mesh.faces.size()) {
   constexpr double kNormalSmoothing = 1.0 / 6;  // small against a cell, several faces of a dense scan
-  connect(mesh, connectivity_);
+  find_neighbors(mesh);
   for_each_face(faces_.size(), [&](std::size_t i) {
     const glm::uvec3& face = mesh.faces[i];
     const glm::dvec3 a(mesh.positions[face.x]);
@@ -39,6 +39,19 @@ ClusterMesh::ClusterMesh(const Mesh& mesh, std::span<const FaceGeometry> geometr
     faces_[i] = {(a + b + c) / 3.0, geometry[i].normal, static_cast<float>(geometry[i].area)};
   });
   smooth_normals(kNormalSmoothing * cell_size);
+}
+
+void ClusterMesh::find_neighbors(const Mesh& mesh) {
+  OpenMesh::TriConnectivity connectivity;
+  connect(mesh, connectivity);
+  for_each_face(neighbors_.size(), [&](std::size_t face) {
+    auto halfedge = connectivity.halfedge_handle(OpenMesh::FaceHandle(static_cast<int>(face)));
+    for (std::uint32_t& neighbor : neighbors_[face]) {
+      halfedge = connectivity.next_halfedge_handle(halfedge);
+      const auto across = connectivity.face_handle(connectivity.opposite_halfedge_handle(halfedge));
+      neighbor = across.is_valid() ? static_cast<std::uint32_t>(across.idx()) : kNoFace;
+    }
+  });
 }
 
 // Each pass carries a normal to the next neighbours; after k passes it has reached about sqrt(k) of them.

@@ -2,7 +2,7 @@
 // Internal to mesh/: the surface over which clusters grow, from face to face across OpenMesh's halfedges.
 #pragma once
 
-#include <OpenMesh/Core/Mesh/TriConnectivity.hh>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
@@ -12,6 +12,7 @@
 
 #include "mesh/face_geometry.h"
 #include "mesh/mesh.h"
+#include "mesh/visibility.h"  // kNoFace
 
 namespace lumatlas {
 
@@ -39,34 +40,21 @@ class ClusterMesh {
   // first corner to its second. Edges that are not manifold are boundaries (halfedge_mesh.h).
   template <typename Visit>
   void for_each_neighbor(std::uint32_t face, const Visit& visit) const {
-    auto halfedge = connectivity_.halfedge_handle(face_handle(face));
-    for (int edge = 0; edge < 3; ++edge) {
-      halfedge = connectivity_.next_halfedge_handle(halfedge);
-      const auto across = connectivity_.face_handle(connectivity_.opposite_halfedge_handle(halfedge));
-      if (across.is_valid()) visit(static_cast<std::uint32_t>(across.idx()));
+    for (const std::uint32_t neighbor : neighbors_[face]) {
+      if (neighbor != kNoFace) visit(neighbor);
     }
   }
 
-  // Growing waits for memory more than it works. These ask the processor for what for_each_neighbor() will read of a
-  // face; each reads what the one before asked for, so that some work should lie between.
-  void prefetch_halfedge(std::uint32_t face) const { __builtin_prefetch(&connectivity_.face(face_handle(face))); }
-  void prefetch_first_edge(std::uint32_t face) const {
-    prefetch_edge(connectivity_.halfedge_handle(face_handle(face)));
-  }
-  void prefetch_other_edges(std::uint32_t face) const {
-    const auto halfedge = connectivity_.halfedge_handle(face_handle(face));
-    prefetch_edge(connectivity_.next_halfedge_handle(halfedge));
-    prefetch_edge(connectivity_.prev_halfedge_handle(halfedge));
-  }
+  // Growing waits for memory more than it works. This asks the processor for what for_each_neighbor() will read.
+  void prefetch_neighbors(std::uint32_t face) const { __builtin_prefetch(&neighbors_[face]); }
 
  private:
-  [[nodiscard]] static OpenMesh::FaceHandle face_handle(std::uint32_t face) {
-    return OpenMesh::FaceHandle(static_cast<int>(face));
-  }
-  void prefetch_edge(OpenMesh::HalfedgeHandle halfedge) const { __builtin_prefetch(&connectivity_.halfedge(halfedge)); }
+  void find_neighbors(const Mesh& mesh);
   void smooth_normals(double radius);
 
-  OpenMesh::TriConnectivity connectivity_;
+  // Across each edge of a face, kNoFace at a boundary. Read once from OpenMesh's opposite halfedges, because growing
+  // visits every face several times and a walk over halfedges waits for memory at every step.
+  std::vector<std::array<std::uint32_t, 3>> neighbors_;
   std::vector<ClusterFace> faces_;
 };
 

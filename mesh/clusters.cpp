@@ -153,13 +153,10 @@ std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Ce
   BucketQueue queue;
   for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
   for (BucketQueue::Entry entry{}; queue.pop(entry);) {
-    surface.prefetch_halfedge(queue.upcoming_face(24));
-    surface.prefetch_first_edge(queue.upcoming_face(18));
-    const std::uint32_t soon = queue.upcoming_face(12);
-    if (labels[soon] == kNoCluster) surface.prefetch_other_edges(soon);
-    const std::uint32_t sooner = queue.upcoming_face(6);
-    if (labels[sooner] == kNoCluster) {
-      surface.for_each_neighbor(sooner, [&](std::uint32_t neighbor) { __builtin_prefetch(&surface[neighbor]); });
+    surface.prefetch_neighbors(queue.upcoming_face(12));
+    const std::uint32_t soon = queue.upcoming_face(6);
+    if (labels[soon] == kNoCluster) {
+      surface.for_each_neighbor(soon, [&](std::uint32_t neighbor) { __builtin_prefetch(&surface[neighbor]); });
     }
     if (labels[entry.face] != kNoCluster) continue;
     labels[entry.face] = entry.cluster;
