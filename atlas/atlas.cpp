@@ -35,7 +35,7 @@ void require_previous_cells(std::span<const std::uint32_t> previous_cell, std::s
   }
 }
 
-// By cell of the surface before: which it is now.
+// For each cell of the surface before, which cell it is now.
 std::vector<std::vector<std::uint32_t>> cells_that_were(std::span<const std::uint32_t> previous_cell,
                                                         std::size_t cells_before) {
   std::vector<std::vector<std::uint32_t>> now(cells_before);
@@ -66,7 +66,7 @@ const SharedShownCells& nothing_shown() {
   return nothing;
 }
 
-// What can be told of a view without a look at the store.
+// Checks of a view that need no look at the store, and so no lock.
 void check_view(const StoredView& view, std::span<const ShownCell> shown, const TileOptions& layout) {
   check(view);
   require_shown_cells_of(view.name, view.camera, shown, layout);

@@ -92,7 +92,7 @@ void SnapshotMaker::flatten_references() {
   }
 }
 
-// Those that show some cell which refers to their view, ascending.
+// The tiles that show some cell which refers to their view, in ascending order.
 std::vector<std::uint32_t> SnapshotMaker::needed_tiles(std::uint32_t slot) const {
   std::vector<std::uint32_t> needed;
   for (const ShownCell& part : *store_.shown[slot]) {

@@ -43,7 +43,7 @@ void for_each_row(std::uint32_t height, const Row& row) {
                     });
 }
 
-// Depths differ so little within a rectangle, kept inside the image, that no pair of them is an edge.
+// Whether the depths of a rectangle, clipped to the image, differ so little that no two of them make an edge.
 bool without_edges(std::span<const float> depth, int width, int height, int left, int top, int right, int bottom,
                    double depth_edge) {
   float least = std::numeric_limits<float>::infinity();
@@ -60,7 +60,7 @@ bool without_edges(std::span<const float> depth, int width, int height, int left
   return finite && static_cast<double>(most - least) <= depth_edge * least;
 }
 
-// What depth edges, and they alone, make of each pixel.
+// The part of the validity masks that follows from depth edges alone.
 class DepthEdges {
  public:
   DepthEdges(const Photograph& photograph, std::span<const float> depth, const ValidityOptions& options)
@@ -155,7 +155,7 @@ class DepthEdges {
   const ValidityOptions& options_;
 };
 
-// 1 where the lens shows something.
+// 1 for pixels of which undistortion knows a colour: the lens shows something there.
 std::vector<std::uint8_t> lens_image(const Photograph& photograph) {
   if (photograph.valid.empty()) return std::vector<std::uint8_t>(std::size_t{photograph.width} * photograph.height, 1);
   std::vector<std::uint8_t> usable(photograph.valid.size());
@@ -195,7 +195,7 @@ std::vector<std::uint8_t> rising_to(int limit) {
   return mask;
 }
 
-// The usable pixels' mask, rising over the fade.
+// The mask of usable pixels, which rises from their border inwards over the length of the fade.
 std::vector<std::uint8_t> faded(const std::vector<std::uint8_t>& usable, const Photograph& photograph,
                                 std::uint32_t fade_px) {
   const int width = static_cast<int>(photograph.width);

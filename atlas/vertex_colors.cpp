@@ -34,7 +34,7 @@ void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t v
   samples.push_back({vertex & 0x7fffffffu, view.at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.validity[pixel]});
 }
 
-// By ascending vertex.
+// In ascending order of the vertices.
 std::vector<VertexSample> samples_of(const StoredView& view, const Mesh& mesh) {
   const std::size_t vertices = mesh.positions.size();
   std::vector<std::vector<VertexSample>> parts((vertices + kBlock - 1) / kBlock);
@@ -52,7 +52,7 @@ std::vector<VertexSample> samples_of(const StoredView& view, const Mesh& mesh) {
   return samples;
 }
 
-// Linear colour times its weight, and the weight.
+// The linear colour of a sample times its weight, and the weight.
 glm::vec4 weighted(const VertexSample& sample, const glm::vec3& gain) {
   const auto& linear = linear_from_srgb8();
   float weight = static_cast<float>(sample.validity) / 255.0f;
@@ -68,12 +68,12 @@ glm::u8vec3 srgb_of(const glm::vec4& sum) {
   return color;
 }
 
-// Of a vertex that has no colour of any view.
+// The colour of a vertex that no view has coloured.
 glm::u8vec3 own_color(const Mesh& mesh, std::size_t vertex) {
   return mesh.colors.empty() ? glm::u8vec3(kMidGrey) : mesh.colors[vertex];
 }
 
-// Colours a mesh outwards from its coloured vertices, those of non-zero weight.
+// Spreads colours outwards over a mesh from its coloured vertices, those whose weight is not zero.
 class Spreading {
  public:
   Spreading(const Mesh& mesh, const VertexFaces& faces, std::vector<glm::vec4>& colors)
@@ -191,7 +191,8 @@ void VertexColors::mark_blocks_of(const Shown& shown) {
   for (const VertexSample& sample : shown.samples) marked_[sample.vertex / kBlock] = 1;
 }
 
-// By ascending slot at each vertex, so that rounding is the same whatever came before.
+// At each vertex samples are added in ascending order of their slots, so that rounding is the same whatever came
+// before.
 void VertexColors::sum_marked_blocks() {
   const auto before = [](const VertexSample& sample, std::size_t vertex) { return sample.vertex < vertex; };
   tbb::parallel_for(std::size_t{0}, marked_.size(), [&](std::size_t block) {
@@ -219,7 +220,7 @@ void VertexColors::color_marked_blocks() {
   });
 }
 
-// Of the vertices without a colour of their own those are coloured that another colour than before has been spread to.
+// Of the vertices without a colour of their own, changes only those to which another colour than before has spread.
 void VertexColors::spread() {
   const auto has_none = [](const glm::vec4& sum) { return !(sum.w > 0); };
   if (std::none_of(sums_.begin(), sums_.end(), has_none)) {

@@ -19,14 +19,16 @@ double max_cell_coverage(const CoverageOptions& options) {
 
 constexpr Requirement require{"coverage"};
 
-// pix_total of section 3.2. A_px is one pixel's area at unit distance, 1 / (fx fy); A_cell a cell's face, size^2.
+// pix_total of section 3.2. There A_px is the area of one pixel at unit distance, 1 / (fx fy), and A_cell that of one
+// side of a voxel, here the square of the cell size.
 double total_pixels(const Cell& cell, double cell_size, double distance, const Camera& camera) {
   const double a_px = 1 / (camera.fx * camera.fy);
   const double projected = std::min(cell.area, cell_size * cell_size) / (distance * distance);
   return std::max(projected, a_px) / a_px;
 }
 
-// The largest cosine between views[index] and those of the references that it is compared with, if there are any.
+// The largest cosine between the direction of views[index] and those of the references that it is compared with.
+// `alone` if there are none.
 struct Nearest {
   double gamma = -1;
   bool alone = true;

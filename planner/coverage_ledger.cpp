@@ -15,8 +15,8 @@ namespace lumatlas {
 
 namespace {
 
-// Cells are worked on in this many parts, whatever the number of threads, and the parts' sums are added in their order:
-// so that sums are the same for any number of threads.
+// Cells are worked on in this many parts, whatever the number of threads, and the parts' sums are added in order, so
+// that rounding is the same for any number of threads.
 constexpr std::size_t kParts = 16;
 
 constexpr Requirement require{"coverage"};
@@ -100,7 +100,7 @@ double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std:
     gain += coverage_->value_by_definition(entry.cell, gone, &entry.part) - coverage_->value(entry.cell);
     cells.push_back(entry.cell);
   }
-  // What is lost where the newcomer sees nothing, each cell once.
+  // Add what is lost in the cells that the newcomer does not see. Each counts once, however many of the views see it.
   std::vector<std::uint32_t> others;
   for (const std::uint32_t slot : gone) {
     for (const CellPart& entry : parts_[slot]) others.push_back(entry.cell);
@@ -115,7 +115,7 @@ double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std:
   return gain;
 }
 
-// By how much scov and each slot's loss change, by part of the cells.
+// By how much scov and each slot's loss change, one sum for each part of the cells.
 struct CoverageLedger::Changes {
   explicit Changes(std::size_t slots) {
     for (std::vector<double>& part : losses) part.resize(slots);
@@ -131,7 +131,7 @@ void CoverageLedger::add(const Changes& changes) {
   }
 }
 
-// Changes the cells of the parts and brings up to date what depends on them.
+// Calls change() for each cell of `parts`, and brings scov and the slots' losses up to date.
 template <typename Change>
 void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change& change) {
   Changes changes(loss_.size());

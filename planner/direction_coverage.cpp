@@ -88,7 +88,7 @@ DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptio
   }
 }
 
-// A cell that no view was offered of.
+// The state of a cell that no offered view has seen yet.
 DirectionCoverage::State DirectionCoverage::empty_state() const {
   State state;
   state.weight = options_.demand ? 0 : 1;
@@ -96,7 +96,8 @@ DirectionCoverage::State DirectionCoverage::empty_state() const {
   return state;
 }
 
-// cov_p at the cell's ideal distance: of what is kept, so that it is the same whenever it is computed.
+// cov_p at the cell's ideal distance. It is computed from the member's stored single-precision values alone, so that it
+// is the same whenever it is computed again.
 float DirectionCoverage::positional(std::uint32_t cell, const Member& member) const {
   const double ideal_distance = cells_[cell].ideal_distance;
   if (!(ideal_distance > 0)) return 0;
@@ -135,7 +136,7 @@ void DirectionCoverage::qualities(std::uint32_t cell, const Member& member, cons
   for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s], kernel);
 }
 
-// By how much a view of that quality would raise what one direction is worth.
+// By how much a view of that quality would raise the value of one direction, whose best views are `best`.
 double DirectionCoverage::rise(std::span<const Served> best, float quality) const {
   const std::size_t ranks = rank_value_.size();
   std::size_t j = 0;
@@ -149,14 +150,14 @@ double DirectionCoverage::rise(std::span<const Served> best, float quality) cons
   return sum;
 }
 
-// Puts a view in its rank; the last one drops out.
+// Puts a view in its rank among the best; the last one drops out.
 void DirectionCoverage::admit(std::span<Served> best, Served newcomer) const {
   for (Served& served : best) {
     if (newcomer.quality > served.quality) std::swap(served, newcomer);
   }
 }
 
-// Of each direction the best K + 1 of the wanted members.
+// For each direction, the best K + 1 of the members for which is_wanted() holds.
 template <typename Wanted>
 std::vector<DirectionCoverage::Served> DirectionCoverage::best_of(std::uint32_t cell, const Kernel& kernel,
                                                                   const Wanted& is_wanted) const {
@@ -180,8 +181,8 @@ double DirectionCoverage::value_of(std::span<const Served> best) const {
   return sum / options_.directions;
 }
 
-// `factor` times by how much a view would raise the value, and by how much less or more if one of the best had left
-// before.
+// Returns `factor` times the rise of the value that a view of these qualities would bring. To the entry of each slot in
+// `corrections` it adds by how much that would differ if the slot's view had left before.
 double DirectionCoverage::gain_over(std::span<const Served> best, std::span<const float> quality, double factor,
                                     std::span<double> corrections) const {
   const double scale = factor / options_.directions;
@@ -210,9 +211,9 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
 }
 
 void DirectionCoverage::losses_of(std::span<const Served> best, double factor, std::span<double> losses) const {
-  if (losses.empty()) return;  // nobody asks
+  if (losses.empty()) return;  // the caller needs no losses
   for (std::size_t first = 0; first < best.size(); first += kept_) {
-    double loss = 0;  // if the j-th leaves, those behind it move up
+    double loss = 0;  // if the j-th leaves, those behind it move up by one rank
     for (std::size_t j = rank_value_.size(); j-- > 0;) {
       loss += rank_value_[j] * (best[first + j].quality - best[first + j + 1].quality);
       if (best[first + j].slot != kNobody) losses[best[first + j].slot] += factor * loss / options_.directions;
@@ -263,7 +264,7 @@ double DirectionCoverage::ask(std::uint32_t cell, const Contribution& part, bool
   return value(cell) - value_before;
 }
 
-// What the members are worth at another ideal distance.
+// Computes anew what depends on the cell's ideal distance, which has changed.
 void DirectionCoverage::follow_demand(std::uint32_t cell) {
   State& state = cells_[cell];
   if (state.members.empty()) return;
@@ -305,7 +306,7 @@ void DirectionCoverage::forget_idle(std::uint32_t cell) {
                 [&](const Member& member) { return !std::binary_search(serving.begin(), serving.end(), member.slot); });
 }
 
-// Finds the best views again of the directions that a member which has left was among the best of.
+// Finds anew the best views of the directions that the member in `slot`, which has left, was among the best of.
 void DirectionCoverage::serve_without(std::uint32_t cell, std::uint32_t slot) {
   State& state = cells_[cell];
   if (state.members.empty()) {
@@ -395,7 +396,8 @@ std::vector<float> DirectionCoverage::camera_qualities(std::uint32_t cell, const
   return quality;
 }
 
-// Of each direction the best K + 1, their slots being places in `qualities`, of which there is at least one.
+// For the direction of each camera, the best K + 1 of the references whose qualities are given, of which there is at
+// least one. Their slots are places in `qualities`.
 std::vector<DirectionCoverage::Served> DirectionCoverage::best_for_cameras(
     std::span<const std::vector<float>> qualities) const {
   std::vector<Served> best(qualities.front().size() * kept_);
@@ -462,7 +464,7 @@ void DirectionCoverage::follow(const Surface& surface, std::span<const std::uint
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     if (previous_cell[cell] == kNoCell) continue;
     cells[cell] = std::move(cells_[previous_cell[cell]]);
-    frames[cell] = frames_[previous_cell[cell]];  // which its members' directions are in
+    frames[cell] = frames_[previous_cell[cell]];  // the directions of its members are given in that frame
   }
   cells_ = std::move(cells);
   frames_ = std::move(frames);

@@ -113,7 +113,7 @@ class DirectionCoverage final : public CellCoverage {
   };
   [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const;
   void qualities(std::uint32_t cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
-  // Of one novel direction: `best` are its K + 1, or K, best.
+  // Both work on one novel direction, whose K + 1, or K, best views are `best`.
   [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
   void admit(std::span<Served> best, Served newcomer) const;
   template <typename Wanted>

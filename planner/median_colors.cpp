@@ -49,7 +49,7 @@ glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
   return medians;
 }
 
-// What the views show at one sample.
+// The colours that views show at one sample of the surface.
 struct PointColors {
   std::vector<glm::vec3> medians;  // by level; empty: no view shows it
   struct Ratio {

@@ -10,13 +10,13 @@ namespace lumatlas {
 
 namespace {
 
-// Nobody draws from these views, so that none has to make room for another.
+// The offered views are never drawn from, so their number of references needs no bound.
 CoverageOptions without_reference_limit(CoverageOptions options) {
   options.max_references = std::numeric_limits<std::uint32_t>::max();
   return options;
 }
 
-// Each cell is changed by itself, in any order.
+// Runs in parallel, for a change to one cell reads and writes nothing of another.
 template <typename Change>
 void for_each_part(std::span<const CellPart> parts, const Change& change) {
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) { change(parts[i]); });
@@ -42,8 +42,8 @@ void OfferedCoverage::add(std::span<const CellPart> parts) {
   ++views_;
 }
 
-// What all views are worth to the cell is not below what the store is: this may have forgotten what the store still
-// has.
+// Adds `sign` times what all offered views are worth to a cell, which grows by `rise`, and what the store misses of it.
+// The former is at least what the store is worth, since views that the store still holds may be forgotten here.
 void OfferedCoverage::count(const CoverageLedger& store, std::uint32_t cell, double rise, double sign, Sum& sum) const {
   const double kept = store.coverage(cell);
   const double all = std::max(kept, all_.value(cell) + rise);

@@ -18,7 +18,7 @@ std::vector<SetMember> without(std::vector<SetMember> members, std::size_t index
   return members;
 }
 
-// fcov(R(b)), which only scov clamps.
+// Options with which set_coverage() is fcov(R(b)). It has no upper bound: the paper clamps in scov only.
 CoverageOptions counting_references(CoverageOptions options) {
   options.departures.references = true;
   options.max_cell_coverage = std::numeric_limits<double>::infinity();

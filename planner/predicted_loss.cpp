@@ -11,9 +11,9 @@ namespace lumatlas {
 namespace {
 
 constexpr double kSlope = 4.4;  // dB where the service falls to a share of 1 / e
-// Single stores are off by more than a share of a small loss: it takes few views away, and which ones matters more than
-// how many. Such errors grow with the root of their number. dB, what covers every store that the law was found on, see
-// data/results/loss-law.csv; the village, which was measured later, would take 1.35.
+// dB, what covers every store that the law was found on (data/results/loss-law.csv). It multiplies the root of the lost
+// service, because a small loss takes few views away, and which ones they are matters more than how many; such errors
+// grow with the root of their number. The village, which was measured later, would take 1.35.
 constexpr double kScatter = 0.9;
 // A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
 constexpr double kRounding = 1e-7;

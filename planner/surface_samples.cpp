@@ -76,7 +76,7 @@ struct Block {
   std::uint32_t left, top, right, bottom;
 };
 
-// The pixels chosen of one block, at most two.
+// The pixels that are chosen from one block, at most two.
 std::vector<glm::uvec2> chosen(const Grid& grid, const Block& block) {
   const glm::ivec2 middle((block.left + block.right) / 2, (block.top + block.bottom) / 2);
   int steepest = -1;

@@ -13,11 +13,13 @@ namespace lumatlas {
 
 namespace {
 
-// Of PlannerOptions::max_loss_db, while the stream goes on: a view that is turned away does not come back, but one that
-// is kept can be taken away again, so thin() is to have what it can choose among.
+// The share of PlannerOptions::max_loss_db that may be lost while the stream goes on. It is less than all of it,
+// because a view that is turned away does not come back while one that is kept can still be taken away: thin() chooses
+// better among more views.
 constexpr double kShareWhileGrowing = 0.5;
-// What references have of it, but no more than so many dB; views have the rest. Little is enough for most references
-// that can be given up, and a view less saves more bytes than all of them: see planner/README.md.
+// The share of max_loss_db that may be lost by giving up references, and its bound in dB; taking views away may lose
+// the rest. References get the small part, because little is enough for most of those that can be given up, and one
+// view less saves more bytes than all of them: see planner/README.md.
 constexpr double kShareOfReferences = 0.25;
 constexpr double kMostForReferences = 0.025;
 
@@ -25,10 +27,11 @@ double bound_of_views(double bound_db) {
   return bound_db - std::min(kShareOfReferences * bound_db, kMostForReferences);
 }
 
-// Of a gap: by how much more a sum of losses may be in single precision than it says.
+// Qualities have single precision, so that a gap summed from them may be too small by this much.
 constexpr double kRounding = 1e-7;
 
-// By what share the references serve worse than with those that were given up, and with `lost` less.
+// The share of the service of all references, those that were given up among them, that is missing once the kept ones
+// lose `lost` more.
 double reference_gap(const ReferenceService& service, double lost) {
   if (!(service.of_all > 0)) return 0;
   return std::clamp((service.of_all - service.of_kept + lost) / service.of_all, 0.0, 1.0);
@@ -42,7 +45,7 @@ struct ReferenceInOrder {
   double loss;
 };
 
-// All that cells can give up, least missed first.
+// All references that cells can give up, the one that is missed least first.
 std::vector<ReferenceInOrder> references_in_order(const CoverageLedger& ledger, std::size_t cells) {
   std::vector<std::vector<ReferenceLoss>> losses(cells);
   tbb::parallel_for(std::size_t{0}, cells, [&](std::size_t cell) {
@@ -89,7 +92,7 @@ std::vector<std::string> Planner::thin() {
   return gone;
 }
 
-// Of all cells.
+// The sum over all cells.
 ReferenceService Planner::reference_service() const {
   std::vector<ReferenceService> of_cells(atlas_.surface().cells.cells.size());
   tbb::parallel_for(std::size_t{0}, of_cells.size(), [&](std::size_t cell) {

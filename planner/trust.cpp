@@ -183,7 +183,8 @@ int count_around(const std::vector<Judgement>& judgements, const Grid& grid, std
   return count;
 }
 
-// Lone blocks are misalignment; what is left grows by a block, because its edges are blurred.
+// Blocks that stand alone are taken for misalignment and dropped. What is left grows by one block, because its edges
+// are blurred.
 std::vector<Judgement> cleaned(const std::vector<Judgement>& judgements, const Grid& grid) {
   std::vector<Judgement> coherent(judgements.size(), Judgement::trusted);
   std::vector<Judgement> grown = coherent;
