@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4: orientation.
 // W3C PNG, third edition, section 5: chunks; annex D: their checksum. OpenEXR file layout: headers, attributes.
+// RFC 9649 (WebP), sections 2.5 to 2.7: the first chunk; RFC 6386 (VP8), section 9.1; WebP lossless, section 3.
 #include "atlas/image_header.h"
 
 #include <zlib.h>
@@ -130,6 +131,24 @@ std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
     } else {
       file.seekg(length, std::ios::cur);
     }
+  }
+  return {};
+}
+
+std::optional<ImageExtent> read_webp_size(std::istream& file) {
+  file.ignore(12);  // "RIFF", a length, "WEBP"
+  std::array<std::uint8_t, 18> chunk{};
+  if (!read_bytes(file, chunk)) return {};
+  const std::uint8_t* const data = chunk.data() + 8;  // after its type and its length
+  const auto u16 = [&](std::size_t at) { return std::uint32_t{data[at + 1]} << 8 | data[at]; };
+  const auto u24 = [&](std::size_t at) { return std::uint32_t{data[at + 2]} << 16 | u16(at); };
+  if (std::memcmp(chunk.data(), "VP8X", 4) == 0) return ImageExtent{u24(4) + 1, u24(7) + 1};
+  if (std::memcmp(chunk.data(), "VP8L", 4) == 0 && data[0] == 0x2f) {
+    const std::uint32_t bits = std::uint32_t{data[4]} << 24 | u24(1);
+    return ImageExtent{(bits & 0x3fff) + 1, (bits >> 14 & 0x3fff) + 1};
+  }
+  if (std::memcmp(chunk.data(), "VP8 ", 4) == 0 && std::memcmp(data + 3, "\x9d\x01\x2a", 3) == 0) {
+    return ImageExtent{u16(6) & 0x3fff, u16(8) & 0x3fff};
   }
   return {};
 }

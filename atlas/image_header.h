@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What JPEG, PNG and OpenEXR files say of themselves, read without decoding a pixel. It is our own code because the
-// decoders tell too late: a progressive JPEG is allocated and decoded whole before its size can be asked for, and one
-// that is cut off is filled up with grey.
+// What JPEG, PNG, WebP and OpenEXR files say of themselves, read without decoding a pixel. It is our own code because
+// the decoders tell too late: a progressive JPEG is allocated and decoded whole before its size can be asked for, and
+// one that is cut off is filled up with grey.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,12 @@ struct JpegHeader {
 
 // Nothing if there is no frame header before the first scan.
 [[nodiscard]] std::optional<JpegHeader> read_jpeg_header(std::istream& file);
+
+struct ImageExtent {
+  std::uint32_t width, height;  // pixels
+};
+// Of the picture, or of the canvas of a file that may have several. Nothing if the first chunk holds no size.
+[[nodiscard]] std::optional<ImageExtent> read_webp_size(std::istream& file);
 
 // Whether a PNG file is whole up to its first pixels, with the checksums that it must have: libpng tells the terminal,
 // and not only its caller, when it comes upon damage.
