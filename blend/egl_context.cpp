@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/egl_context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
@@ -18,6 +19,20 @@ thread_local std::string reported_error;
 void GLAPIENTRY remember_error(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum /*severity*/, GLsizei /*length*/,
                                const GLchar* message, const void* /*user*/) {
   if (type == GL_DEBUG_TYPE_ERROR && reported_error.empty()) reported_error = message;
+}
+
+bool can_be_loaded(const char* library) {
+  return dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr;  // and stays: epoxy is going to want it
+}
+
+// epoxy ends the program where it finds no library. These are the names that it tries.
+void require_libraries() {
+  if (!can_be_loaded("libEGL.so.1")) {
+    throw GlError("no OpenGL: libEGL.so.1 cannot be loaded: install it (libegl1), or a driver that brings it");
+  }
+  if (!can_be_loaded("libOpenGL.so.0") && !can_be_loaded("libGL.so.1")) {
+    throw GlError("no OpenGL: neither libOpenGL.so.0 nor libGL.so.1 can be loaded: install one (libopengl0, libgl1)");
+  }
 }
 
 struct Platform {
@@ -157,6 +172,7 @@ struct EglContext::State {
 };
 
 EglContext::EglContext(const Options& options) : state_(std::make_unique<State>()) {
+  require_libraries();
   const Binding previous;
   std::string tried;
   for (const Platform& platform : platforms()) {

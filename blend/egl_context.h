@@ -24,7 +24,7 @@ class EglContext {
     // Off: whatever was current on this thread before is so again once the context is made.
     bool stays_current = true;
   };
-  explicit EglContext(const Options& options);  // throws GlError: what was tried and why it failed
+  explicit EglContext(const Options& options);  // throws GlError: what is missing, or was tried and why it failed
   EglContext() : EglContext(Options{}) {}
   ~EglContext();
   EglContext(EglContext&&) noexcept;

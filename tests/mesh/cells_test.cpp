@@ -380,6 +380,19 @@ TEST_CASE("a stray vertex does not change the diameter, however far and whicheve
   }
 }
 
+TEST_CASE("stray vertices that are neighbours do not change the diameter") {
+  const Mesh scene = rough_plane(100, 2, 0.01f);
+  const glm::uvec3 face = scene.faces[9100];  // not at the plane's border
+  for (const float away : {100.0f, 1e4f, 1e8f, 1e10f}) {
+    Mesh strayed = scene;
+    strayed.positions[face.x] = {away, -away, away / 2};
+    strayed.positions[face.y] = {-away, away / 3, away};
+    CHECK(scene_diameter(strayed) == Approx(scene_diameter(scene)).epsilon(0.05));
+    strayed.positions[face.z] = {away, away, -away};
+    CHECK(scene_diameter(strayed) == Approx(scene_diameter(scene)).epsilon(0.05));
+  }
+}
+
 TEST_CASE("a scene of long thin faces alone has the extent of its area") {
   Mesh slats;
   for (int i = 0; i < 20; ++i) {
