@@ -126,6 +126,10 @@ void bind_again(const Binding& binding, EGLDisplay display) {
   eglBindAPI(binding.api);
 }
 
+void require_whole(bool has_state) {
+  if (!has_state) throw std::invalid_argument("EglContext: context has been moved from, must be one that was not");
+}
+
 }  // namespace
 
 struct EglContext::State {
@@ -198,6 +202,7 @@ EglContext::EglContext(EglContext&&) noexcept = default;
 EglContext& EglContext::operator=(EglContext&&) noexcept = default;
 
 const std::string& EglContext::description() const {
+  require_whole(state_ != nullptr);
   return state_->description;
 }
 
@@ -206,8 +211,9 @@ struct CurrentContext::Previous {
   EGLDisplay display;  // of the context that is current meanwhile
 };
 
-CurrentContext::CurrentContext(const EglContext& context)
-    : previous_(std::make_unique<Previous>(Previous{{}, context.state_->display})) {
+CurrentContext::CurrentContext(const EglContext& context) {
+  require_whole(context.state_ != nullptr);
+  previous_ = std::make_unique<Previous>(Previous{{}, context.state_->display});
   eglBindAPI(EGL_OPENGL_API);  // each thread begins with OpenGL ES
   const EglContext::State& state = *context.state_;
   if (eglMakeCurrent(state.display, EGL_NO_SURFACE, EGL_NO_SURFACE, state.context)) return;
@@ -222,6 +228,7 @@ CurrentContext::~CurrentContext() {
 }
 
 void check_gl(const char* doing) {
+  if (!doing) throw std::invalid_argument("check_gl: doing is null, must say what was done");
   const GLenum code = glGetError();
   if (!reported_error.empty()) {
     throw GlError("OpenGL failed while " + std::string(doing) + ": " + std::exchange(reported_error, {}));

@@ -30,6 +30,7 @@ class EglContext {
   EglContext(EglContext&&) noexcept;
   EglContext& operator=(EglContext&&) noexcept;
 
+  // Here and in CurrentContext, std::invalid_argument for a context that has been moved from.
   [[nodiscard]] const std::string& description() const;  // platform, renderer and version: "device 0: llvmpipe (...)"
 
  private:
@@ -51,7 +52,8 @@ class CurrentContext {
   std::unique_ptr<const Previous> previous_;
 };
 
-// Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when.
+// Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when, and
+// is not null (std::invalid_argument).
 void check_gl(const char* doing);
 
 // What check_gl() says of an error code of glGetError() other than GL_NO_ERROR.
