@@ -12,6 +12,7 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace lumatlas {
 
@@ -197,6 +198,71 @@ bool png_pixels_are_sound(std::span<const std::uint8_t> bytes) {
   return false;
 }
 
+namespace {
+
+// Attributes of OpenEXR whose values have one size; it reads them by their type, whatever size the file says.
+constexpr std::array<std::pair<std::string_view, std::size_t>, 24> kFixedSizes{{
+    {"box2f", 16},
+    {"box2i", 16},
+    {"chromaticities", 32},
+    {"compression", 1},
+    {"deepImageState", 1},
+    {"double", 8},
+    {"envmap", 1},
+    {"float", 4},
+    {"int", 4},
+    {"keycode", 28},
+    {"lineOrder", 1},
+    {"m33d", 72},
+    {"m33f", 36},
+    {"m44d", 128},
+    {"m44f", 64},
+    {"rational", 8},
+    {"tiledesc", 9},
+    {"timecode", 8},
+    {"v2d", 16},
+    {"v2f", 8},
+    {"v2i", 8},
+    {"v3d", 24},
+    {"v3f", 12},
+    {"v3i", 12},
+}};
+
+// Names that end with a zero, each with 16 bytes, and an empty name at the end.
+bool is_channel_list(std::string_view value) {
+  constexpr std::size_t kOfChannel = 16;
+  for (std::size_t at = 0;;) {
+    const std::size_t end = value.find('\0', at);
+    if (end == std::string_view::npos) return false;
+    if (end == at) return end + 1 == value.size();
+    at = end + 1 + kOfChannel;
+    if (at > value.size()) return false;
+  }
+}
+
+// Width, height, and four bytes for each pixel.
+bool is_preview(std::string_view value) {
+  if (value.size() < 8) return false;
+  const auto u32 = [&](std::size_t at) {
+    std::array<std::uint8_t, 4> bytes{};
+    std::memcpy(bytes.data(), value.data() + at, bytes.size());
+    return std::uint64_t{u32_little_endian(bytes)};
+  };
+  const std::uint64_t pixels = (value.size() - 8) / 4;
+  return u32(0) <= pixels && u32(4) <= pixels && u32(0) * u32(4) == pixels && value.size() % 4 == 0;
+}
+
+// Whether OpenEXR is going to read as much of the file as the attribute says that it has.
+bool has_its_size(std::string_view type, std::string_view value) {
+  if (type == "chlist") return is_channel_list(value);
+  if (type == "preview") return is_preview(value);
+  const auto fixed = std::find_if(kFixedSizes.begin(), kFixedSizes.end(),
+                                  [&](const auto& candidate) { return candidate.first == type; });
+  return fixed == kFixedSizes.end() || value.size() == fixed->second;
+}
+
+}  // namespace
+
 bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
   file.ignore(4);  // the signature
   std::array<std::uint8_t, 4> word{};
@@ -205,12 +271,15 @@ bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
   for (bool empty = true; file.peek() != std::istream::traits_type::eof();) {
     const bool header_ends = file.peek() == 0;
     if (!header_ends) {
-      file.ignore(static_cast<std::streamsize>(file_bytes), 0);  // name
-      file.ignore(static_cast<std::streamsize>(file_bytes), 0);  // type
+      std::string name, type;
+      std::getline(file, name, '\0');
+      std::getline(file, type, '\0');
       if (!read_bytes(file, word)) return false;
       const std::uint64_t size = u32_little_endian(word);
       if (size > file_bytes) return false;
-      file.ignore(static_cast<std::streamsize>(size));
+      std::string value(size, '\0');
+      const bool is_there = static_cast<bool>(file.read(value.data(), static_cast<std::streamsize>(size)));
+      if (!is_there || !has_its_size(type, value)) return false;
       empty = false;
       continue;
     }

@@ -33,8 +33,9 @@ struct ImageExtent {
 // Whether all compressed pixels in `bytes`, a PNG file that is complete, have their checksums; for the same reason.
 [[nodiscard]] bool png_pixels_are_sound(std::span<const std::uint8_t> bytes);
 
-// Whether every attribute in the headers of an OpenEXR file is as small as the rest of its `file_bytes`: the decoder
-// allocates what an attribute claims before it reads it.
+// Whether every attribute in the headers of an OpenEXR file is as small as the rest of its `file_bytes`, and as large
+// as its type: the decoder allocates what an attribute claims before it reads it, and reads channels, previews and
+// numbers without a look at their size, so that what it takes for the next attribute could be anything.
 [[nodiscard]] bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes);
 
 // Whether the whole file in `bytes` reaches its end marker. What follows that marker (padding, further pictures) is

@@ -447,6 +447,33 @@ TEST_CASE("an OpenEXR attribute that claims more bytes than the file has is refu
   }
 }
 
+// OpenEXR would go on after the channels, or the preview, at another place than their sizes say.
+TEST_CASE("an OpenEXR attribute that is not as large as its type is refused before it is decoded") {
+  const TemporaryFolder folder;
+  write_image(folder / "whole.exr", position_pattern(4, 3));
+  const std::string whole = bytes_of(folder / "whole.exr");
+  CHECK(read_photograph(folder / "whole.exr").width == 4);
+  const auto check_refused = [&](const std::string& bytes) {
+    CHECK_THROWS_WITH(photograph_size(folder.with_file("a.exr", bytes)),
+                      Catch::EndsWith("is damaged or cut off, an OpenEXR file without a sound header; copy it again"));
+  };
+  std::string misnamed = whole;  // the name of the second channel has become a longer one
+  const std::size_t channels = whole.find(std::string("chlist\0", 7)) + 7 + 4;
+  misnamed.at(channels + 1) = 'x';
+  check_refused(misnamed);
+  const auto with_attribute = [&](const std::string& type, const std::string& value) {
+    const std::string attribute =
+        std::string("x\0", 2) + type + '\0' + little_endian(static_cast<std::uint32_t>(value.size()), 4) + value;
+    return whole.substr(0, 8) + attribute + whole.substr(8);
+  };
+  check_refused(with_attribute("preview", little_endian(50000, 4) + little_endian(40000, 4)));
+  check_refused(with_attribute("preview", little_endian(1, 4)));
+  check_refused(with_attribute("float", std::string(8, '\0')));
+  check_refused(with_attribute("m44f", ""));
+  CHECK(photograph_size(folder.with_file("b.exr", with_attribute("string", "any"))).width == 4);
+  CHECK(photograph_size(folder.with_file("b.exr", with_attribute("ours", "any"))).width == 4);
+}
+
 TEST_CASE("more than 65536 pixels a side are refused") {
   const TemporaryFolder folder;
   const std::vector<std::uint8_t> row(3 * 65537, 9);
