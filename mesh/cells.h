@@ -4,11 +4,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <glm/vec3.hpp>
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -61,9 +61,6 @@ struct SceneExtent {
 // What CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper finds 1/100
 // to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
-
-// What long work calls now and then, from the thread that began it. It may throw, and so end the work.
-using Tick = std::function<void()>;
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
 // interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. The faces' first corners and

@@ -150,7 +150,7 @@ SurfaceInput load_surface(const std::filesystem::path& scene, const std::optiona
   surface->offset = scene_origin(soup);
   RepairedMesh repaired;
   try {
-    repaired = repair(soup, surface->offset);
+    repaired = repair(soup, surface->offset, throw_if_interrupted);
   } catch (const InputError& error) {
     throw InputError(input.mesh_file.string() + ": " + error.what());
   }
