@@ -18,7 +18,8 @@ namespace lumatlas {
 namespace {
 
 void check(const FloatImage& image) {
-  constexpr std::uint32_t kMaxSide = 65536;  // pixels; also the largest camera
+  constexpr std::uint32_t kMaxSide = 65536;    // pixels; also the largest camera
+  constexpr std::size_t kMostNameBytes = 255;  // that OpenEXR can hold
   const auto fits = [](std::uint32_t side) { return side >= 1 && side <= kMaxSide; };
   if (!fits(image.width) || !fits(image.height)) {
     throw std::invalid_argument("float image: size is " + std::to_string(image.width) + "x" +
@@ -26,6 +27,14 @@ void check(const FloatImage& image) {
   }
   const std::size_t expected = std::size_t{image.width} * image.height * image.channels.size();
   if (image.channels.empty()) throw std::invalid_argument("float image: it has no channels");
+  for (std::size_t i = 0; i < image.channels.size(); ++i) {
+    const std::string& name = image.channels[i];
+    const bool is_new =
+        std::find(image.channels.begin(), image.channels.begin() + i, name) == image.channels.begin() + i;
+    if (is_new && !name.empty() && name.size() <= kMostNameBytes && name.find('\0') == std::string::npos) continue;
+    throw std::invalid_argument("float image: the name of channel " + std::to_string(i) + " is '" + name +
+                                "', must have 1 to 255 bytes, none of them 0, and be another than those before");
+  }
   if (image.values.size() != expected) {
     throw std::invalid_argument("float image: has " + std::to_string(image.values.size()) + " values, must have " +
                                 std::to_string(expected));

@@ -18,8 +18,8 @@ struct FloatImage {
 };
 
 // OpenEXR, 32-bit floats. Writes beside `path`, then renames. Throws InputError where the file cannot be written,
-// std::invalid_argument for an ending other than .exr or an image whose size is not in [1, 65536] or not that of its
-// values.
+// std::invalid_argument for an ending other than .exr, an image whose size is not in [1, 65536] or not that of its
+// values, and channels without a name of their own of 1 to 255 bytes.
 void write_float_image(const std::filesystem::path& path, const FloatImage& image);
 
 }  // namespace lumatlas

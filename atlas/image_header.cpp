@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4: orientation.
 // W3C PNG, third edition, section 5: chunks; annex D: their checksum. OpenEXR file layout: headers, attributes.
+// RFC 9649 (WebP), sections 2.5 to 2.7: the first chunk; RFC 6386 (VP8), section 9.1; WebP lossless, section 3.
 #include "atlas/image_header.h"
 
 #include <zlib.h>
@@ -11,6 +12,7 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <utility>
 
 namespace lumatlas {
 
@@ -134,6 +136,24 @@ std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
   return {};
 }
 
+std::optional<ImageExtent> read_webp_size(std::istream& file) {
+  file.ignore(12);  // "RIFF", a length, "WEBP"
+  std::array<std::uint8_t, 18> chunk{};
+  if (!read_bytes(file, chunk)) return {};
+  const std::uint8_t* const data = chunk.data() + 8;  // after its type and its length
+  const auto u16 = [&](std::size_t at) { return std::uint32_t{data[at + 1]} << 8 | data[at]; };
+  const auto u24 = [&](std::size_t at) { return std::uint32_t{data[at + 2]} << 16 | u16(at); };
+  if (std::memcmp(chunk.data(), "VP8X", 4) == 0) return ImageExtent{u24(4) + 1, u24(7) + 1};
+  if (std::memcmp(chunk.data(), "VP8L", 4) == 0 && data[0] == 0x2f) {
+    const std::uint32_t bits = std::uint32_t{data[4]} << 24 | u24(1);
+    return ImageExtent{(bits & 0x3fff) + 1, (bits >> 14 & 0x3fff) + 1};
+  }
+  if (std::memcmp(chunk.data(), "VP8 ", 4) == 0 && std::memcmp(data + 3, "\x9d\x01\x2a", 3) == 0) {
+    return ImageExtent{u16(6) & 0x3fff, u16(8) & 0x3fff};
+  }
+  return {};
+}
+
 bool jpeg_is_complete(std::span<const std::uint8_t> bytes) {
   std::size_t at = 0;
   while (at + 1 < bytes.size()) {
@@ -178,6 +198,71 @@ bool png_pixels_are_sound(std::span<const std::uint8_t> bytes) {
   return false;
 }
 
+namespace {
+
+// Attributes of OpenEXR whose values have one size; it reads them by their type, whatever size the file says.
+constexpr std::array<std::pair<std::string_view, std::size_t>, 24> kFixedSizes{{
+    {"box2f", 16},
+    {"box2i", 16},
+    {"chromaticities", 32},
+    {"compression", 1},
+    {"deepImageState", 1},
+    {"double", 8},
+    {"envmap", 1},
+    {"float", 4},
+    {"int", 4},
+    {"keycode", 28},
+    {"lineOrder", 1},
+    {"m33d", 72},
+    {"m33f", 36},
+    {"m44d", 128},
+    {"m44f", 64},
+    {"rational", 8},
+    {"tiledesc", 9},
+    {"timecode", 8},
+    {"v2d", 16},
+    {"v2f", 8},
+    {"v2i", 8},
+    {"v3d", 24},
+    {"v3f", 12},
+    {"v3i", 12},
+}};
+
+// Names that end with a zero, each with 16 bytes, and an empty name at the end.
+bool is_channel_list(std::string_view value) {
+  constexpr std::size_t kOfChannel = 16;
+  for (std::size_t at = 0;;) {
+    const std::size_t end = value.find('\0', at);
+    if (end == std::string_view::npos) return false;
+    if (end == at) return end + 1 == value.size();
+    at = end + 1 + kOfChannel;
+    if (at > value.size()) return false;
+  }
+}
+
+// Width, height, and four bytes for each pixel.
+bool is_preview(std::string_view value) {
+  if (value.size() < 8) return false;
+  const auto u32 = [&](std::size_t at) {
+    std::array<std::uint8_t, 4> bytes{};
+    std::memcpy(bytes.data(), value.data() + at, bytes.size());
+    return std::uint64_t{u32_little_endian(bytes)};
+  };
+  const std::uint64_t pixels = (value.size() - 8) / 4;
+  return u32(0) <= pixels && u32(4) <= pixels && u32(0) * u32(4) == pixels && value.size() % 4 == 0;
+}
+
+// Whether OpenEXR is going to read as much of the file as the attribute says that it has.
+bool has_its_size(std::string_view type, std::string_view value) {
+  if (type == "chlist") return is_channel_list(value);
+  if (type == "preview") return is_preview(value);
+  const auto fixed = std::find_if(kFixedSizes.begin(), kFixedSizes.end(),
+                                  [&](const auto& candidate) { return candidate.first == type; });
+  return fixed == kFixedSizes.end() || value.size() == fixed->second;
+}
+
+}  // namespace
+
 bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
   file.ignore(4);  // the signature
   std::array<std::uint8_t, 4> word{};
@@ -186,12 +271,15 @@ bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
   for (bool empty = true; file.peek() != std::istream::traits_type::eof();) {
     const bool header_ends = file.peek() == 0;
     if (!header_ends) {
-      file.ignore(static_cast<std::streamsize>(file_bytes), 0);  // name
-      file.ignore(static_cast<std::streamsize>(file_bytes), 0);  // type
+      std::string name, type;
+      std::getline(file, name, '\0');
+      std::getline(file, type, '\0');
       if (!read_bytes(file, word)) return false;
       const std::uint64_t size = u32_little_endian(word);
       if (size > file_bytes) return false;
-      file.ignore(static_cast<std::streamsize>(size));
+      std::string value(size, '\0');
+      const bool is_there = static_cast<bool>(file.read(value.data(), static_cast<std::streamsize>(size)));
+      if (!is_there || !has_its_size(type, value)) return false;
       empty = false;
       continue;
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What JPEG, PNG and OpenEXR files say of themselves, read without decoding a pixel. It is our own code because the
-// decoders tell too late: a progressive JPEG is allocated and decoded whole before its size can be asked for, and one
-// that is cut off is filled up with grey.
+// What JPEG, PNG, WebP and OpenEXR files say of themselves, read without decoding a pixel. It is our own code because
+// the decoders tell too late: a progressive JPEG is allocated and decoded whole before its size can be asked for, and
+// one that is cut off is filled up with grey.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,12 @@ struct JpegHeader {
 // Nothing if there is no frame header before the first scan.
 [[nodiscard]] std::optional<JpegHeader> read_jpeg_header(std::istream& file);
 
+struct ImageExtent {
+  std::uint32_t width, height;  // pixels
+};
+// Of the picture, or of the canvas of a file that may have several. Nothing if the first chunk holds no size.
+[[nodiscard]] std::optional<ImageExtent> read_webp_size(std::istream& file);
+
 // Whether a PNG file is whole up to its first pixels, with the checksums that it must have: libpng tells the terminal,
 // and not only its caller, when it comes upon damage.
 [[nodiscard]] bool png_header_is_sound(std::istream& file);
@@ -27,8 +33,9 @@ struct JpegHeader {
 // Whether all compressed pixels in `bytes`, a PNG file that is complete, have their checksums; for the same reason.
 [[nodiscard]] bool png_pixels_are_sound(std::span<const std::uint8_t> bytes);
 
-// Whether every attribute in the headers of an OpenEXR file is as small as the rest of its `file_bytes`: the decoder
-// allocates what an attribute claims before it reads it.
+// Whether every attribute in the headers of an OpenEXR file is as small as the rest of its `file_bytes`, and as large
+// as its type: the decoder allocates what an attribute claims before it reads it, and reads channels, previews and
+// numbers without a look at their size, so that what it takes for the next attribute could be anything.
 [[nodiscard]] bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes);
 
 // Whether the whole file in `bytes` reaches its end marker. What follows that marker (padding, further pictures) is

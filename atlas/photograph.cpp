@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "atlas/image_header.h"
+#include "atlas/jpeg_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/pending_file.h"
 #include "mesh/base/whole_file.h"
@@ -149,7 +150,7 @@ bool may_be_in_memory(Format format) {
   return format == Format::jpeg || format == Format::png;
 }
 
-// The reader of a source, opened when what it is given has been found sound.
+// The reader of a source, opened when what it is given has been found sound. A JPEG has none: see jpeg_file.h.
 struct Opened {
   Format format;
   Reader reader;
@@ -158,7 +159,7 @@ struct Opened {
 Opened reader_for(const Source& source) {
   const Format format = format_of(source);
   if (source.in_memory() && !may_be_in_memory(format)) fail(source.path(), "not a PNG or JPEG image");
-  return {format, reader_of(source, format)};
+  return {format, format == Format::jpeg ? nullptr : reader_of(source, format)};
 }
 
 // What must be known before anything is allocated for the pixels.
@@ -185,6 +186,14 @@ Header jpeg_header(const Source& source) {
   return {jpeg->width, jpeg->height, 3, jpeg->orientation};
 }
 
+// OpenImageIO allocates all pixels while it opens a WebP file, so that its size must be known before.
+Header webp_header(const Source& source) {
+  const std::optional<ImageExtent> size = read_webp_size(*source.stream());
+  if (!size) fail(source.path(), "is damaged or cut off, a WebP file without a sound header; copy it again");
+  constexpr std::uint64_t kRgba = 4;  // what is allocated, whatever the picture has
+  return {size->width, size->height, kRgba, 1};
+}
+
 // A reader that does its work on the calling thread, so that callers decide about parallelism.
 void open_image(Source& source, OIIO::ImageInput& reader) {
   reader.threads(1);
@@ -205,7 +214,7 @@ Header opened_header(const fs::path& path, const OIIO::ImageInput& reader) {
           spec.pixel_bytes(true), orientation >= 1 && orientation <= 8 ? orientation : 1};
 }
 
-// Leaves a JPEG's reader closed, see image_header.h.
+// Opens the reader, if there is one.
 Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::png && !png_header_is_sound(*source.stream())) {
     fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");
@@ -213,9 +222,9 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::openexr && !exr_header_is_sound(*source.stream(), source.size())) {
     fail(source.path(), "is damaged or cut off, an OpenEXR file without a sound header; copy it again");
   }
-  const bool jpeg = image.format == Format::jpeg;
-  if (!jpeg) open_image(source, *image.reader);
-  Header header = jpeg ? jpeg_header(source) : opened_header(source.path(), *image.reader);
+  if (image.format == Format::webp) check_size(source, webp_header(source));
+  if (image.reader) open_image(source, *image.reader);
+  Header header = image.reader ? opened_header(source.path(), *image.reader) : jpeg_header(source);
   check_size(source, header);
   if (orientation == Orientation::as_stored) header.orientation = 1;
   return header;
@@ -297,7 +306,13 @@ void require_size_of(const fs::path& path, const Header& header, const OIIO::Ima
 }
 
 // As stored, row by row.
-std::vector<std::uint8_t> stored_rgb(const fs::path& path, OIIO::ImageInput& reader, const Header& header) {
+std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const Header& header) {
+  const fs::path& path = source.path();
+  if (image.format == Format::jpeg) {
+    return decode_jpeg(source.bytes(), path, static_cast<std::uint32_t>(header.width),
+                       static_cast<std::uint32_t>(header.height));
+  }
+  OIIO::ImageInput& reader = *image.reader;
   const OIIO::ImageSpec& spec = reader.spec();
   require_size_of(path, header, spec);
   std::vector<std::uint8_t> rgb(std::size_t{3} * header.width * header.height);
@@ -389,12 +404,11 @@ Photograph read_from(Source& source, Orientation orientation) {
   Opened image = reader_for(source);
   if (source.in_memory()) check_complete(source, image.format);
   const Header header = checked_header(source, image, orientation);
-  if (image.format == Format::jpeg) open_image(source, *image.reader);
   const ImageSize size = upright_size(header);
   Photograph photo;
   photo.width = size.width;
   photo.height = size.height;
-  photo.rgb = upright_rgb(stored_rgb(source.path(), *image.reader, header), header);
+  photo.rgb = upright_rgb(stored_rgb(source, image, header), header);
   return photo;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/egl_context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
@@ -18,6 +19,20 @@ thread_local std::string reported_error;
 void GLAPIENTRY remember_error(GLenum /*source*/, GLenum type, GLuint /*id*/, GLenum /*severity*/, GLsizei /*length*/,
                                const GLchar* message, const void* /*user*/) {
   if (type == GL_DEBUG_TYPE_ERROR && reported_error.empty()) reported_error = message;
+}
+
+bool can_be_loaded(const char* library) {
+  return dlopen(library, RTLD_LAZY | RTLD_LOCAL) != nullptr;  // and stays: epoxy is going to want it
+}
+
+// epoxy ends the program where it finds no library. These are the names that it tries.
+void require_libraries() {
+  if (!can_be_loaded("libEGL.so.1")) {
+    throw GlError("no OpenGL: libEGL.so.1 cannot be loaded: install it (libegl1), or a driver that brings it");
+  }
+  if (!can_be_loaded("libOpenGL.so.0") && !can_be_loaded("libGL.so.1")) {
+    throw GlError("no OpenGL: neither libOpenGL.so.0 nor libGL.so.1 can be loaded: install one (libopengl0, libgl1)");
+  }
 }
 
 struct Platform {
@@ -111,6 +126,10 @@ void bind_again(const Binding& binding, EGLDisplay display) {
   eglBindAPI(binding.api);
 }
 
+void require_whole(bool has_state) {
+  if (!has_state) throw std::invalid_argument("EglContext: context has been moved from, must be one that was not");
+}
+
 }  // namespace
 
 struct EglContext::State {
@@ -157,6 +176,7 @@ struct EglContext::State {
 };
 
 EglContext::EglContext(const Options& options) : state_(std::make_unique<State>()) {
+  require_libraries();
   const Binding previous;
   std::string tried;
   for (const Platform& platform : platforms()) {
@@ -182,6 +202,7 @@ EglContext::EglContext(EglContext&&) noexcept = default;
 EglContext& EglContext::operator=(EglContext&&) noexcept = default;
 
 const std::string& EglContext::description() const {
+  require_whole(state_ != nullptr);
   return state_->description;
 }
 
@@ -190,8 +211,9 @@ struct CurrentContext::Previous {
   EGLDisplay display;  // of the context that is current meanwhile
 };
 
-CurrentContext::CurrentContext(const EglContext& context)
-    : previous_(std::make_unique<Previous>(Previous{{}, context.state_->display})) {
+CurrentContext::CurrentContext(const EglContext& context) {
+  require_whole(context.state_ != nullptr);
+  previous_ = std::make_unique<Previous>(Previous{{}, context.state_->display});
   eglBindAPI(EGL_OPENGL_API);  // each thread begins with OpenGL ES
   const EglContext::State& state = *context.state_;
   if (eglMakeCurrent(state.display, EGL_NO_SURFACE, EGL_NO_SURFACE, state.context)) return;
@@ -206,6 +228,7 @@ CurrentContext::~CurrentContext() {
 }
 
 void check_gl(const char* doing) {
+  if (!doing) throw std::invalid_argument("check_gl: doing is null, must say what was done");
   const GLenum code = glGetError();
   if (!reported_error.empty()) {
     throw GlError("OpenGL failed while " + std::string(doing) + ": " + std::exchange(reported_error, {}));

@@ -24,12 +24,13 @@ class EglContext {
     // Off: whatever was current on this thread before is so again once the context is made.
     bool stays_current = true;
   };
-  explicit EglContext(const Options& options);  // throws GlError: what was tried and why it failed
+  explicit EglContext(const Options& options);  // throws GlError: what is missing, or was tried and why it failed
   EglContext() : EglContext(Options{}) {}
   ~EglContext();
   EglContext(EglContext&&) noexcept;
   EglContext& operator=(EglContext&&) noexcept;
 
+  // Here and in CurrentContext, std::invalid_argument for a context that has been moved from.
   [[nodiscard]] const std::string& description() const;  // platform, renderer and version: "device 0: llvmpipe (...)"
 
  private:
@@ -51,7 +52,8 @@ class CurrentContext {
   std::unique_ptr<const Previous> previous_;
 };
 
-// Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when.
+// Throws GlError with the driver's own message if GL has reported an error since the last call; `doing` says when, and
+// is not null (std::invalid_argument).
 void check_gl(const char* doing);
 
 // What check_gl() says of an error code of glGetError() other than GL_NO_ERROR.

@@ -4,11 +4,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <glm/vec3.hpp>
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -52,18 +52,15 @@ struct SceneExtent {
   double diameter = 0;  // of the core's diagonal; > 0 for a mesh with area
 };
 
-// Stray triangles far away do not count, for they have little area. Nor does one stray vertex, whose faces may have
-// more area than the scene: where faces that are more than a hundred times as high as their shortest edge is long make
-// the box more than twice as large, they do not count either.
+// Stray triangles far away do not count, for they have little area. Nor do stray vertices, whose faces may have
+// more area than the scene: where faces that are more than a hundred times as high as their shortest edge is long, and
+// those between two vertices that have no other faces, make the box more than twice as large, they do not count either.
 [[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
 [[nodiscard]] double scene_diameter(const Mesh& mesh);  // of scene_extent()
 
 // What CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper finds 1/100
 // to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
-
-// What long work calls now and then, from the thread that began it. It may throw, and so end the work.
-using Tick = std::function<void()>;
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
 // interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. The faces' first corners and

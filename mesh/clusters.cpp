@@ -21,6 +21,8 @@ namespace lumatlas {
 
 namespace {
 
+constexpr std::size_t kFacesBetweenTicks = 1 << 16;  // some ten milliseconds
+
 // Where and how a cluster lies. Every cluster owns its seed face.
 struct Center {
   std::uint32_t seed;
@@ -64,8 +66,12 @@ std::vector<std::uint32_t> shuffled_faces(std::size_t faces) {
 // is within kSpacing of a seed of its own component, so that both sides of a thin wall get theirs.
 class Seeding {
  public:
-  Seeding(const ClusterMesh& surface, const Metric& metric)
-      : surface_(surface), metric_(metric), covered_(surface.size(), 0), visitor_(surface.size(), kNoCluster) {}
+  Seeding(const ClusterMesh& surface, const Metric& metric, const Tick& tick)
+      : surface_(surface),
+        metric_(metric),
+        tick_(tick, kFacesBetweenTicks),
+        covered_(surface.size(), 0),
+        visitor_(surface.size(), kNoCluster) {}
 
   [[nodiscard]] std::vector<Center> run() {
     for (const std::uint32_t face : shuffled_faces(surface_.size())) {
@@ -93,6 +99,7 @@ class Seeding {
     while (!stack_.empty()) {
       const std::uint32_t face = stack_.back();
       stack_.pop_back();
+      tick_.step();
       covered_[face] = 1;
       surface_.for_each_neighbor(face, [&](std::uint32_t next) {
         if (visitor_[next] == visit) return;
@@ -104,6 +111,7 @@ class Seeding {
 
   const ClusterMesh& surface_;
   const Metric& metric_;
+  TickEvery tick_;
   std::vector<Center> centers_;
   std::vector<std::uint8_t> covered_;
   std::vector<std::uint32_t> visitor_;  // the last seed that came by
@@ -148,7 +156,9 @@ class BucketQueue {
 
 // Gives each face to the cluster that reaches it over faces of least cost (the dearest on the way counts), so that
 // every cluster is connected.
-std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Center>& centers, const Metric& metric) {
+std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Center>& centers, const Metric& metric,
+                                const Tick& tick) {
+  TickEvery now_and_then(tick, kFacesBetweenTicks);
   std::vector<std::uint32_t> labels(surface.size(), kNoCluster);
   BucketQueue queue;
   for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
@@ -160,6 +170,7 @@ std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Ce
     }
     if (labels[entry.face] != kNoCluster) continue;
     labels[entry.face] = entry.cluster;
+    now_and_then.step();
     surface.for_each_neighbor(entry.face, [&](std::uint32_t next) {
       if (labels[next] != kNoCluster) return;
       queue.push(metric.cost(surface, centers[entry.cluster], next), {next, entry.cluster});
@@ -209,15 +220,15 @@ std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, std::span<const Face
   if (tick) tick();
   constexpr double kMostWeight = 1e30;  // more would be no float, and means no more
   const Metric metric{static_cast<float>(1 / size), static_cast<float>(std::min(normal_weight, kMostWeight))};
-  std::vector<Center> centers = Seeding(surface, metric).run();
-  std::vector<std::uint32_t> labels = grow(surface, centers, metric);
+  std::vector<Center> centers = Seeding(surface, metric, tick).run();
+  std::vector<std::uint32_t> labels = grow(surface, centers, metric, tick);
   for (int step = 0; step < kLloydSteps; ++step) {
     if (tick) tick();
     recenter(surface, labels, metric, centers);
-    labels = grow(surface, centers, metric);
+    labels = grow(surface, centers, metric, tick);
   }
   if (tick) tick();
-  merge_slivers(surface, size, labels);
+  merge_slivers(surface, size, labels, 0, tick);
   return labels;
 }
 

@@ -212,18 +212,27 @@ Mesh to_mesh(const WorkingSoup& work, const TriangleSoup& soup) {
 
 }  // namespace
 
-RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset) {
+RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset, const Tick& tick) {
+  const auto between_steps = [&] {
+    if (tick) tick();
+  };
   check(soup, offset);
   RepairReport report;
   WorkingSoup work = finite_part(soup, offset, report);
+  between_steps();
   merge_vertices(work, report);
+  between_steps();
   drop_degenerate_faces(work, report);
   require_faces(soup, work, report);
+  between_steps();
   // The costly steps change nothing in an oriented manifold.
   const bool is_clean = is_oriented_manifold(work.points.size(), work.faces);
   if (!is_clean) report.duplicate_faces = PMP::merge_duplicate_polygons_in_polygon_soup(work.points, work.faces);
+  between_steps();
   report.isolated_vertices = PMP::remove_isolated_points_in_polygon_soup(work.points, work.faces);
+  between_steps();
   if (!is_clean) orient(work, report);
+  between_steps();
   return {to_mesh(work, soup), report};
 }
 

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 
 #include "mesh/mesh.h"
+#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -37,6 +38,7 @@ struct RepairedMesh {
 // the first. A soup that needs no repair keeps the order of its vertices and faces.
 // Throws InputError if no face is left, std::invalid_argument if the soup breaks its own rules (mesh.h: colours, and
 // faces that refer to no position), has more than 5e8 faces or positions, or the offset is not finite.
-[[nodiscard]] RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset);
+// `tick` is called between the steps; a step of CGAL's takes about a second for a million faces that need repair.
+[[nodiscard]] RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset, const Tick& tick = {});
 
 }  // namespace lumatlas

@@ -9,6 +9,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numeric>
+#include <optional>
+#include <utility>
 #include <vector>
 
 namespace lumatlas {
@@ -16,7 +18,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kOutermostShare = 0.01;  // of the area, on each side of each axis
-constexpr double kMostStretch = 2;        // of the diameter by spikes, the faces at a stray vertex
+constexpr double kMostStretch = 2;        // of the diameter by the faces at stray vertices
 
 // A face along one axis: its corners' coordinates in ascending order, and the area that it counts for.
 struct Slab {
@@ -94,9 +96,47 @@ SceneExtent extent_by(const Mesh& mesh, const std::vector<double>& weights) {
   return extent;
 }
 
-double squared_shortest_edge(const Mesh& mesh, const glm::uvec3& face) {
-  const glm::dvec3 a(mesh.positions[face.x]), b(mesh.positions[face.y]), c(mesh.positions[face.z]);
-  return std::min({glm::dot(b - a, b - a), glm::dot(c - b, c - b), glm::dot(a - c, a - c)});
+// The corner of a spike that lies far away from the two others; nothing if the face is no spike: if it is not 100 times
+// as high as its shortest edge is long.
+std::optional<std::uint32_t> tip_of(const Mesh& mesh, const glm::uvec3& face, double area) {
+  constexpr double kMostArea = 50;        // of the squared shortest edge
+  std::array<double, 3> squared_edges{};  // opposite to each corner
+  for (int corner = 0; corner < 3; ++corner) {
+    const glm::dvec3 edge =
+        glm::dvec3(mesh.positions[face[(corner + 1) % 3]]) - glm::dvec3(mesh.positions[face[(corner + 2) % 3]]);
+    squared_edges[static_cast<std::size_t>(corner)] = glm::dot(edge, edge);
+  }
+  const auto shortest = std::min_element(squared_edges.begin(), squared_edges.end());
+  if (!(area > kMostArea * *shortest)) return std::nullopt;
+  return face[static_cast<int>(shortest - squared_edges.begin())];
+}
+
+// The faces at stray vertices: spikes, and those between two stray vertices that are neighbours, which may have any
+// shape. Of a vertex that has strayed every face is such a one.
+std::vector<std::uint8_t> faces_at_strays(const Mesh& mesh, std::span<const FaceGeometry> geometry) {
+  std::vector<std::optional<std::uint32_t>> tips(mesh.faces.size());
+  std::vector<std::uint8_t> may_be_stray(mesh.positions.size(), 0);
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    tips[i] = tip_of(mesh, mesh.faces[i], geometry[i].area);
+    if (tips[i]) may_be_stray[*tips[i]] = 1;
+  }
+  const auto strays_of = [&](const glm::uvec3& face) {
+    return may_be_stray[face.x] + may_be_stray[face.y] + may_be_stray[face.z];
+  };
+  std::vector<std::uint8_t> is_stray = may_be_stray;
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    const glm::uvec3& face = mesh.faces[i];
+    if (strays_of(face) > 1) continue;
+    for (int corner = 0; corner < 3; ++corner) {
+      if (tips[i] != face[corner]) is_stray[face[corner]] = 0;  // a face as others have
+    }
+  }
+  std::vector<std::uint8_t> chosen(tips.size());
+  for (std::size_t i = 0; i < tips.size(); ++i) {
+    const glm::uvec3& face = mesh.faces[i];
+    chosen[i] = tips[i] || is_stray[face.x] + is_stray[face.y] + is_stray[face.z] > 1;
+  }
+  return chosen;
 }
 
 }  // namespace
@@ -106,17 +146,15 @@ SceneExtent scene_extent(const Mesh& mesh, std::span<const FaceGeometry> geometr
   std::vector<double> weights(geometry.size());
   for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = geometry[i].area;
   const SceneExtent by_area = extent_by(mesh, weights);
+  const std::vector<std::uint8_t> at_strays = faces_at_strays(mesh, geometry);
   double discounted = 0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    constexpr double kMostArea = 50;  // of the squared shortest edge: the face is 100 times as high as that is long
-    if (!(weights[i] > kMostArea * squared_shortest_edge(mesh, mesh.faces[i]))) continue;
-    discounted += weights[i];
-    weights[i] = 0;
+    if (at_strays[i]) discounted += std::exchange(weights[i], 0);
   }
   const double total = std::accumulate(weights.begin(), weights.end(), discounted);
   if (discounted < 0.1 * kOutermostShare * total) return by_area;  // too little to move any of its sides far
-  const SceneExtent without_spikes = extent_by(mesh, weights);
-  return by_area.diameter > kMostStretch * without_spikes.diameter && without_spikes.diameter > 0 ? without_spikes
+  const SceneExtent without_strays = extent_by(mesh, weights);
+  return by_area.diameter > kMostStretch * without_strays.diameter && without_strays.diameter > 0 ? without_strays
                                                                                                   : by_area;
 }
 

@@ -39,13 +39,16 @@ class SliverMerger {
   SliverMerger(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first)
       : surface_(surface), size_(size), labels_(labels), first_(first) {}
 
-  void run() {
+  void run(const Tick& tick) {
+    constexpr std::size_t kSliversBetweenTicks = 1024;
+    TickEvery now_and_then(tick, kSliversBetweenTicks);
     gather();
     Queue slivers;
     for (std::uint32_t i = 0; i < clusters_.size(); ++i) enqueue_if_small(i, slivers);
     while (!slivers.empty()) {
       const auto [area, index] = slivers.top();
       slivers.pop();
+      now_and_then.step();
       if (clusters_[index].faces.empty() || clusters_[index].area != area) continue;  // merged since it was queued
       const std::uint32_t host = best_host(index);
       if (host == kNoCluster) continue;
@@ -141,8 +144,9 @@ class SliverMerger {
 
 }  // namespace
 
-void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first) {
-  SliverMerger(surface, size, labels, first).run();
+void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first,
+                   const Tick& tick) {
+  SliverMerger(surface, size, labels, first).run(tick);
 }
 
 }  // namespace lumatlas

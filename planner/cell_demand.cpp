@@ -2,6 +2,9 @@
 #include "planner/cell_demand.h"
 
 #include <cmath>
+#include <stdexcept>
+
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -13,10 +16,14 @@ constexpr double kPicture = 1 << 24;
 constexpr double kOctave = 1 << 8;
 constexpr double kStepsPerOctave = 8;
 
+constexpr Requirement require{"demand"};
+
 }  // namespace
 
 void CellDemand::count(const Contribution& part, int sign) {
+  check(part);
   if (!(part.distance > 0)) return;
+  if (views_ + sign < 0) throw std::invalid_argument("demand: a part is taken back, must have been added before");
   const std::int64_t share = std::llround(part.picture_share * kPicture);
   views_ += sign;
   shares_ += sign * share;
@@ -24,6 +31,7 @@ void CellDemand::count(const Contribution& part, int sign) {
 }
 
 double CellDemand::weight(double prior) const {
+  require(std::isfinite(prior) && prior >= 0, "prior", prior, "finite and not negative");
   return views_ > 0 ? static_cast<double>(shares_) / kPicture / (static_cast<double>(views_) + prior) : 0;
 }
 

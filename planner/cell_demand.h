@@ -15,13 +15,14 @@ namespace lumatlas {
 // Counts in whole numbers, so that it is the same for any order of the views, and taking one back leaves no trace.
 class CellDemand {
  public:
-  // A view sees the cell. A part that has no distance is not counted.
+  // A view sees the cell. A part that has no distance is not counted. Here and below, throws std::invalid_argument
+  // unless the part passes check().
   void add(const Contribution& part) { count(part, 1); }
-  // Takes back a view that was added.
+  // Takes back a view that was added; std::invalid_argument where none is left to be taken back.
   void remove(const Contribution& part) { count(part, -1); }
 
   // What the cell counts for, in pictures: its mean share of the picture over the views that see it and `prior` views,
-  // >= 0, that do not. In [0, 1], 0 if none sees it.
+  // finite and >= 0 (std::invalid_argument), that do not. In [0, 1], 0 if none sees it.
   [[nodiscard]] double weight(double prior) const;
   // The geometric mean of the distances that the views see the cell from, by their pixels, scene units; 0 if none sees
   // it. In steps of 9 %: what depends on it has to be computed anew less often.

@@ -80,7 +80,20 @@ void check(const CoverageOptions& options) {
           "views_per_direction", options.views_per_direction, "in [1, 8]");
 }
 
+void check(const Contribution& part) {
+  constexpr double kRounding = 1e-4;  // of a direction that somebody else has normalised, as floats
+  const auto is_share = [](double share) { return std::isfinite(share) && share >= 0; };
+  const double length = glm::length(part.direction);
+  require(length == 0 || std::abs(length - 1) < kRounding, "the length of a part's direction", length, "1 or 0");
+  require(is_share(part.positional), "a part's positional", part.positional, "finite and not negative");
+  require(is_share(part.distance), "a part's distance", part.distance, "finite and not negative");
+  require(is_share(part.cell_share), "a part's cell_share", part.cell_share, "finite and not negative");
+  require(is_share(part.picture_share) && part.picture_share <= 1, "a part's picture_share", part.picture_share,
+          "in [0, 1]");
+}
+
 double tammes_cosine_bound(const CoverageOptions& options) {
+  require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
   // The area of a cap, 2 pi (1 - cos(theta / 2)), is the sphere's (printed) or the hemisphere's divided by R_max; theta
   // is the angle between the axes of two neighbouring caps. For few caps the division would exceed the whole: -1.
   const double share = (options.departures.hemisphere ? 1.0 : 2.0) / options.max_references;
@@ -101,7 +114,8 @@ Contribution contribution(const Cell& cell, double cell_size, const Camera& came
   require(std::isfinite(cell_size) && cell_size > 0, "cell_size", cell_size, "finite and above 0");
   const glm::dvec3 to_camera = camera.center() - cell.centroid;
   const double distance = glm::length(to_camera);
-  if (!(distance > 0)) return {};  // a camera at the centroid sees the cell from nowhere in particular
+  // A camera at the centroid, or so far away that its distance is no number, sees the cell from nowhere in particular.
+  if (!(distance > 0) || !std::isfinite(distance)) return {};
   double share = visible_pixels / total_pixels(cell, cell_size, distance, camera);
   if (options.departures.bounded_share) share = std::min(share, 1.0);
   const double picture = static_cast<double>(camera.width) * camera.height;

@@ -86,13 +86,18 @@ struct Contribution {
   double picture_share = 0;  // of the picture's pixels, in [0, 1]
 };
 
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks. A direction of no length is one
+// from nowhere in particular.
+void check(const Contribution& part);
+
 // A view's part in one of the cells that it sees.
 struct CellPart {
   std::uint32_t cell;
   Contribution part;
 };
 
-// cos theta(R_max): a bound on the cosine between neighbours among R_max evenly spread directions, in [-1, 1).
+// cos theta(R_max): a bound on the cosine between neighbours among R_max evenly spread directions, in [-1, 1). Throws
+// std::invalid_argument unless max_references is at least 1.
 [[nodiscard]] double tammes_cosine_bound(const CoverageOptions& options);
 
 // cov_p of a view that sees so much of a cell from that distance, if d_max is `ideal_distance`, > 0. All lengths in

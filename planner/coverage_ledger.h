@@ -28,6 +28,9 @@ class CoverageLedger {
   CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                  double min_reference_gain);
 
+  [[nodiscard]] std::size_t cells() const { return cells_; }          // how many the surface has
+  [[nodiscard]] std::size_t slots() const { return stored_.size(); }  // how many views it can hold
+
   // An offered view, whatever becomes of it, asks for the cells that it sees: see CellDemand. unask() takes that back,
   // with the same parts. Without CoverageOptions::demand, nothing changes; with it, cells that nobody asked for are
   // worth nothing.

@@ -73,7 +73,8 @@ DirectionCoverage::Kernel::Kernel(double lambda_share, double width)
       cosine_scale(static_cast<float>(1 / (1 - std::cos(glm::radians(width))))) {}
 
 DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain)
-    : options_(options),
+    : CellCoverage(surface.cells.cells.size(), options, min_reference_gain),
+      options_(options),
       min_reference_gain_(min_reference_gain),
       value_kernel_(options.lambda, options.direction_width),
       reference_kernel_(options.reference_lambda, options.reference_width),
@@ -221,19 +222,19 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
   }
 }
 
-double DirectionCoverage::gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
-                               std::span<double> corrections) const {
+double DirectionCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
+                                  std::span<double> corrections) const {
   thread_local std::vector<float> quality;
   qualities(cell, member(cell, kNobody, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
 }
 
-void DirectionCoverage::add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
+void DirectionCoverage::do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
   losses_of(cells_[cell].best, factor * cells_[cell].weight, losses);
 }
 
-double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
-                                              const Contribution* newcomer) const {
+double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                                 const Contribution* newcomer) const {
   std::vector<Served> best = best_of(cell, value_kernel_, [&](const Member& member) {
     return std::find(gone.begin(), gone.end(), member.slot) == gone.end();
   });
@@ -247,7 +248,8 @@ double DirectionCoverage::value_by_definition(std::uint32_t cell, std::span<cons
   return cells_[cell].weight * value_of(best);
 }
 
-double DirectionCoverage::ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) {
+double DirectionCoverage::do_ask(std::uint32_t cell, const Contribution& part, bool take_back,
+                                 std::span<double> losses) {
   State& state = cells_[cell];
   const double value_before = value(cell), weight_before = state.weight;
   take_back ? state.demand.remove(part) : state.demand.add(part);
@@ -273,7 +275,7 @@ void DirectionCoverage::follow_demand(std::uint32_t cell) {
   state.value = value_of(state.best);
 }
 
-void DirectionCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
+void DirectionCoverage::do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
   State& state = cells_[cell];
   state.members.push_back(member(cell, slot, part));
   state.best.resize(options_.directions * kept_);
@@ -286,7 +288,7 @@ void DirectionCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Con
   reference_newest(cell);
 }
 
-void DirectionCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
+void DirectionCoverage::do_erase(std::uint32_t cell, std::uint32_t slot) {
   State& state = cells_[cell];
   const auto member = std::find_if(state.members.begin(), state.members.end(),
                                    [&](const Member& candidate) { return candidate.slot == slot; });
@@ -297,7 +299,13 @@ void DirectionCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
   if (was_referenced) refill(cell);
 }
 
+bool DirectionCoverage::is_member(std::uint32_t cell, std::uint32_t slot) const {
+  const std::vector<Member>& members = cells_[cell].members;
+  return std::any_of(members.begin(), members.end(), [&](const Member& member) { return member.slot == slot; });
+}
+
 void DirectionCoverage::forget_idle(std::uint32_t cell) {
+  require_cell(cell);
   State& state = cells_[cell];
   std::vector<std::uint32_t> serving;
   for (const Served& served : state.best) serving.push_back(served.slot);
@@ -375,7 +383,7 @@ void DirectionCoverage::refill(std::uint32_t cell) {
   choice->given_up = false;
 }
 
-std::vector<std::uint32_t> DirectionCoverage::references(std::uint32_t cell) const {
+std::vector<std::uint32_t> DirectionCoverage::do_references(std::uint32_t cell) const {
   std::vector<std::uint32_t> slots;
   for (const Member& member : cells_[cell].members) {
     if (member.referenced) slots.push_back(member.slot);
@@ -417,7 +425,7 @@ double DirectionCoverage::service(std::uint32_t cell, std::span<const Member* co
   return cells_[cell].weight * value_of(best_for_cameras(qualities)) * directions / cameras;
 }
 
-std::vector<ReferenceLoss> DirectionCoverage::reference_losses(std::uint32_t cell) const {
+std::vector<ReferenceLoss> DirectionCoverage::do_reference_losses(std::uint32_t cell) const {
   const State& state = cells_[cell];
   std::vector<std::uint32_t> left = references(cell);
   std::vector<std::vector<float>> qualities;
@@ -437,7 +445,7 @@ std::vector<ReferenceLoss> DirectionCoverage::reference_losses(std::uint32_t cel
   return order;
 }
 
-void DirectionCoverage::give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
+void DirectionCoverage::do_give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
   for (Member& member : cells_[cell].members) {
     if (!member.referenced || std::find(slots.begin(), slots.end(), member.slot) == slots.end()) continue;
     member.referenced = false;
@@ -445,7 +453,7 @@ void DirectionCoverage::give_up(std::uint32_t cell, std::span<const std::uint32_
   }
 }
 
-ReferenceService DirectionCoverage::reference_service(std::uint32_t cell) const {
+ReferenceService DirectionCoverage::do_reference_service(std::uint32_t cell) const {
   ReferenceService result;
   std::vector<const Member*> kept, all;
   for (const Member& member : cells_[cell].members) {
@@ -458,7 +466,7 @@ ReferenceService DirectionCoverage::reference_service(std::uint32_t cell) const 
   return result;
 }
 
-void DirectionCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+void DirectionCoverage::do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
   std::vector<CellFrame> frames = cell_frames(surface);
   std::vector<State> cells(previous_cell.size(), empty_state());
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {

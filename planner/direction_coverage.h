@@ -53,31 +53,35 @@ struct CellFrame {
 
 class DirectionCoverage final : public CellCoverage {
  public:
-  // The options must have passed check(). `min_reference_gain`: in cells, see make_cell_coverage().
+  // As make_cell_coverage(); `min_reference_gain`: in cells.
   DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
-
-  [[nodiscard]] double value(std::uint32_t cell) const override { return cells_[cell].weight * cells_[cell].value; }
-  [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
-                            std::span<double> corrections) const override;
-  void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
-  [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
-                                           const Contribution* newcomer) const override;
-  double ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) override;
-  [[nodiscard]] double weight(std::uint32_t cell) const override { return cells_[cell].weight; }
-  void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
-  void erase(std::uint32_t cell, std::uint32_t slot) override;
-  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const override;
-  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const override;
-  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) override;
-  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const override;
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
 
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
   // (K + 1) * CoverageOptions::directions are left. What they would be worth at another ideal distance is lost.
   void forget_idle(std::uint32_t cell);
-  [[nodiscard]] std::size_t member_count(std::uint32_t cell) const { return cells_[cell].members.size(); }
+  [[nodiscard]] std::size_t member_count(std::uint32_t cell) const {
+    require_cell(cell);
+    return cells_[cell].members.size();
+  }
 
  private:
+  [[nodiscard]] double do_value(std::uint32_t cell) const override { return cells_[cell].weight * cells_[cell].value; }
+  [[nodiscard]] double do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                               std::span<double> corrections) const override;
+  void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                              const Contribution* newcomer) const override;
+  double do_ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) override;
+  [[nodiscard]] double do_weight(std::uint32_t cell) const override { return cells_[cell].weight; }
+  void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
+  void do_erase(std::uint32_t cell, std::uint32_t slot) override;
+  [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
+  [[nodiscard]] std::vector<ReferenceLoss> do_reference_losses(std::uint32_t cell) const override;
+  void do_give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) override;
+  [[nodiscard]] ReferenceService do_reference_service(std::uint32_t cell) const override;
+  void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+  [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
+
   struct Member {
     std::uint32_t slot;
     glm::vec3 direction;  // in the cell's frame

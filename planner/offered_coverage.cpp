@@ -5,10 +5,20 @@
 
 #include <algorithm>
 #include <limits>
+#include <stdexcept>
+
+#include "planner/requirement.h"
 
 namespace lumatlas {
 
 namespace {
+
+constexpr Requirement require{"coverage"};
+
+const CoverageOptions& by_directions(const CoverageOptions& options) {
+  if (options.metric == CoverageOptions::Metric::directions) return options;
+  throw std::invalid_argument("coverage: metric is Metric::paper, must be Metric::directions for what was offered");
+}
 
 // The offered views are never drawn from, so their number of references needs no bound.
 CoverageOptions without_reference_limit(CoverageOptions options) {
@@ -25,16 +35,25 @@ void for_each_part(std::span<const CellPart> parts, const Change& change) {
 }  // namespace
 
 OfferedCoverage::OfferedCoverage(const Surface& surface, const CoverageOptions& options)
-    : all_(surface, without_reference_limit(options), 0),
+    : all_(surface, without_reference_limit(by_directions(options)), 0),
       has_demand_(has_demand(options)),
       cells_(surface.cells.cells.size()) {}
 
+void OfferedCoverage::require_cells(std::span<const CellPart> parts) const {
+  for (const CellPart& entry : parts) {
+    require.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
+    check(entry.part);
+  }
+}
+
 void OfferedCoverage::ask(std::span<const CellPart> parts, bool take_back) {
+  require_cells(parts);
   if (!has_demand_) return;
   for_each_part(parts, [&](const CellPart& entry) { all_.ask(entry.cell, entry.part, take_back, {}); });
 }
 
 void OfferedCoverage::add(std::span<const CellPart> parts) {
+  require_cells(parts);
   for_each_part(parts, [&](const CellPart& entry) {
     all_.insert(entry.cell, views_, entry.part);
     all_.forget_idle(entry.cell);
@@ -56,12 +75,14 @@ double OfferedCoverage::Sum::share() const {
 }
 
 OfferedCoverage::Sum OfferedCoverage::sum_over_cells(const CoverageLedger& store) const {
+  require.has_size(store.cells(), cells_, "store", "the number of cells");
   Sum sum;
   for (std::uint32_t cell = 0; cell < cells_; ++cell) count(store, cell, 0, 1, sum);
   return sum;
 }
 
 double OfferedCoverage::gap(const CoverageLedger& store, std::span<const CellPart> newcomer) const {
+  require_cells(newcomer);
   Sum sum = sum_over_cells(store);
   for (const CellPart& entry : newcomer) {
     count(store, entry.cell, 0, -1, sum);
@@ -71,6 +92,7 @@ double OfferedCoverage::gap(const CoverageLedger& store, std::span<const CellPar
 }
 
 double OfferedCoverage::gap_without(const CoverageLedger& store, std::uint32_t slot) const {
+  require.is_below(slot, store.slots(), "slot", "the number of slots");
   Sum sum = sum_over_cells(store);
   sum.missing += store.loss(slot);
   return sum.share();

@@ -19,7 +19,8 @@ namespace lumatlas {
 
 class OfferedCoverage {
  public:
-  // The options must have passed check(), and be of Metric::directions.
+  // The options must pass check(), and be of Metric::directions. Here and below, std::invalid_argument names what
+  // breaks a rule: cells of parts and stores of the surface, slots of the store.
   OfferedCoverage(const Surface& surface, const CoverageOptions& options);
 
   // What a view asks for is told here as it is told the store's ledger: CoverageLedger::ask() and unask().
@@ -43,6 +44,7 @@ class OfferedCoverage {
   [[nodiscard]] std::size_t held(std::uint32_t cell) const { return all_.member_count(cell); }
 
  private:
+  void require_cells(std::span<const CellPart> parts) const;
   void ask(std::span<const CellPart> parts, bool take_back);
   struct Sum {
     double all = 0, missing = 0;

@@ -16,6 +16,7 @@
 
 #include "atlas/atlas.h"
 #include "planner/coverage.h"
+#include "planner/interruption.h"
 
 namespace lumatlas {
 
@@ -24,6 +25,7 @@ struct OfflineOptions {
   double min_reference_gain = 0.001;  // as PlannerOptions::min_reference_gain, >= 0
   // Exchange passes over the views that are not chosen; the last is the first that exchanges nothing. 0: none.
   std::uint32_t max_passes = 20;
+  InterruptionPoint interruption_point = {};  // called at each evaluation of a view
 };
 
 struct OfflineChoice {

@@ -28,7 +28,8 @@ CoverageOptions counting_references(CoverageOptions options) {
 }  // namespace
 
 PaperCoverage::PaperCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain)
-    : options_(options),
+    : CellCoverage(cells, options, min_reference_gain),
+      options_(options),
       selection_(counting_references(options)),
       min_reference_gain_(min_reference_gain),
       cells_(cells) {}
@@ -60,8 +61,8 @@ PaperCoverage::Admission PaperCoverage::admit(std::vector<SetMember> members, co
   return result;
 }
 
-double PaperCoverage::gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
-                           std::span<double> corrections) const {
+double PaperCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                              std::span<double> corrections) const {
   const State& state = cells_[cell];
   const double gain = admit(state.members, part).gain;
   if (victims.empty()) return gain;
@@ -72,15 +73,15 @@ double PaperCoverage::gain(std::uint32_t cell, const Contribution& part, std::sp
   return gain;
 }
 
-void PaperCoverage::add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
+void PaperCoverage::do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
   const State& state = cells_[cell];
   for (std::size_t i = 0; i < state.members.size(); ++i) {
     losses[state.slots[i]] += factor * (state.value - set_coverage(without(state.members, i), false, options_));
   }
 }
 
-double PaperCoverage::value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
-                                          const Contribution* newcomer) const {
+double PaperCoverage::do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                             const Contribution* newcomer) const {
   const State& state = cells_[cell];
   std::vector<SetMember> members;
   for (std::size_t i = 0; i < state.members.size(); ++i) {
@@ -90,7 +91,7 @@ double PaperCoverage::value_by_definition(std::uint32_t cell, std::span<const st
   return newcomer ? value + admit(std::move(members), *newcomer).gain : value;
 }
 
-void PaperCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
+void PaperCoverage::do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
   State& state = cells_[cell];
   const Admission admission = admit(state.members, part);
   if (admission.victim) state.members[*admission.victim].referenced = false;
@@ -99,7 +100,7 @@ void PaperCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contrib
   state.value = set_coverage(state.members, false, options_);
 }
 
-void PaperCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
+void PaperCoverage::do_erase(std::uint32_t cell, std::uint32_t slot) {
   State& state = cells_[cell];
   const auto at = std::find(state.slots.begin(), state.slots.end(), slot) - state.slots.begin();
   const bool was_referenced = state.members[static_cast<std::size_t>(at)].referenced;
@@ -107,6 +108,11 @@ void PaperCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
   state.members.erase(state.members.begin() + at);
   if (was_referenced) refill(state);
   state.value = set_coverage(state.members, false, options_);
+}
+
+bool PaperCoverage::is_member(std::uint32_t cell, std::uint32_t slot) const {
+  const std::vector<std::uint32_t>& slots = cells_[cell].slots;
+  return std::find(slots.begin(), slots.end(), slot) != slots.end();
 }
 
 // Gives a cell that lost a reference the best of the other stored views that see it.
@@ -126,7 +132,7 @@ void PaperCoverage::refill(State& state) const {
   if (choice) choice->referenced = true;
 }
 
-std::vector<std::uint32_t> PaperCoverage::references(std::uint32_t cell) const {
+std::vector<std::uint32_t> PaperCoverage::do_references(std::uint32_t cell) const {
   const State& state = cells_[cell];
   std::vector<std::uint32_t> slots;
   for (std::size_t i = 0; i < state.members.size(); ++i) {
@@ -135,7 +141,7 @@ std::vector<std::uint32_t> PaperCoverage::references(std::uint32_t cell) const {
   return slots;
 }
 
-void PaperCoverage::follow(const Surface&, std::span<const std::uint32_t> previous_cell) {
+void PaperCoverage::do_follow(const Surface&, std::span<const std::uint32_t> previous_cell) {
   std::vector<State> cells(previous_cell.size());
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
     if (previous_cell[cell] != kNoCell) cells[cell] = std::move(cells_[previous_cell[cell]]);

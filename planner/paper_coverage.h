@@ -12,20 +12,22 @@ namespace lumatlas {
 
 class PaperCoverage final : public CellCoverage {
  public:
+  // As make_cell_coverage(), for so many cells.
   PaperCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
 
-  [[nodiscard]] double value(std::uint32_t cell) const override { return cells_[cell].value; }
-  [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
-                            std::span<double> corrections) const override;
-  void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
-  [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
-                                           const Contribution* newcomer) const override;
-  void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
-  void erase(std::uint32_t cell, std::uint32_t slot) override;
-  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const override;
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
-
  private:
+  [[nodiscard]] double do_value(std::uint32_t cell) const override { return cells_[cell].value; }
+  [[nodiscard]] double do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                               std::span<double> corrections) const override;
+  void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                              const Contribution* newcomer) const override;
+  void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
+  void do_erase(std::uint32_t cell, std::uint32_t slot) override;
+  [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
+  void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+  [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
+
   struct State {
     std::vector<std::uint32_t> slots;  // of the members
     std::vector<SetMember> members;

@@ -35,8 +35,8 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Of polish(), mask(), estimate_intrinsics() and set_cameras(), between one view and the next. Interrupted, some
-  // views may have been changed and others not; each is as consistent as before.
+  // Of polish(), mask(), estimate_intrinsics(), set_cameras() and thin(), between one view and the next. Interrupted,
+  // some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
 
   [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }

@@ -82,6 +82,7 @@ std::vector<std::string> Planner::thin() {
   std::vector<std::string> gone;
   if (!offered_) return gone;
   for (std::vector<std::uint32_t> slots = stored_slots(); !slots.empty();) {
+    may_interrupt(options_.refinement.interruption_point);
     const std::uint32_t least = lowest_ranked(slots, 1).front();
     if (predicted_loss_db(offered_->gap_without(ledger_, least)) > bound_of_views(*options_.max_loss_db)) break;
     gone.push_back(atlas_.view(least)->name);

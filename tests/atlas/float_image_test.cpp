@@ -46,6 +46,11 @@ TEST_CASE("images that are not what they say, and places that cannot be written,
   CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {2, 1, {"Y"}, {1}}), "float image: has 1 values, must have 2");
   CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {1, 1, {}, {}}), "float image: it has no channels");
   CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {0, 1, {"Y"}, {}}), Catch::Contains("size is 0x1"));
+  CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {1, 1, {"Y", ""}, {1, 2}}),
+                    Catch::StartsWith("float image: the name of channel 1 is '', must have"));
+  CHECK_THROWS_WITH(write_float_image(folder / "a.exr", {1, 1, {"Y", "Z", "Y"}, {1, 2, 3}}),
+                    Catch::StartsWith("float image: the name of channel 2 is 'Y', must have"));
+  CHECK_THROWS_AS(write_float_image(folder / "a.exr", {1, 1, {std::string(256, 'Y')}, {1}}), std::invalid_argument);
 }
 
 }  // namespace

@@ -385,6 +385,49 @@ TEST_CASE("a claimed size that the file cannot hold is refused before anything i
   CHECK_THROWS_WITH(photograph_size(flat), flat.string() + ": 16x0 pixels, there is nothing in it");
 }
 
+std::string little_endian(std::uint32_t value, std::size_t bytes) {
+  std::string text;
+  for (std::size_t at = 0; at < bytes; ++at) text += static_cast<char>(value >> 8 * at & 0xff);
+  return text;
+}
+
+// The head of a WebP file that claims this size, in each of the three ways to say so, then 200 bytes of nothing.
+std::string webp_that_claims(const std::string& kind, std::uint32_t width, std::uint32_t height) {
+  std::string data(200, '\0');
+  if (kind == "VP8X") data.replace(4, 6, little_endian(width - 1, 3) + little_endian(height - 1, 3));
+  if (kind == "VP8L") data.replace(0, 5, "\x2f" + little_endian((width - 1) | (height - 1) << 14, 4));
+  if (kind == "VP8 ") data.replace(3, 7, "\x9d\x01\x2a" + little_endian(width | height << 16, 4));
+  return "RIFF" + little_endian(static_cast<std::uint32_t>(data.size() + 12), 4) + "WEBP" + kind +
+         little_endian(static_cast<std::uint32_t>(data.size()), 4) + data;
+}
+
+TEST_CASE("a WebP picture that claims more than its bytes can hold is refused before OpenImageIO allocates it") {
+  const TemporaryFolder folder;
+  const std::string kind = GENERATE("VP8X", "VP8L", "VP8 ");
+  const fs::path path = folder.with_file("a.webp", webp_that_claims(kind, 15884, 14591));
+  const std::string reason = ": claims 15884x14591 pixels, which its 220 bytes cannot hold";
+  CHECK_THROWS_WITH(photograph_size(path), path.string() + reason);
+  CHECK_THROWS_WITH(read_photograph(path), path.string() + reason);
+}
+
+TEST_CASE("a WebP file whose first chunk holds no size is refused") {
+  const TemporaryFolder folder;
+  std::string bytes = webp_that_claims("VP8 ", 16, 16);
+  SECTION("for it is of an unknown kind") {
+    bytes.replace(12, 4, "ICCP");
+  }
+  SECTION("for it lacks its start code") {
+    bytes[23] = '\0';
+  }
+  SECTION("for it is cut off") {
+    bytes.resize(29);
+  }
+  const fs::path path = folder.with_file("a.webp", bytes);
+  CHECK_THROWS_WITH(photograph_size(path), path.string() +
+                                               ": is damaged or cut off, a WebP file without a sound header; copy it "
+                                               "again");
+}
+
 // libpng would tell the terminal too.
 TEST_CASE("a PNG with a changed byte among its pixels is refused by its checksum") {
   const TemporaryFolder folder;
@@ -402,6 +445,33 @@ TEST_CASE("an OpenEXR attribute that claims more bytes than the file has is refu
     CHECK_THROWS_WITH(photograph_size(folder.with_file("claim.exr", file)),
                       Catch::EndsWith("is damaged or cut off, an OpenEXR file without a sound header; copy it again"));
   }
+}
+
+// OpenEXR would go on after the channels, or the preview, at another place than their sizes say.
+TEST_CASE("an OpenEXR attribute that is not as large as its type is refused before it is decoded") {
+  const TemporaryFolder folder;
+  write_image(folder / "whole.exr", position_pattern(4, 3));
+  const std::string whole = bytes_of(folder / "whole.exr");
+  CHECK(read_photograph(folder / "whole.exr").width == 4);
+  const auto check_refused = [&](const std::string& bytes) {
+    CHECK_THROWS_WITH(photograph_size(folder.with_file("a.exr", bytes)),
+                      Catch::EndsWith("is damaged or cut off, an OpenEXR file without a sound header; copy it again"));
+  };
+  std::string misnamed = whole;  // the name of the second channel has become a longer one
+  const std::size_t channels = whole.find(std::string("chlist\0", 7)) + 7 + 4;
+  misnamed.at(channels + 1) = 'x';
+  check_refused(misnamed);
+  const auto with_attribute = [&](const std::string& type, const std::string& value) {
+    const std::string attribute =
+        std::string("x\0", 2) + type + '\0' + little_endian(static_cast<std::uint32_t>(value.size()), 4) + value;
+    return whole.substr(0, 8) + attribute + whole.substr(8);
+  };
+  check_refused(with_attribute("preview", little_endian(50000, 4) + little_endian(40000, 4)));
+  check_refused(with_attribute("preview", little_endian(1, 4)));
+  check_refused(with_attribute("float", std::string(8, '\0')));
+  check_refused(with_attribute("m44f", ""));
+  CHECK(photograph_size(folder.with_file("b.exr", with_attribute("string", "any"))).width == 4);
+  CHECK(photograph_size(folder.with_file("b.exr", with_attribute("ours", "any"))).width == 4);
 }
 
 TEST_CASE("more than 65536 pixels a side are refused") {

@@ -42,6 +42,7 @@ void write_images(const fs::path& folder) {
   fs::create_directories(folder);
   const std::vector<ImageKind> kinds{
       {"colour.jpg", OIIO::TypeDesc::UINT8, 3, {}},
+      {"progressive.jpg", OIIO::TypeDesc::UINT8, 3, {{"jpeg:progressive", "1"}}},
       {"grey.jpg", OIIO::TypeDesc::UINT8, 1, {}},
       {"colour.png", OIIO::TypeDesc::UINT8, 3, {}},
       {"alpha16.png", OIIO::TypeDesc::UINT16, 4, {}},

@@ -380,6 +380,19 @@ TEST_CASE("a stray vertex does not change the diameter, however far and whicheve
   }
 }
 
+TEST_CASE("stray vertices that are neighbours do not change the diameter") {
+  const Mesh scene = rough_plane(100, 2, 0.01f);
+  const glm::uvec3 face = scene.faces[9100];  // not at the plane's border
+  for (const float away : {100.0f, 1e4f, 1e8f, 1e10f}) {
+    Mesh strayed = scene;
+    strayed.positions[face.x] = {away, -away, away / 2};
+    strayed.positions[face.y] = {-away, away / 3, away};
+    CHECK(scene_diameter(strayed) == Approx(scene_diameter(scene)).epsilon(0.05));
+    strayed.positions[face.z] = {away, away, -away};
+    CHECK(scene_diameter(strayed) == Approx(scene_diameter(scene)).epsilon(0.05));
+  }
+}
+
 TEST_CASE("a scene of long thin faces alone has the extent of its area") {
   Mesh slats;
   for (int i = 0; i < 20; ++i) {
@@ -400,6 +413,25 @@ TEST_CASE("cells end at edges that are not manifold") {
 TEST_CASE("a single triangle has a diameter and an empty mesh has none") {
   CHECK(scene_diameter({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {{0, 1, 2}}}) > 0.5);
   CHECK(scene_diameter({}) == 0);
+}
+
+TEST_CASE("clustering ends at whichever tick throws, and ticks in each of its stages") {
+  const Mesh mesh = rough_plane(400, 2, 0.001f);  // 320,000 faces
+  CellOptions options;
+  options.size = 0.02;
+  int ticks = 0;
+  const Cells cells = make_cells(mesh, options, [&] { ++ticks; });
+  // Five for each passage over all faces: one that seeds, four that grow; and those between the stages.
+  CHECK(ticks > 20);
+  CHECK(make_cells(mesh, options).cell_of_face == cells.cell_of_face);
+  for (int last = 1; last <= ticks; last += 3) {
+    int calls = 0;
+    const Tick tick = [&] {
+      if (++calls == last) throw std::runtime_error("enough");
+    };
+    CHECK_THROWS_WITH(make_cells(mesh, options, tick), "enough");
+    CHECK(calls == last);
+  }
 }
 
 }  // namespace

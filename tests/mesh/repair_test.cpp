@@ -344,5 +344,21 @@ TEST_CASE("a soup that breaks its own rules is refused by name") {
                        Catch::Message("offset: coordinate 1 is nan, must be finite"));
 }
 
+TEST_CASE("repair ends at whichever tick throws") {
+  TriangleSoup soup = one_triangle();
+  soup.faces.push_back(soup.faces.front());
+  int ticks = 0;
+  CHECK(repair(soup, kNoOffset, [&] { ++ticks; }).report.duplicate_faces == 1);
+  CHECK(ticks == 6);
+  for (int last = 1; last <= ticks; ++last) {
+    int calls = 0;
+    const Tick tick = [&] {
+      if (++calls == last) throw std::runtime_error("enough");
+    };
+    CHECK_THROWS_WITH(repair(soup, kNoOffset, tick), "enough");
+    CHECK(calls == last);
+  }
+}
+
 }  // namespace
 }  // namespace lumatlas

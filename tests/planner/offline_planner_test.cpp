@@ -186,6 +186,25 @@ TEST_CASE("the offline choice is the same on one thread as on many, and of equal
   CHECK(single.views.front() < 40);
 }
 
+TEST_CASE("planning offline comes by its interruption point at each view, and what is thrown there ends it") {
+  std::mt19937 random(17);
+  OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  const Views views = random_views(random, 20, 50);
+  std::size_t calls = 0;
+  options.interruption_point = [&] { ++calls; };
+  const OfflineChoice choice = plan_offline(room(), views, 4, options);
+  // Each view asks and is evaluated, and those that are not chosen are tried again in each pass.
+  CHECK(calls == 20 + choice.evaluations + 16 * choice.exchanges.size());
+  for (std::size_t last = 1; last <= calls; last += 7) {
+    std::size_t now = 0;
+    options.interruption_point = [&] {
+      if (++now == last) throw std::runtime_error("enough");
+    };
+    CHECK_THROWS_WITH(plan_offline(room(), views, 4, options), "enough");
+    CHECK(now == last);
+  }
+}
+
 TEST_CASE("with room for all, every view that adds something is chosen, and none that sees nothing") {
   std::mt19937 random(16);
   const OfflineOptions options = options_of(CoverageOptions::Metric::directions);

@@ -4,12 +4,17 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
+#include "planner/cell_coverage.h"
+#include "planner/cell_demand.h"
 #include "planner/coverage_ledger.h"
 #include "planner/direction_coverage.h"
 #include "planner/exposure_graph.h"
+#include "planner/offered_coverage.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
 #include "planner/surface_samples.h"
@@ -271,6 +276,151 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
   estimate.cameras = {camera.scaled_to(120, 90), {}};
   CHECK(complaint([&] { refiner.set_cameras(estimate, {}); }) != "accepted");
   CHECK(planned.atlas.view(0)->camera.width == 240);
+}
+
+Contribution sound_part() {
+  return {{0, 0, 1}, 0.5, 4, 0.5, 0.1};
+}
+
+// Each field of a part with a value that breaks its rule, and what is said of it.
+struct BadPart {
+  Contribution part;
+  std::string sentence;
+};
+
+std::vector<BadPart> bad_parts(const std::string& task) {
+  std::vector<BadPart> bad(6, {sound_part(), task + ": a part's "});
+  bad[0].part.direction = {0, 0, 2};
+  bad[0].sentence = task + ": the length of a part's direction is 2, must be 1 or 0";
+  bad[1].part.direction.x = kNan;
+  bad[1].sentence = task + ": the length of a part's direction is nan, must be 1 or 0";
+  bad[2].part.positional = -1;
+  bad[2].sentence += "positional is -1, must be finite and not negative";
+  bad[3].part.distance = std::numeric_limits<double>::infinity();
+  bad[3].sentence += "distance is inf, must be finite and not negative";
+  bad[4].part.cell_share = kNan;
+  bad[4].sentence += "cell_share is nan, must be finite and not negative";
+  bad[5].part.picture_share = 1.5;
+  bad[5].sentence += "picture_share is 1.5, must be in [0, 1]";
+  return bad;
+}
+
+TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that are none of its own") {
+  const Compared scene;
+  const Surface& surface = *scene.gallery.relief.surface;
+  const std::size_t cells = surface.cells.cells.size();
+  CoverageOptions options = coverage_options();
+  options.metric = GENERATE(CoverageOptions::Metric::directions, CoverageOptions::Metric::paper);
+  const std::unique_ptr<CellCoverage> coverage = make_cell_coverage(surface, options, 0);
+  REQUIRE(coverage->cells() == cells);
+  const Contribution part = sound_part();
+  coverage->insert(0, 3, part);
+  const auto beyond = static_cast<std::uint32_t>(cells);
+  std::vector<double> four(4), three(3);
+  const std::vector<std::uint8_t> victims(4), few(3);
+  const std::string no_cell =
+      "coverage: cell is " + std::to_string(cells) + ", must be below the number of cells, " + std::to_string(cells);
+  const std::vector<std::uint32_t> slots{3};
+  CHECK(complaint([&] { (void)coverage->value(beyond); }) == no_cell);
+  CHECK(complaint([&] { (void)coverage->gain(beyond, part, {}, {}); }) == no_cell);
+  CHECK(complaint([&] { coverage->add_losses(beyond, 1, four); }) == no_cell);
+  CHECK(complaint([&] { (void)coverage->value_by_definition(beyond, {}, nullptr); }) == no_cell);
+  CHECK(complaint([&] { coverage->ask(beyond, part, false, four); }) == no_cell);
+  CHECK(complaint([&] { (void)coverage->weight(beyond); }) == no_cell);
+  CHECK(complaint([&] { coverage->insert(beyond, 0, part); }) == no_cell);
+  CHECK(complaint([&] { coverage->erase(beyond, 3); }) == no_cell);
+  CHECK(complaint([&] { (void)coverage->references(beyond); }) == no_cell);
+  CHECK(complaint([&] { (void)coverage->reference_losses(beyond); }) == no_cell);
+  CHECK(complaint([&] { coverage->give_up(beyond, slots); }) == no_cell);
+  CHECK(complaint([&] { (void)coverage->reference_service(beyond); }) == no_cell);
+
+  const std::string too_short = " is 3, must be more than the largest slot of cell 0, 3";
+  CHECK(complaint([&] { coverage->add_losses(0, 1, three); }) == "coverage: the size of losses" + too_short);
+  CHECK(complaint([&] { coverage->ask(0, part, false, three); }) == "coverage: the size of losses" + too_short);
+  CHECK(complaint([&] { (void)coverage->gain(0, part, few, three); }) == "coverage: the size of victims" + too_short);
+  CHECK(complaint([&] { (void)coverage->gain(0, part, victims, three); }) ==
+        "coverage: the size of corrections is 3, must be that of victims, 4");
+  CHECK(complaint([&] { coverage->add_losses(0, kNan, four); }) == "coverage: factor is nan, must be finite");
+  CHECK(complaint([&] { coverage->insert(0, 3, part); }) == "coverage: slot is 3, must not be a member of cell 0 yet");
+  CHECK(complaint([&] { coverage->insert(0, ~0u, part); }) ==
+        "coverage: slot is 4294967295, must be below the largest number that is no slot, 4294967295");
+  CHECK(complaint([&] { coverage->erase(0, 2); }) == "coverage: slot is 2, must be a member of cell 0");
+
+  for (const auto& [bad, sentence] : bad_parts("coverage")) {
+    CHECK(complaint([&] { (void)coverage->gain(0, bad, {}, {}); }) == sentence);
+    CHECK(complaint([&] { coverage->ask(0, bad, false, {}); }) == sentence);
+    CHECK(complaint([&] { coverage->insert(1, 0, bad); }) == sentence);
+    CHECK(complaint([&] { (void)coverage->value_by_definition(0, {}, &bad); }) == sentence);
+  }
+
+  CHECK(complaint([&] { coverage->follow(surface, std::vector<std::uint32_t>(cells - 1, kNoCell)); }) ==
+        "coverage: the size of previous_cell is " + std::to_string(cells - 1) + ", must be the number of cells, " +
+            std::to_string(cells));
+  CHECK(complaint([&] { coverage->follow(surface, std::vector<std::uint32_t>(cells, beyond)); }) ==
+        "coverage: previous_cell is " + std::to_string(cells) + ", must be below the number of old cells, " +
+            std::to_string(cells));
+  // What was refused has changed nothing.
+  CHECK(complaint([&] { coverage->erase(0, 3); }) == "accepted");
+}
+
+TEST_CASE("a measure of coverage refuses bad options and gains that are no bound") {
+  const Compared scene;
+  const Surface& surface = *scene.gallery.relief.surface;
+  CoverageOptions options = coverage_options();
+  options.metric = GENERATE(CoverageOptions::Metric::directions, CoverageOptions::Metric::paper);
+  for (const double gain : {-1.0, kNan}) {
+    CHECK_THAT(
+        complaint([&] { (void)make_cell_coverage(surface, options, gain); }),
+        Catch::StartsWith("coverage: min_reference_gain is ") && Catch::EndsWith(", must be finite and not negative"));
+  }
+  options.max_references = 0;
+  CHECK_THAT(complaint([&] { (void)make_cell_coverage(surface, options, 0); }),
+             Catch::Contains("max_references is 0, must be"));
+  CHECK(complaint([&] { (void)tammes_cosine_bound(options); }) == "coverage: max_references is 0, must be at least 1");
+}
+
+TEST_CASE("demand refuses bad parts, parts that were not added, and priors that are none") {
+  CellDemand demand;
+  for (const auto& [bad, sentence] : bad_parts("coverage")) {
+    CHECK(complaint([&] { demand.add(bad); }) == sentence);
+  }
+  CHECK(complaint([&] { demand.remove(sound_part()); }) == "demand: a part is taken back, must have been added before");
+  CHECK(complaint([&] { (void)demand.weight(-1); }) == "demand: prior is -1, must be finite and not negative");
+  demand.add(sound_part());
+  CHECK(complaint([&] { demand.remove(sound_part()); }) == "accepted");
+}
+
+TEST_CASE("coverage of what was offered refuses cells, stores and slots that are none of its own") {
+  const Compared scene;
+  const Surface& surface = *scene.gallery.relief.surface;
+  const std::size_t cells = surface.cells.cells.size();
+  OfferedCoverage offered(surface, coverage_options());
+  const CoverageLedger store(surface, 2, coverage_options(), 0);
+  const std::vector<CellPart> beyond{{static_cast<std::uint32_t>(cells), sound_part()}};
+  const std::string no_cell = "coverage: a part's cell is " + std::to_string(cells) +
+                              ", must be below the number of cells, " + std::to_string(cells);
+  CHECK(complaint([&] { offered.ask(beyond); }) == no_cell);
+  CHECK(complaint([&] { offered.unask(beyond); }) == no_cell);
+  CHECK(complaint([&] { offered.add(beyond); }) == no_cell);
+  CHECK(complaint([&] { (void)offered.gap(store, beyond); }) == no_cell);
+  for (const auto& [bad, sentence] : bad_parts("coverage")) {
+    const std::vector<CellPart> parts{{0, bad}};
+    CHECK(complaint([&] { offered.add(parts); }) == sentence);
+  }
+  CHECK(complaint([&] { (void)offered.gap_without(store, 2); }) ==
+        "coverage: slot is 2, must be below the number of slots, 2");
+  CHECK(complaint([&] { (void)offered.held(beyond[0].cell); }) ==
+        "coverage: cell is " + std::to_string(cells) + ", must be below the number of cells, " + std::to_string(cells));
+  Surface smaller = surface;
+  smaller.cells.cells.resize(1);
+  smaller.cells.cell_of_face.assign(smaller.cells.cell_of_face.size(), 0);
+  const CoverageLedger other(smaller, 2, coverage_options(), 0);
+  CHECK(complaint([&] { (void)offered.gap(other); }) ==
+        "coverage: the size of store is 1, must be the number of cells, " + std::to_string(cells));
+  CoverageOptions printed = coverage_options();
+  printed.metric = CoverageOptions::Metric::paper;
+  CHECK(complaint([&] { OfferedCoverage coverage(surface, printed); }) ==
+        "coverage: metric is Metric::paper, must be Metric::directions for what was offered");
 }
 
 }  // namespace

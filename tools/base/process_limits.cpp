@@ -16,8 +16,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr rlim_t kLeastAddressSpace = rlim_t{2} << 30;  // bytes: libraries, driver, threads and their heaps
-constexpr rlim_t kLeastStack = rlim_t{1} << 20;         // bytes: trees over meshes are built by functions that recurse
+constexpr rlim_t kLeastStack = rlim_t{1} << 20;  // bytes: trees over meshes are built by functions that recurse
 
 std::string complaint_about(int resource, rlim_t least, const char* name, const char* option) {
   rlimit limit{};
@@ -85,8 +84,8 @@ std::string complaint_about_threads() {
 
 }  // namespace
 
-std::string complaint_about_limits() {
-  std::string complaint = complaint_about(RLIMIT_AS, kLeastAddressSpace, "memory", "-v");
+std::string complaint_about_limits(std::uint64_t least_address_space) {
+  std::string complaint = complaint_about(RLIMIT_AS, least_address_space, "memory", "-v");
   if (complaint.empty()) complaint = complaint_about(RLIMIT_STACK, kLeastStack, "the stack", "-s");
   return complaint.empty() ? complaint_about_threads() : complaint;
 }

@@ -3,15 +3,21 @@
 // crash, abort or hang where they get less than they take for granted, so the program asks before it uses them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 namespace lumatlas {
 
-// One sentence with the limit, its value and what to do, where the limits are too low for any command; empty where they
-// are not. Too low are address space (RLIMIT_AS) below 2 GiB, stack (RLIMIT_STACK) below 1 MiB, or fewer threads than
+// Address space (RLIMIT_AS), bytes: libraries, threads and their heaps, and the scenes and models that were tried; for
+// what draws or traces, the driver too.
+inline constexpr std::uint64_t kLeastToDraw = std::uint64_t{2} << 30;
+inline constexpr std::uint64_t kLeastToRead = std::uint64_t{1} << 30;
+
+// One sentence with the limit, its value and what to do, where the limits are too low; empty where they are not. Too
+// low are address space below `least_address_space`, stack (RLIMIT_STACK) below 1 MiB, or fewer threads than
 // three for each core and four. The threads are tried: limits of users, containers and services are not all told. Takes
 // about a millisecond. May be called before main() and before shared libraries are initialised. What a scene needs
 // beyond this shows when its memory is asked for (std::bad_alloc).
-[[nodiscard]] std::string complaint_about_limits();
+[[nodiscard]] std::string complaint_about_limits(std::uint64_t least_address_space);
 
 }  // namespace lumatlas

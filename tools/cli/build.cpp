@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <array>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tools/base/child_process.h"
 #include "tools/base/output_folder.h"
@@ -154,6 +156,25 @@ std::string next_lines(const BuildFlags& flags) {
   return lines;
 }
 
+// A warning where no photograph was stored, with what became of them; empty where one was.
+std::string nothing_stored_warning(const BuildResult& result) {
+  const auto& views = result.snapshot.views;
+  if (std::any_of(views.begin(), views.end(), [](const auto& view) { return view != nullptr; })) return "";
+  std::size_t blind = 0, outliers = 0;
+  for (const PlannedView& view : result.planned) {
+    if (view.verdict.cells_seen == 0) ++blind;
+    if (view.verdict.decision == Decision::outlier) ++outliers;
+  }
+  const std::size_t others = result.planned.size() - blind - outliers;
+  std::ostringstream sentence;
+  sentence << "warning: none of the " << result.planned.size()
+           << " photographs offered is stored, so that the model shows averaged colours alone: " << blind
+           << " see nothing of the mesh, " << outliers << " disagree with the others, " << others
+           << " would add too little at an ideal distance of " << result.effective.coverage.ideal_distance
+           << " (--ideal-distance)\n";
+  return sentence.str();
+}
+
 void run(const BuildFlags& flags) {
   const BuildOptions options = options_of(flags);
   const ImageCoding photographs = flags.image_coding();
@@ -162,6 +183,7 @@ void run(const BuildFlags& flags) {
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
+  std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
   if (result.intrinsics && !flags.quiet) {
     const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);

@@ -4,14 +4,21 @@
 #include <unistd.h>
 
 #include <string>
+#include <string_view>
 
 #include "tools/base/process_limits.h"
 
 namespace {
 
+// `inspect` reads files, and that is all.
+std::uint64_t least_address_space(int argument_count, char** arguments) {
+  const bool only_reads = argument_count > 1 && std::string_view(arguments[1]) == "inspect";
+  return only_reads ? lumatlas::kLeastToRead : lumatlas::kLeastToDraw;
+}
+
 // Neither exceptions nor the standard streams may be used here.
-void refuse_low_limits() {
-  const std::string complaint = lumatlas::complaint_about_limits();
+void refuse_low_limits(int argument_count, char** arguments, char** /*environment*/) {
+  const std::string complaint = lumatlas::complaint_about_limits(least_address_space(argument_count, arguments));
   if (complaint.empty()) return;
   const std::string line = "lumatlas: " + complaint + "\n";
   (void)!write(STDERR_FILENO, line.data(), line.size());
@@ -21,9 +28,10 @@ void refuse_low_limits() {
 // The dynamic linker calls what stands in this section of a program before the initialisers of its libraries. The
 // sanitizers' own functions are not there yet, so programs that are built with them do without.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-[[gnu::section(".preinit_array"), gnu::used]] void (*const refuse_low_limits_first)() = refuse_low_limits;
+[[gnu::section(".preinit_array"), gnu::used]] void (*const refuse_low_limits_first)(int, char**,
+                                                                                    char**) = refuse_low_limits;
 #else
-[[maybe_unused]] void (*const refuse_low_limits_first)() = refuse_low_limits;
+[[maybe_unused]] void (*const refuse_low_limits_first)(int, char**, char**) = refuse_low_limits;
 #endif
 
 }  // namespace

@@ -112,13 +112,16 @@ std::optional<std::string> stray_faces_warning(const Mesh& mesh, const glm::dvec
   return sentence.str();
 }
 
-Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path& file) {
+// `strays`: the warning of faces that may be what cannot be split, if there is one.
+Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path& file,
+                     const std::optional<std::string>& strays) {
   try {
     return split_large_faces(mesh, size, throw_if_interrupted);
   } catch (const std::invalid_argument& error) {
     std::ostringstream message;
     message << file.string() << ": cannot be cut into cells of size " << size << " (" << error.what()
             << "): give a larger --cell-size";
+    if (strays) message << "; " << *strays;
     throw InputError(message.str());
   }
 }
@@ -147,17 +150,16 @@ SurfaceInput load_surface(const std::filesystem::path& scene, const std::optiona
   surface->offset = scene_origin(soup);
   RepairedMesh repaired;
   try {
-    repaired = repair(soup, surface->offset);
+    repaired = repair(soup, surface->offset, throw_if_interrupted);
   } catch (const InputError& error) {
     throw InputError(input.mesh_file.string() + ": " + error.what());
   }
   input.repair = repaired.report;
   options.size = cell_size(repaired.mesh, options, input.mesh_file);
-  if (auto warning = stray_faces_warning(repaired.mesh, surface->offset, input.mesh_file)) {
-    input.warnings.push_back(std::move(*warning));
-  }
+  const std::optional<std::string> strays = stray_faces_warning(repaired.mesh, surface->offset, input.mesh_file);
+  if (strays) input.warnings.push_back(*strays);
   const std::size_t faces_before = repaired.mesh.faces.size();
-  surface->mesh = split_for_cells(repaired.mesh, options.size, input.mesh_file);
+  surface->mesh = split_for_cells(repaired.mesh, options.size, input.mesh_file, strays);
   input.split_faces = surface->mesh.faces.size() - faces_before;
   surface->cells = make_cells(surface->mesh, options, throw_if_interrupted);
   input.surface = surface;

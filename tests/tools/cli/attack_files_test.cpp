@@ -211,15 +211,33 @@ TEST_CASE("limits that are too low are told by name, instead of a crash or a wro
   };
   for (const Arguments& arguments : runs) {
     CAPTURE(arguments.front());
+    const bool only_reads = arguments.front() == "inspect";
     for (const rlim_t megabytes : {600, 800, 1000, 1500}) {
+      if (only_reads && megabytes > 1024) continue;
       check_failure(lumatlas(arguments, limited(RLIMIT_AS, megabytes << 20)),
                     "the limit of memory is " + std::to_string(megabytes << 10) + " KiB, lumatlas needs at least");
     }
     check_failure(lumatlas(arguments, limited(RLIMIT_STACK, 64 << 10)), "the limit of the stack is 64 KiB");
     CHECK(names_in(folder.path()).empty());
   }
-  CHECK(lumatlas(runs[0], limited(RLIMIT_AS, rlim_t{2} << 30)).status == 0);
+  CHECK(lumatlas(runs[0], limited(RLIMIT_AS, rlim_t{1} << 30)).status == 0);
+  CHECK(lumatlas({"inspect", made().model}, limited(RLIMIT_AS, rlim_t{1} << 30)).status == 0);
   CHECK(lumatlas(runs[1], limited(RLIMIT_STACK, 1 << 20)).status == 0);
+}
+
+TEST_CASE("a machine without a library of OpenGL is told which one to install") {
+  const TemporaryFolder folder;
+  const auto without = [](const char* library) {
+    return [library] {
+      setenv("LD_PRELOAD", LUMATLAS_HIDDEN_LIBRARY, 1);
+      setenv("LUMATLAS_TEST_HIDES", library, 1);
+    };
+  };
+  const Arguments render{"render", made().model, "--views", made().scene, "-o", (folder / "out").string(), "--quiet"};
+  check_failure(lumatlas(render, without("libEGL.so.1")), "libEGL.so.1 cannot be loaded");
+  check_failure(lumatlas(render, without("libOpenGL.so.0 libGL.so.1")),
+                "neither libOpenGL.so.0 nor libGL.so.1 can be loaded");
+  CHECK(names_in(folder.path()).empty());
 }
 
 TEST_CASE("a limit of processes is told by name") {

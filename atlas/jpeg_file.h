@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The pixels of a JPEG file, by libjpeg itself: OpenImageIO 2.4 hides its warnings, and those tell of damage within the
+// coded data, which has no checksum.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace lumatlas {
+
+// 3 * width * height bytes as stored, row by row from the top, whatever EXIF says of the orientation; grey and CMYK
+// become RGB. `path` stands for the bytes in sentences; the caller has found in their header that they are of this size
+// and that it is a plausible one. Throws InputError if they are not of this size, and for damage that the decoder
+// meets: coded data that no encoder wrote, that ends before the picture is full, or of which something is left over.
+// Changed bits that still decode to as many blocks go unnoticed.
+[[nodiscard]] std::vector<std::uint8_t> decode_jpeg(std::span<const std::uint8_t> bytes,
+                                                    const std::filesystem::path& path, std::uint32_t width,
+                                                    std::uint32_t height);
+
+}  // namespace lumatlas

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How a caller follows long work on a mesh, and stops it.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace lumatlas {
+
+// What long work calls now and then, from the thread that began it. It may throw, and so end the work.
+using Tick = std::function<void()>;
+
+// Calls a tick, if there is one, at every `every`-th of many small steps, so that a step costs next to nothing.
+class TickEvery {
+ public:
+  TickEvery(const Tick& tick, std::size_t every) : tick_(tick), every_(every) {}
+  void step() {
+    if (++steps_ % every_ == 0 && tick_) tick_();
+  }
+
+ private:
+  const Tick& tick_;
+  std::size_t every_;  // >= 1
+  std::size_t steps_ = 0;
+};
+
+}  // namespace lumatlas
