@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   program.option_defaults()->always_capture_default();
   program.require_subcommand(1);
   lumatlas::add_inspect_command(program);
+  lumatlas::add_mesh_command(program);
   lumatlas::add_build_command(program);
   lumatlas::add_render_command(program);
   lumatlas::add_validate_command(program);

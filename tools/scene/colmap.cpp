@@ -91,4 +91,18 @@ ColmapModel read_colmap_model(const fs::path& scene) {
   return model;
 }
 
+fs::path points_path(const ColmapModel& model) {
+  return model.images_path.parent_path() / ("points3D" + model.images_path.extension().string());
+}
+
+std::vector<ColmapPoint> read_colmap_points(const ColmapModel& model) {
+  const fs::path path = points_path(model);
+  const std::string file = read_whole_file(path);
+  std::vector<ColmapPoint> points = path.extension() == ".bin"
+                                        ? parse_points_binary(std::as_bytes(std::span(file)), path)
+                                        : parse_points_text(file, path);
+  if (points.empty()) throw InputError(path.string() + ": holds no point");
+  return points;
+}
+
 }  // namespace lumatlas
