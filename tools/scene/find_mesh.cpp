@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "mesh/base/errors.h"
+#include "tools/base/child_process.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -64,7 +65,8 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
     }
   }
   throw InputError(scene.string() + ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of " +
-                   list_of_names() + "): name one with --mesh");
+                   list_of_names() + "): name one with --mesh, or make one with `" +
+                   shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
 }
 
 }  // namespace lumatlas

@@ -817,5 +817,35 @@ TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
                     folder.path());
 }
 
+TEST_CASE("a scene without a mesh: the line that build names makes one, which build then finds") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), model = (folder / "model").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::remove(folder / "scene/mesh.ply");
+  check_failure(lumatlas({"build", scene, "-o", model}), "`lumatlas mesh " + scene + " -o " + scene + "/mesh.ply`");
+  const Outcome meshed = lumatlas({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"});
+  REQUIRE(meshed.status == 0);
+  CHECK(meshed.err.empty());
+  CHECK_THAT(meshed.out, Catch::StartsWith(scene + "/mesh.ply: ") && Catch::Contains("of the points lie on it"));
+  CHECK(lumatlas({"build", scene, "-o", model, "--quiet"}).status == 0);
+  const std::string bytes = bytes_of(scene + "/mesh.ply");
+  CHECK(lumatlas({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"}).status == 0);
+  CHECK(bytes_of(scene + "/mesh.ply") == bytes);
+}
+
+TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that cannot be written, and leaves nothing") {
+  const TemporaryFolder folder;
+  const std::string scene = made().scene;
+  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.obj").string()}).status == 2);
+  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--spacing", "-1"}).status == 2);
+  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--noise", "nan"}).status == 2);
+  const std::string mesh = scene + "/mesh.ply", bytes = bytes_of(mesh);
+  CHECK(lumatlas({"mesh", scene, "-o", mesh, "--points", mesh}).status == 1);
+  CHECK(bytes_of(mesh) == bytes);
+  check_failure(lumatlas({"mesh", scene, "-o", (folder / "no/mesh.ply").string()}), "no");
+  check_failure(lumatlas({"mesh", (folder / "nowhere").string(), "-o", (folder / "mesh.ply").string()}), "nowhere");
+  CHECK(names_in(folder.path()).empty());
+}
+
 }  // namespace
 }  // namespace lumatlas

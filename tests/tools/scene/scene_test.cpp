@@ -311,7 +311,8 @@ TEST_CASE("a scene without a mesh gets a sentence with all the places") {
                         ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of mesh, meshed-poisson, "
                         "meshed-delaunay, scene_dense_mesh_refine, scene_dense_mesh, scene_mesh_refine, scene_mesh, "
                         "scene_dense_mesh_refine_texture, scene_dense_mesh_texture, scene_mesh_texture): name one with "
-                        "--mesh");
+                        "--mesh, or make one with `lumatlas mesh " +
+                        folder.path().string() + " -o " + folder.path().string() + "/mesh.ply`");
 }
 
 TEST_CASE("every hold-th view is held out and scored") {
