@@ -28,6 +28,7 @@ using nlohmann::json;
 struct MeshFlags {
   std::filesystem::path scene, output, points;
   SceneMeshOptions options;
+  PictureFlags pictures;
   bool json_output = false;
   bool quiet = false;
 };
@@ -79,6 +80,7 @@ void print_text(const SceneMesh& made, const std::filesystem::path& output) {
 
 void run(MeshFlags flags) {
   if (!flags.points.empty()) flags.options.points = flags.points;
+  flags.options.pictures = flags.pictures.folders();
   check_usage(flags.options);
   check_is_ply(flags.output);
   check_apart(flags.output, std::array{flags.scene, flags.points});
@@ -124,6 +126,7 @@ void add_mesh_command(CLI::App& program) {
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
            "PLY of points, with normals or without; without it fused.ply in SCENE or dense/, else points3D");
+  add_images(*command, flags->pictures.images);
   begin_group(*command, "Surface");
   command
       ->add_option("--spacing", flags->options.spacing_px, "Points closer together are one, in the nearest photograph")

@@ -161,7 +161,7 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
   ScenePoints points = read_scene_points(scene, options.points);
   const glm::dvec3 offset = median_position(points.positions);
   for (glm::dvec3& position : points.positions) position -= offset;
-  const std::vector<Camera> views = cameras_of(read_scene_views(scene, offset));
+  const std::vector<Camera> views = cameras_of(read_scene_views(scene, offset, options.pictures));
   SceneMesh result;
   result.points_file = points.file;
   result.points = points.positions.size();

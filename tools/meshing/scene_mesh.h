@@ -12,11 +12,13 @@
 #include "mesh/mesh.h"
 #include "tools/meshing/surface_trust.h"
 #include "tools/meshing/visibility_cut.h"
+#include "tools/scene/scene.h"
 
 namespace lumatlas {
 
 struct SceneMeshOptions {
   std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see read_scene_points()
+  PictureFolders pictures;                      // photographs, whose sizes are looked at
   // Points closer together are one, pixels of the nearest view; [0, 1000]. Widened until most_points are left.
   double spacing_px = 4;
   std::size_t most_points = 200'000;  // >= 4; time and memory grow with it, 1 GB at the default

@@ -286,7 +286,9 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
   result.mesh_file = input.mesh_file;
   result.mesh_warnings = input.warnings;
-  const SceneViews views = read_scene_views(scene, input.surface->offset);
+  const SceneViews views = read_scene_views(scene, input.surface->offset, options.pictures);
+  result.views = views.views.size();
+  result.masked_views = masked_views(views);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));

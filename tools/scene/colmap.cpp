@@ -47,9 +47,11 @@ Files find_model(const fs::path& scene) {
                        "it beside " + (cameras ? files.cameras : files.images).filename().string());
     }
   }
-  throw InputError(scene.string() + (is_there(scene) ? ": holds no COLMAP model (cameras.bin and images.bin, or "
-                                                       "cameras.txt and images.txt, in sparse/, sparse/0/ or itself)"
-                                                     : ": no such folder"));
+  throw InputError(scene.string() + (is_there(scene)
+                                         ? ": holds no COLMAP model (cameras.bin and images.bin, or "
+                                           "cameras.txt and images.txt, in sparse/, sparse/0/ or itself) and no "
+                                           "transforms.json"
+                                         : ": no such folder"));
 }
 
 void check_cameras_exist(const ColmapModel& model) {

@@ -12,6 +12,7 @@
 #include "mesh/base/whole_file.h"
 #include "mesh/ply_reader.h"
 #include "tools/scene/colmap.h"
+#include "tools/scene/transforms_json.h"
 
 namespace lumatlas {
 namespace {
@@ -78,11 +79,19 @@ ScenePoints points_of_model(const fs::path& scene) {
   return points;
 }
 
+ScenePoints points_of_transforms(const fs::path& scene) {
+  const std::optional<fs::path> points = read_transforms(scene).points;
+  if (points) return points_of_ply(scene / *points);
+  throw InputError((scene / "transforms.json").string() +
+                   ": names no points (ply_file_path): name a PLY of points with --points");
+}
+
 }  // namespace
 
 ScenePoints read_scene_points(const fs::path& scene, const std::optional<fs::path>& given) {
   if (given) return points_of_ply(*given);
   if (const std::optional<fs::path> dense = dense_points_in(scene)) return points_of_ply(*dense);
+  if (is_transforms_scene(scene)) return points_of_transforms(scene);
   return points_of_model(scene);
 }
 

@@ -23,8 +23,8 @@ struct ScenePoints {
 };
 
 // Points from `given`, a PLY file. Without it: from a fused.ply in the scene, in dense/ or in dense/0/ (COLMAP's dense
-// points), else from the COLMAP model's points3D.bin or points3D.txt. Points that are not finite are left out. Throws
-// InputError: file, index, value, what to do.
+// points), else from the COLMAP model's points3D.bin or points3D.txt, or what transforms.json names. Points that are
+// not finite are left out. Throws InputError: file, index, value, what to do.
 [[nodiscard]] ScenePoints read_scene_points(const std::filesystem::path& scene,
                                             const std::optional<std::filesystem::path>& given);
 
