@@ -201,7 +201,8 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
       ->required();
   add_file(command, "--mesh", flags.mesh, "FILE", "PLY or OBJ; without it the usual names are looked for in SCENE");
   add_choice(command, "--image", flags.photograph_coding.format,
-             {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model");
+             {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
+      ->transform(other_name("jpg", "jpeg"));
   flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "With --image jpeg, how well")
                       ->type_name("Q")
                       ->transform(whole_number(1, 100));

@@ -39,17 +39,21 @@ struct PictureFolders {
 // How many views have a mask.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
 
-// Reads a COLMAP workspace: sparse/ or sparse/0/ (or the model's files in the folder itself), binary or text; with
-// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every
-// camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF
-// orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is turned.
-// The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or NAME.png; a photograph need not have one. Throws
-// InputError: file, index, value, what to do, also where folders.masks has no mask of any photograph.
+// Reads a COLMAP workspace, or without one a transforms.json (tools/scene/transforms_json.h). A workspace: sparse/ or
+// sparse/0/ (or the model's files in the folder itself), binary or text; with images/ beside it. Poses and cameras
+// only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
+// A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
+// that does not fit its camera's size but the upright one does, it is turned. The mask of NAME.jpg is NAME.jpg.png, as
+// COLMAP has it, or NAME.png; a photograph need not have one. Throws InputError: file, index, value, what to do, also
+// where folders.masks has no mask of any photograph.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
                                           const PictureFolders& folders = {});
 
-// The mesh file to use: `given` if it is given, else the first that exists of the names that COLMAP, OpenMVS and others
-// write. Throws InputError naming all the places that were looked at.
+// The first file in `scene` of the names that COLMAP, OpenMVS and others give to meshes; none if there is none.
+[[nodiscard]] std::optional<std::filesystem::path> mesh_beside(const std::filesystem::path& scene);
+
+// The mesh file to use: `given` if it is given, else mesh_beside(scene). Throws InputError naming all the places that
+// were looked at.
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 

@@ -847,5 +847,56 @@ TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that ca
   CHECK(names_in(folder.path()).empty());
 }
 
+TEST_CASE("a mistyped command or option gets the name of the nearest one") {
+  const auto says = [](const Arguments& arguments, const std::string& sentence) {
+    const Outcome outcome = lumatlas(arguments);
+    CHECK(outcome.status == 2);
+    CHECK_THAT(outcome.err, Catch::EndsWith(sentence + "\n"));
+  };
+  says({"biuld", "scene"}, "There is no command biuld; did you mean build?");
+  says({"frobnicate"}, "There is no command frobnicate.");
+  says({"build", "scene", "-o", "x", "--max-vews=3"}, "There is no option --max-vews; did you mean --max-views?");
+  says({"render", "model", "-o", "x", "--suprsample", "3"},
+       "There is no option --suprsample; did you mean --supersample?");
+  CHECK_THAT(lumatlas({"build", "scene", "-o", "x", "--zzzzzz"}).err, !Catch::Contains("did you mean"));
+  CHECK_THAT(lumatlas({"--version"}).err, Catch::Equals(""));
+}
+
+TEST_CASE("inspect tells of cameras and photographs also without a mesh, and how to get one") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::remove(folder / "scene/mesh.ply");
+  const Outcome outcome = lumatlas({"inspect", scene, "--json", "--quiet"});
+  REQUIRE(outcome.status == 0);
+  const nlohmann::json read = nlohmann::json::parse(outcome.out);
+  CHECK(read["mesh"].is_null());
+  CHECK(read["views"]["count"] == 12);
+  CHECK(read["views"]["lenses"] == nlohmann::json{{"PINHOLE 64x48", 12}});
+  CHECK_THAT(read["warnings"].at(0).get<std::string>(), Catch::Contains("`lumatlas mesh " + scene));
+  CHECK_THAT(lumatlas({"inspect", scene}).out, Catch::StartsWith("mesh       none\nviews      12\n"));
+  check_failure(lumatlas({"inspect", (folder / "nowhere").string()}), "nowhere");
+}
+
+TEST_CASE("build refuses a mesh that next to no view sees, and leaves nothing") {
+  const TemporaryFolder folder;
+  const auto mesh = folder.with_file("far.ply",
+                                     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                     "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                     "end_header\n0 0 90\n1 0 90\n0 1 90\n3 0 1 2\n");
+  check_failure(
+      lumatlas({"build", made().scene, "--mesh", mesh.string(), "-o", (folder / "model").string(), "--quiet"}),
+      "views that were looked through see next to nothing of it");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"far.ply"});
+}
+
+TEST_CASE("jpg is jpeg") {
+  const TemporaryFolder folder;
+  const Outcome outcome = lumatlas(
+      {"build", made().scene, "-o", (folder / "model").string(), "--image", "jpg", "--refine", "none", "--quiet"});
+  INFO(outcome.err);
+  CHECK(outcome.status == 0);
+}
+
 }  // namespace
 }  // namespace lumatlas
