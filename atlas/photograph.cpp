@@ -412,6 +412,24 @@ Photograph read_from(Source& source, Orientation orientation) {
   return photo;
 }
 
+// As three equal values a pixel, upright.
+std::vector<std::uint8_t> alpha_from(Source& source, Orientation orientation) {
+  Opened image = reader_for(source);
+  if (image.format == Format::jpeg) return {};
+  const Header header = checked_header(source, image, orientation);
+  const int channel = image.reader->spec().alpha_channel;
+  if (channel < 0) return {};
+  require_size_of(source.path(), header, image.reader->spec());
+  std::vector<std::uint8_t> stored(std::size_t{header.width} * header.height);
+  if (!image.reader->read_image(0, 0, channel, channel + 1, TypeDesc::UINT8, stored.data())) {
+    fail(source.path(), "is damaged or cut off" + because(image.reader->geterror()));
+  }
+  std::vector<std::uint8_t> threefold;
+  threefold.reserve(3 * stored.size());
+  for (const std::uint8_t value : stored) threefold.insert(threefold.end(), 3, value);
+  return upright_rgb(std::move(threefold), header);
+}
+
 }  // namespace
 
 ImageSize photograph_size(const fs::path& path, Orientation orientation) {
@@ -427,6 +445,14 @@ ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string&
 Photograph read_photograph(const fs::path& path, Orientation orientation) {
   Source source(path);
   return read_from(source, orientation);
+}
+
+std::vector<std::uint8_t> read_alpha(const fs::path& path, Orientation orientation) {
+  Source source(path);
+  const std::vector<std::uint8_t> threefold = alpha_from(source, orientation);
+  std::vector<std::uint8_t> alpha(threefold.size() / 3);
+  for (std::size_t i = 0; i < alpha.size(); ++i) alpha[i] = threefold[3 * i];
+  return alpha;
 }
 
 Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name) {

@@ -36,6 +36,11 @@ struct ImageSize {
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 
+// The alpha of each pixel of a file that read_photograph() reads, 0 to 255; empty where the file has none. Throws
+// InputError.
+[[nodiscard]] std::vector<std::uint8_t> read_alpha(const std::filesystem::path& path,
+                                                   Orientation orientation = Orientation::exif);
+
 // Size and pixels of a PNG or JPEG file in memory, upright; `name` stands for its path in sentences.
 [[nodiscard]] ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name);
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);

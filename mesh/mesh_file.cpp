@@ -28,9 +28,12 @@ std::string lower_case_ending(const std::filesystem::path& path) {
   return ending;
 }
 
-std::string ply_header(const Mesh& mesh) {
+// Of a Mesh or a TriangleSoup, whose positions are of the PLY type `number`.
+template <typename Triangles>
+std::string ply_header(const Triangles& mesh, const std::string& number) {
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.positions.size());
-  header += "\nproperty float x\nproperty float y\nproperty float z\n";
+  for (const char* const axis : {" x", " y", " z"}) header += "\nproperty " + number + axis;
+  header += '\n';
   if (!mesh.colors.empty()) header += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   header += "element face " + std::to_string(mesh.faces.size());
   return header + "\nproperty list uchar uint vertex_indices\nend_header\n";
@@ -40,13 +43,14 @@ void append_bytes(std::string& bytes, const void* data, std::size_t count) {
   bytes.append(static_cast<const char*>(data), count);
 }
 
-std::string ply_bytes(const Mesh& mesh) {
-  constexpr std::size_t kVertexBytes = 12, kColorBytes = 3, kFaceBytes = 13;
-  std::string bytes = ply_header(mesh);
-  bytes.reserve(bytes.size() + kVertexBytes * mesh.positions.size() + kColorBytes * mesh.colors.size() +
+template <typename Triangles>
+std::string ply_bytes(const Triangles& mesh, const std::string& number) {
+  constexpr std::size_t kPositionBytes = sizeof(mesh.positions[0]), kColorBytes = 3, kFaceBytes = 13;
+  std::string bytes = ply_header(mesh, number);
+  bytes.reserve(bytes.size() + kPositionBytes * mesh.positions.size() + kColorBytes * mesh.colors.size() +
                 kFaceBytes * mesh.faces.size());
   for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-    append_bytes(bytes, &mesh.positions[i], kVertexBytes);
+    append_bytes(bytes, &mesh.positions[i], kPositionBytes);
     if (!mesh.colors.empty()) append_bytes(bytes, &mesh.colors[i], kColorBytes);
   }
   for (const glm::uvec3& face : mesh.faces) {
@@ -54,6 +58,14 @@ std::string ply_bytes(const Mesh& mesh) {
     append_bytes(bytes, &face, sizeof face);
   }
   return bytes;
+}
+
+void check_soup(const TriangleSoup& soup) {
+  if (!soup.colors.empty() && soup.colors.size() != soup.positions.size()) {
+    throw std::invalid_argument("colors: " + std::to_string(soup.colors.size()) + ", must be none or one for each of " +
+                                std::to_string(soup.positions.size()) + " positions");
+  }
+  (void)bounds(soup);
 }
 
 }  // namespace
@@ -68,13 +80,19 @@ TriangleSoup read_triangle_soup(const std::filesystem::path& path) {
 
 void write_ply(const std::filesystem::path& path, const Mesh& mesh) {
   check(mesh);
-  const std::string bytes = ply_bytes(mesh);
+  const std::string bytes = ply_bytes(mesh, "float");
   PendingFile file(path);
   std::ofstream stream(file.path(), std::ios::binary);
   stream.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   stream.close();
   if (!stream) throw InputError(path.string() + ": cannot be written; check the folder's permissions and free space");
   file.commit();
+}
+
+void write_ply(std::ostream& file, const TriangleSoup& soup) {
+  check_soup(soup);
+  const std::string bytes = ply_bytes(soup, "double");
+  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
 }
 
 }  // namespace lumatlas

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 
 #include "mesh/mesh.h"
 
@@ -17,5 +18,9 @@ namespace lumatlas {
 // Binary little-endian PLY with float positions, and colours if the mesh has them. Writes beside `path`, then renames.
 // Throws InputError if the file cannot be written, std::invalid_argument if the mesh breaks a rule of mesh.h.
 void write_ply(const std::filesystem::path& path, const Mesh& mesh);
+// A soup in the same form, but with double positions, which may be far from the origin. Whether every byte was taken is
+// the stream's to say. Throws std::invalid_argument if a face refers to no position, or colours are neither none nor
+// one per position.
+void write_ply(std::ostream& file, const TriangleSoup& soup);
 
 }  // namespace lumatlas

@@ -194,6 +194,12 @@ std::optional<Three> color_properties(const PlyElement& vertex) {
   return {};
 }
 
+std::optional<Three> normal_properties(const PlyElement& element) {
+  const Three normal{property_index(element, "nx"), property_index(element, "ny"), property_index(element, "nz")};
+  if (!are_scalars(element, normal)) return {};
+  return normal;
+}
+
 std::size_t corner_property(const PlyElement& face, const std::string& path) {
   for (const char* name : {"vertex_indices", "vertex_index"}) {
     const std::size_t index = property_index(face, name);
@@ -230,6 +236,18 @@ class SoupReader {
     return std::move(soup_);
   }
 
+  PointSoup read_points(const PlyHeader& header) {
+    for (const PlyElement& element : header.elements) {
+      if (element.name == "vertex") {
+        read_vertices(element);
+      } else {
+        skip(element);
+      }
+    }
+    refuse_rest(header);
+    return {std::move(soup_.positions), std::move(soup_.colors), std::move(normals_)};
+  }
+
  private:
   // What the header does not declare would else be lost without a word, faces for example. Only empty lines, and zeros
   // as some programs pad binary files with, are nothing.
@@ -249,7 +267,7 @@ class SoupReader {
 
   void read_vertices(const PlyElement& element) {
     const Three xyz = position_properties(element, path_);
-    const std::optional<Three> rgb = color_properties(element);
+    const std::optional<Three> rgb = color_properties(element), normal = normal_properties(element);
     soup_.positions.reserve(element.count);  // check_counts() made sure that the file holds them
     if (rgb) soup_.colors.reserve(element.count);
     std::vector<double> values(element.properties.size());
@@ -258,6 +276,7 @@ class SoupReader {
       for (std::size_t i = 0; i < values.size(); ++i) values[i] = scalar(element.properties[i]);
       body_.end_record();
       soup_.positions.emplace_back(values[xyz[0]], values[xyz[1]], values[xyz[2]]);
+      if (normal) normals_.emplace_back(values[(*normal)[0]], values[(*normal)[1]], values[(*normal)[2]]);
       if (!rgb) continue;
       glm::u8vec3& color = soup_.colors.emplace_back();
       for (int i = 0; i < 3; ++i) {
@@ -346,6 +365,7 @@ class SoupReader {
   std::vector<std::uint32_t> corners_;
   Polygons polygons_;
   TriangleSoup soup_;
+  std::vector<glm::vec3> normals_;
 };
 
 const PlyElement* element_named(const PlyHeader& header, std::string_view name) {
@@ -355,28 +375,44 @@ const PlyElement* element_named(const PlyHeader& header, std::string_view name) 
   return nullptr;
 }
 
-void check_is_mesh(const PlyHeader& header, const std::string& path) {
+void check_has_vertices(const PlyHeader& header, const std::string& path) {
   const PlyElement* const vertex = element_named(header, "vertex");
-  const PlyElement* const face = element_named(header, "face");
   if (!vertex || vertex->count == 0) throw InputError(path + ": has no vertices");
   if (vertex->count > std::numeric_limits<std::uint32_t>::max()) {
     throw InputError(path + ": has " + std::to_string(vertex->count) + " vertices, more than 4294967295");
   }
+}
+
+void check_has_faces(const PlyHeader& header, const std::string& path) {
+  const PlyElement* const face = element_named(header, "face");
   if (!face || face->count == 0) throw no_faces(path);
+}
+
+// `read` is called with a reader of the body, whatever its encoding is.
+template <typename Read>
+auto read_body(const PlyHeader& header, std::string_view contents, const std::string& path, const Read& read) {
+  check_counts(header, contents.size(), path);
+  const std::string_view body = contents.substr(header.body);
+  if (header.encoding == PlyEncoding::Ascii) {
+    return read(SoupReader<AsciiBody>({body, header.line_feed, path}, path));
+  }
+  const std::endian endian = header.encoding == PlyEncoding::BinaryBigEndian ? std::endian::big : std::endian::little;
+  return read(SoupReader<BinaryBody>({body, endian, path}, path));
 }
 
 }  // namespace
 
 TriangleSoup parse_ply(std::string_view contents, const std::string& path) {
   const PlyHeader header = parse_ply_header(contents, path);
-  check_is_mesh(header, path);
-  check_counts(header, contents.size(), path);
-  const std::string_view body = contents.substr(header.body);
-  if (header.encoding == PlyEncoding::Ascii) {
-    return SoupReader<AsciiBody>({body, header.line_feed, path}, path).read(header);
-  }
-  const std::endian endian = header.encoding == PlyEncoding::BinaryBigEndian ? std::endian::big : std::endian::little;
-  return SoupReader<BinaryBody>({body, endian, path}, path).read(header);
+  check_has_vertices(header, path);
+  check_has_faces(header, path);
+  return read_body(header, contents, path, [&](auto reader) { return reader.read(header); });
+}
+
+PointSoup parse_ply_points(std::string_view contents, const std::string& path) {
+  const PlyHeader header = parse_ply_header(contents, path);
+  check_has_vertices(header, path);
+  return read_body(header, contents, path, [&](auto reader) { return reader.read_points(header); });
 }
 
 }  // namespace lumatlas

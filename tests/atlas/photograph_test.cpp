@@ -194,6 +194,26 @@ TEST_CASE("alpha is dropped and colours under it are as stored") {
   CHECK(read_photograph(folder / "b.png").rgb == std::vector<std::uint8_t>{90, 90, 90, 60, 60, 60});
 }
 
+TEST_CASE("alpha is read by itself, turned as the photograph is, and empty where there is none") {
+  const TemporaryFolder folder;
+  OIIO::ImageSpec spec(2, 1, 4, TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  const std::array<std::uint8_t, 8> rgba{200, 100, 50, 128, 10, 20, 30, 0};
+  write_stored(folder / "a.png", spec, TypeDesc::UINT8, rgba.data());
+  CHECK(read_alpha(folder / "a.png") == std::vector<std::uint8_t>{128, 0});
+  spec.attribute("Orientation", 3);  // turned by 180 degrees
+  spec.channelnames = {"R", "G", "B", "A"};
+  spec.alpha_channel = 3;
+  write_stored(folder / "turned.tif", spec, TypeDesc::UINT8, rgba.data());
+  CHECK(read_alpha(folder / "turned.tif", Orientation::exif) == std::vector<std::uint8_t>{0, 128});
+  CHECK(read_alpha(folder / "turned.tif", Orientation::as_stored) == std::vector<std::uint8_t>{128, 0});
+  write_image(folder / "b.png", {2, 1, {1, 2, 3, 4, 5, 6}, {}});
+  write_image(folder / "c.jpg", {2, 1, {1, 2, 3, 4, 5, 6}, {}});
+  CHECK(read_alpha(folder / "b.png").empty());
+  CHECK(read_alpha(folder / "c.jpg").empty());
+  CHECK_THROWS_AS(read_alpha(folder / "none.png"), InputError);
+}
+
 TEST_CASE("floating-point samples are linear light") {
   const TemporaryFolder folder;
   // IEC 61966-2-1 by hand: 0.18 -> 0.46136 -> 117.6; 0.5 -> 0.73536 -> 187.5; 0.002 -> 0.02584 -> 6.6

@@ -37,17 +37,27 @@ void use(const std::vector<ColmapImage>& images) {
   }
 }
 
+void use(const std::vector<ColmapPoint>& points) {
+  for (const ColmapPoint& point : points) {
+    for (int axis = 0; axis < 3; ++axis) require(std::abs(point.position[axis]) <= 1e12);
+  }
+}
+
 void read(std::uint8_t reader, std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  switch (reader % 4) {
+  switch (reader % 6) {
     case 0:
       return use(parse_cameras_binary(bytes, "cameras.bin"));
     case 1:
       return use(parse_images_binary(bytes, "images.bin"));
     case 2:
       return use(parse_cameras_text(text, "cameras.txt"));
-    default:
+    case 3:
       return use(parse_images_text(text, "images.txt"));
+    case 4:
+      return use(parse_points_binary(bytes, "points3D.bin"));
+    default:
+      return use(parse_points_text(text, "points3D.txt"));
   }
 }
 

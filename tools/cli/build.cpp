@@ -29,6 +29,7 @@ using nlohmann::json;
 struct BuildFlags {
   std::filesystem::path scene, output, mesh;
   BuildOptions options;
+  PictureFlags pictures;
   HoldFlags hold;
   CellFlags cells;
   CoverageFlags coverage;
@@ -122,6 +123,7 @@ BuildOptions options_of(BuildFlags flags) {
   if (flags.paper) follow_paper(flags);
   BuildOptions options = flags.options;
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
+  options.pictures = flags.pictures.folders();
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   flags.coverage.apply(options.planner);
@@ -182,6 +184,9 @@ void run(const BuildFlags& flags) {
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  if (!flags.quiet && result.masked_views > 0) {
+    std::cerr << "masks: of " << result.masked_views << " of " << result.views << " photographs\n";
+  }
   for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
   std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
@@ -218,7 +223,8 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
       ->required();
   add_file(command, "--mesh", flags.mesh, "FILE", "PLY or OBJ; without it the usual names are looked for in SCENE");
   add_choice(command, "--image", flags.photograph_coding.format,
-             {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model");
+             {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
+      ->transform(other_name("jpg", "jpeg"));
   flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "With --image jpeg, how well")
                       ->type_name("Q")
                       ->transform(whole_number(1, 100));
@@ -226,6 +232,7 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
 
 void add_stream_options(CLI::App& command, BuildFlags& flags) {
   begin_group(command, "Photographs");
+  flags.pictures.add_to(command);
   flags.hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
   add_choice(command, "--order", flags.options.order, kOrders, "In which photographs are offered; given: by name");
   flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")

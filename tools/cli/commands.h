@@ -18,6 +18,7 @@
 namespace lumatlas {
 
 void add_inspect_command(CLI::App& program);
+void add_mesh_command(CLI::App& program);
 void add_build_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
@@ -47,6 +48,27 @@ inline void add_json(CLI::App& command, bool& json) {
 inline void add_quiet(CLI::App& command, bool& quiet) {
   command.add_flag("--quiet", quiet, "Print no progress and no advice");
 }
+
+inline void add_images(CLI::App& command, std::filesystem::path& images) {
+  add_file(command, "--images", images, "DIR", "Folder of the photographs, if not SCENE/images");
+}
+
+// --images and --masks of several commands.
+struct PictureFlags {
+  std::filesystem::path images, masks;
+
+  void add_to(CLI::App& command) {
+    add_images(command, images);
+    add_file(command, "--masks", masks, "DIR",
+             "Folder of masks NAME.png or NAME.jpg.png, if not SCENE/masks; what is black is not used");
+  }
+  [[nodiscard]] PictureFolders folders() const {
+    PictureFolders result;
+    if (!images.empty()) result.images = images;
+    if (!masks.empty()) result.masks = masks;
+    return result;
+  }
+};
 
 // --hold and --block of several commands.
 struct HoldFlags {

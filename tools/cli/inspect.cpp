@@ -40,15 +40,25 @@ void print_mesh(const json& mesh) {
 void print_views(const json& views) {
   std::cout << "views      " << views["count"] << '\n';
   for (const auto& [lens, count] : views["lenses"].items()) std::cout << "  " << count << " " << lens << '\n';
+  if (views["masked"] != 0) std::cout << "  with a mask: " << views["masked"] << '\n';
+  if (views["median_distance"].is_null()) return;
   std::cout << "  distance to the surface: median " << views["median_distance"].get<double>() << " (scene units)\n";
 }
 
-void print(const json& scene) {
+void print_surface(const json& scene) {
   print_mesh(scene["mesh"]);
   const json& cells = scene["cells"];
   std::cout << "cells      " << cells["count"] << " of size " << cells["size"].get<double>() << "; area / size^2: 5% "
             << cells["area_share"]["p5"].get<double>() << ", median " << cells["area_share"]["median"].get<double>()
             << ", 95% " << cells["area_share"]["p95"].get<double>() << "; " << cells["unseen"] << " seen by no view\n";
+}
+
+void print(const json& scene) {
+  if (scene["mesh"].is_null()) {
+    std::cout << "mesh       none\n";
+  } else {
+    print_surface(scene);
+  }
   print_views(scene["views"]);
   for (const json& warning : scene["warnings"]) std::cout << "warning    " << warning.get<std::string>() << '\n';
 }

@@ -12,6 +12,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/standard_streams.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/nearest_name.h"
 
 namespace {
 
@@ -34,6 +35,7 @@ int main(int argc, char** argv) {
   program.option_defaults()->always_capture_default();
   program.require_subcommand(1);
   lumatlas::add_inspect_command(program);
+  lumatlas::add_mesh_command(program);
   lumatlas::add_build_command(program);
   lumatlas::add_render_command(program);
   lumatlas::add_validate_command(program);
@@ -49,7 +51,9 @@ int main(int argc, char** argv) {
     }
     return 0;
   } catch (const CLI::ParseError& error) {
-    return program.exit(error) == 0 ? 0 : 2;
+    if (program.exit(error) == 0) return 0;
+    if (const std::string meant = lumatlas::suggestion(program, argc, argv); !meant.empty()) std::cerr << meant << '\n';
+    return 2;
   } catch (const lumatlas::Interrupted& interrupted) {
     lumatlas::die_of(interrupted);
   } catch (const std::bad_alloc&) {

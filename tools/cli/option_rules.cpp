@@ -120,6 +120,15 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
   return {check, in_words(names)};
 }
 
+CLI::Validator other_name(const std::string& other, const std::string& name) {
+  return CLI::Validator(
+      [other, name](std::string& word) {
+        if (word == other) word = name;
+        return std::string();
+      },
+      "");
+}
+
 SizeBound size_bound(const std::string& text) {
   return {bytes_of_size(text).value_or(0), texels_of_size(text).value_or(0)};
 }

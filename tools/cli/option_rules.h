@@ -40,6 +40,9 @@ namespace lumatlas {
 // One of these names.
 [[nodiscard]] CLI::Validator one_of(const std::vector<std::string>& names);
 
+// Another word for one of the names: goes with one_of(). Help says nothing of it.
+[[nodiscard]] CLI::Validator other_name(const std::string& other, const std::string& name);
+
 // A bound in bytes or in texels.
 struct SizeBound {
   std::uint64_t bytes = 0;   // 0: it is not in bytes

@@ -33,6 +33,7 @@ using nlohmann::json;
 
 struct ValidateFlags {
   std::filesystem::path model, views, test, flicker, output;
+  PictureFlags pictures;
   HoldFlags hold;
   BlendFlags blend;
   std::vector<std::string> baselines{"unbounded", "vertex"};
@@ -155,7 +156,7 @@ void run(const ValidateFlags& flags) {
   OutputFolder output(target, "validate");
   const Model model = read_model(flags.model);
   options.validity = model.validity;
-  const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset);
+  const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, flags.pictures.folders());
   if (!flags.test.empty()) options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
   if (!flags.flicker.empty()) options.path = read_frames(flags.flicker, model.snapshot.surface->offset);
   const EglContext context;
@@ -216,6 +217,7 @@ void add_validate_command(CLI::App& program) {
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
   begin_group(*command, "What is scored");
   add_file(*command, "--views", flags->views, "SCENE", "The scene that the model was built from")->required();
+  flags->pictures.add_to(*command);
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
   add_file(*command, "--test", flags->test, "SCENE",
            "Score all views of this scene instead, as `lumatlas synth --test-views` writes it");

@@ -113,6 +113,28 @@ double median_distance(const std::filesystem::path& mesh_file, const std::vector
   }
 }
 
+// A mesh in other coordinates, or of another scene, is seen by chance. Of many cameras some are looked through, evenly.
+void require_seen(const std::filesystem::path& mesh_file, const std::vector<Camera>& cameras,
+                  const Visibility& visibility) {
+  constexpr std::size_t kMostLooks = 100;
+  constexpr std::uint32_t kGlancePx = 160;  // longer side of the pictures
+  constexpr double kLittleSeen = 0.01;      // of a picture
+  const std::size_t step = (cameras.size() + kMostLooks - 1) / kMostLooks;
+  std::size_t looks = 0, blind = 0;
+  VisibilityBuffer buffer;
+  for (std::size_t i = 0; i < cameras.size(); i += step, ++looks) {
+    throw_if_interrupted();
+    visibility.trace(cameras[i].shrunk_to(kGlancePx), buffer);
+    const auto empty = static_cast<std::size_t>(std::count(buffer.face.begin(), buffer.face.end(), kNoFace));
+    const std::size_t seen = buffer.face.size() - empty;
+    if (static_cast<double>(seen) < kLittleSeen * static_cast<double>(buffer.face.size())) ++blind;
+  }
+  if (4 * blind <= 3 * looks) return;
+  throw InputError(mesh_file.string() + ": " + std::to_string(blind) + " of " + std::to_string(looks) +
+                   " views that were looked through see next to nothing of it: mesh and cameras are in different "
+                   "coordinates, or the mesh is the wrong one (see lumatlas inspect)");
+}
+
 void restrict(RefinementOptions& refinement, RefineMode mode) {
   const bool masks = mode == RefineMode::all || mode == RefineMode::joint;
   refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
@@ -289,13 +311,16 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
   result.mesh_file = input.mesh_file;
   result.mesh_warnings = input.warnings;
-  const SceneViews views = read_scene_views(scene, input.surface->offset);
+  const SceneViews views = read_scene_views(scene, input.surface->offset, options.pictures);
+  result.views = views.views.size();
+  result.masked_views = masked_views(views);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_names_that_a_model_can_hold(stream);
   require_room_for_each(stream, options);
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
+  require_seen(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);
   result.effective.refinement.interruption_point = throw_if_interrupted;

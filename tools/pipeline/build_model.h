@@ -50,6 +50,7 @@ enum class VisibilityBy {
 
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
+  PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
@@ -97,6 +98,7 @@ struct BuildResult {
   std::filesystem::path mesh_file;
   BuildOptions options;                          // as they were given
   std::vector<std::string> mesh_warnings;        // SurfaceInput::warnings
+  std::size_t views = 0, masked_views = 0;       // of the scene
   PlannerOptions effective;                      // with every automatic value filled in
   std::optional<OfflinePlan> offline;            // of ViewChoice::offline
   std::optional<Parsimony> parsimony;            // of planner.max_loss_db

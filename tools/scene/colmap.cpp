@@ -47,9 +47,11 @@ Files find_model(const fs::path& scene) {
                        "it beside " + (cameras ? files.cameras : files.images).filename().string());
     }
   }
-  throw InputError(scene.string() + (is_there(scene) ? ": holds no COLMAP model (cameras.bin and images.bin, or "
-                                                       "cameras.txt and images.txt, in sparse/, sparse/0/ or itself)"
-                                                     : ": no such folder"));
+  throw InputError(scene.string() + (is_there(scene)
+                                         ? ": holds no COLMAP model (cameras.bin and images.bin, or "
+                                           "cameras.txt and images.txt, in sparse/, sparse/0/ or itself) and no "
+                                           "transforms.json"
+                                         : ": no such folder"));
 }
 
 void check_cameras_exist(const ColmapModel& model) {
@@ -89,6 +91,20 @@ ColmapModel read_colmap_model(const fs::path& scene) {
             [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
   check_cameras_exist(model);
   return model;
+}
+
+fs::path points_path(const ColmapModel& model) {
+  return model.images_path.parent_path() / ("points3D" + model.images_path.extension().string());
+}
+
+std::vector<ColmapPoint> read_colmap_points(const ColmapModel& model) {
+  const fs::path path = points_path(model);
+  const std::string file = read_whole_file(path);
+  std::vector<ColmapPoint> points = path.extension() == ".bin"
+                                        ? parse_points_binary(std::as_bytes(std::span(file)), path)
+                                        : parse_points_text(file, path);
+  if (points.empty()) throw InputError(path.string() + ": holds no point");
+  return points;
 }
 
 }  // namespace lumatlas

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The cameras and posed images of a COLMAP model, binary or text.
+// The cameras, posed images and points of a COLMAP model, binary or text.
 //
 // Since 3.12 a model also has rigs and frames, whose product is the pose of each image. The file of images still holds
-// that product, complete and in the old layout, so rigs and frames need not be read; nor do the points.
+// that product, complete and in the old layout, so rigs and frames need not be read.
 //
 // The parsers take a file's bytes and its path, which only their messages use. They check every value, allocate no more
 // than a small multiple of the bytes that they are given, and throw InputError: path, index or line, value, rule.
@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
@@ -35,13 +36,24 @@ struct ColmapImage {
   glm::dvec3 cam_from_world_translation{0.0};      // model units, each within 1e12
 };
 
-// Each parser returns the records in the order of the file; ids and names occur once.
+// A point that images were matched at.
+struct ColmapPoint {
+  glm::dvec3 position{0.0};           // model units, each within 1e12
+  glm::u8vec3 color{0};               // sRGB
+  std::vector<std::uint32_t> images;  // ids of the images that saw it, as listed; an image may occur twice
+};
+
+// Each parser returns the records in the order of the file; ids and names occur once, those of points are not looked
+// at.
 [[nodiscard]] std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file,
                                                              const std::filesystem::path& path);
 [[nodiscard]] std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path);
 [[nodiscard]] std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file,
                                                            const std::filesystem::path& path);
 [[nodiscard]] std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path);
+[[nodiscard]] std::vector<ColmapPoint> parse_points_binary(std::span<const std::byte> file,
+                                                           const std::filesystem::path& path);
+[[nodiscard]] std::vector<ColmapPoint> parse_points_text(std::string_view file, const std::filesystem::path& path);
 
 struct ColmapModel {
   std::filesystem::path cameras_path, images_path;  // the files
@@ -55,5 +67,11 @@ struct ColmapModel {
 // The model in `scene`/sparse, `scene`/sparse/0 or `scene` itself, the first that has one; binary before text, as
 // COLMAP does. Throws InputError.
 [[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& scene);
+
+// The points that lie beside the model's images, in the same form. Throws InputError, also where there are none.
+[[nodiscard]] std::vector<ColmapPoint> read_colmap_points(const ColmapModel& model);
+
+// The file of the points beside the model's images, which need not be there.
+[[nodiscard]] std::filesystem::path points_path(const ColmapModel& model);
 
 }  // namespace lumatlas

@@ -5,6 +5,8 @@
 //   images.bin:  u64 count; each u32 id, f64 quaternion[4] (w first), f64 translation[3], u32 camera, name and a 0
 //   byte,
 //                u64 point count, each point f64 x, f64 y, u64 point id
+//   points3D.bin: u64 count; each u64 id, f64 position[3], u8 rgb[3], f64 error,
+//                u64 track length, each entry u32 image, u32 index of the 2D point in it
 #include <array>
 #include <bit>
 #include <cstring>
@@ -136,7 +138,42 @@ ColmapImage read_image(Cursor& cursor, const Place& place) {
   return colmap::checked_image(id, quaternion, translation, camera_id, name, place);
 }
 
+ColmapPoint read_point(Cursor& cursor, const Place& place) {
+  constexpr std::size_t kEntryBytes = 8;
+  (void)cursor.read<std::uint64_t>(place);
+  const auto position = read_doubles<3>(cursor, place);
+  ColmapPoint point{{position[0], position[1], position[2]}, {}, {}};
+  for (int channel = 0; channel < 3; ++channel) point.color[channel] = cursor.read<std::uint8_t>(place);
+  (void)cursor.read<double>(place);
+  const auto length = cursor.read<std::uint64_t>(place);
+  if (length > cursor.remaining() / kEntryBytes) {
+    fail(place, "it claims to be seen by " + std::to_string(length) + " images, but " +
+                    std::to_string(cursor.remaining()) + " bytes are left, " + std::to_string(kEntryBytes) +
+                    " an image: the file is cut off or damaged");
+  }
+  point.images.reserve(length);
+  for (std::uint64_t i = 0; i < length; ++i) {
+    point.images.push_back(cursor.read<std::uint32_t>(place));
+    (void)cursor.read<std::uint32_t>(place);
+  }
+  colmap::check_point(point, place);
+  return point;
+}
+
 }  // namespace
+
+std::vector<ColmapPoint> parse_points_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
+  constexpr std::size_t kSmallestRecord = 8 + 3 * 8 + 3 + 8 + 8;
+  Cursor cursor(file);
+  const std::size_t count = read_count(cursor, path, "points", kSmallestRecord);
+  std::vector<ColmapPoint> points;
+  points.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    points.push_back(read_point(cursor, {path, "the point at index", i}));
+  }
+  require_end(cursor, path, count, "points");
+  return points;
+}
 
 std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
   constexpr std::size_t kSmallestRecord = 4 + 4 + 8 + 8 + 2 * 8;

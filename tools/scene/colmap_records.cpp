@@ -136,6 +136,14 @@ ColmapImage checked_image(std::uint32_t id, const std::array<double, 4>& quatern
   return {id, camera_id, std::string(name), unit(quaternion, place), {translation[0], translation[1], translation[2]}};
 }
 
+void check_point(const ColmapPoint& point, const Place& place) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(std::abs(point.position[axis]) <= kFarthest)) {
+      fail(place, "its position holds " + text_of(point.position[axis]) + ", must be within 1e12 of 0");
+    }
+  }
+}
+
 void check_unique(const std::vector<ColmapCamera>& cameras, const std::filesystem::path& path) {
   const auto id = [](const ColmapCamera& camera) { return camera.id; };
   if (const auto repetition = first_repetition(cameras, id)) {

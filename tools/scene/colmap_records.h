@@ -35,6 +35,9 @@ void check_camera(const ColmapCamera& camera, const Place& place);
                                         const std::array<double, 3>& translation, std::uint32_t camera_id,
                                         std::string_view name, const Place& place);
 
+// Throws InputError for a position that is not finite or beyond 1e12.
+void check_point(const ColmapPoint& point, const Place& place);
+
 // Throw InputError if an id or a name occurs twice.
 void check_unique(const std::vector<ColmapCamera>& cameras, const std::filesystem::path& path);
 void check_unique(const std::vector<ColmapImage>& images, const std::filesystem::path& path);

@@ -5,6 +5,7 @@
 //   cameras.txt: CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...
 //   images.txt:  IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME
 //                X Y POINT3D_ID  X Y POINT3D_ID  ...
+//   points3D.txt: POINT3D_ID X Y Z R G B ERROR  IMAGE_ID POINT2D_INDEX  IMAGE_ID POINT2D_INDEX  ...
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -101,6 +102,8 @@ class Fields {
 
   std::uint32_t size(const char* what) { return whole(what, 1, 65536, "[1, 65536]"); }
 
+  std::uint8_t color(const char* what) { return static_cast<std::uint8_t>(whole(what, 0, 255, "[0, 255]")); }
+
   double number(const char* what) {
     const std::string_view text = word(what);
     double value = 0;
@@ -179,6 +182,21 @@ ColmapImage read_image(std::string_view line, const Place& place) {
   return colmap::checked_image(id, quaternion, translation, camera_id, fields.rest("name"), place);
 }
 
+ColmapPoint read_point(std::string_view line, const Place& place) {
+  Fields fields(line, place);
+  ColmapPoint point;
+  (void)fields.word("point id");
+  for (int axis = 0; axis < 3; ++axis) point.position[axis] = fields.number("position");
+  for (int channel = 0; channel < 3; ++channel) point.color[channel] = fields.color("colour");
+  (void)fields.number("error");
+  while (!fields.at_end()) {
+    point.images.push_back(fields.id("image id"));
+    (void)fields.word("index of a 2D point");
+  }
+  colmap::check_point(point, place);
+  return point;
+}
+
 constexpr std::array<bool, 256> characters_of_numbers() {
   std::array<bool, 256> table{};
   for (const char c : std::string_view("0123456789+-.eEnaifNAIF \t\r")) {
@@ -216,6 +234,15 @@ std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::f
   }
   colmap::check_unique(cameras, path);
   return cameras;
+}
+
+std::vector<ColmapPoint> parse_points_text(std::string_view file, const std::filesystem::path& path) {
+  Lines lines(file);
+  std::vector<ColmapPoint> points;
+  for (std::string_view line; lines.next_record(line);) {
+    points.push_back(read_point(line, {path, "line", lines.number()}));
+  }
+  return points;
 }
 
 std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path) {

@@ -4,6 +4,7 @@
 #include <system_error>
 
 #include "mesh/base/errors.h"
+#include "tools/base/child_process.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -42,6 +43,20 @@ std::string list_of_names() {
 
 }  // namespace
 
+std::optional<fs::path> mesh_beside(const fs::path& scene) {
+  for (const char* const folder : kFolders) {
+    for (const char* const name : kNames) {
+      for (const char* const ending : kEndings) {
+        fs::path candidate = scene / folder / (std::string(name) + ending);
+        if (is_file(candidate)) {
+          return candidate;
+        }
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) {
   if (given) {
     if (!is_file(*given)) {
@@ -53,18 +68,10 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
   if (!fs::is_directory(scene, ignored)) {
     throw InputError(scene.string() + ": no such folder, name a COLMAP workspace");
   }
-  for (const char* const folder : kFolders) {
-    for (const char* const name : kNames) {
-      for (const char* const ending : kEndings) {
-        fs::path candidate = scene / folder / (std::string(name) + ending);
-        if (is_file(candidate)) {
-          return candidate;
-        }
-      }
-    }
-  }
+  if (std::optional<fs::path> found = mesh_beside(scene)) return *std::move(found);
   throw InputError(scene.string() + ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of " +
-                   list_of_names() + "): name one with --mesh");
+                   list_of_names() + "): name one with --mesh, or make one with `" +
+                   shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
 }
 
 }  // namespace lumatlas

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/visibility.h"
 #include "tools/base/progress.h"
@@ -106,10 +107,31 @@ json warnings(const Glance& seen, const SceneViews& scene, const SurfaceInput& i
   return list;
 }
 
+// Of a scene without a mesh.
+json inspect_views(const std::filesystem::path& scene_path) {
+  const SceneViews scene = read_scene_views(scene_path, glm::dvec3(0));
+  json result{{"mesh", nullptr},
+              {"cells", nullptr},
+              {"views",
+               {{"count", scene.views.size()},
+                {"lenses", lenses_of(scene)},
+                {"masked", masked_views(scene)},
+                {"median_distance", nullptr},
+                {"blind", json::array()}}},
+              {"warnings", json::array()}};
+  try {
+    (void)find_mesh(scene_path, std::nullopt);
+  } catch (const InputError& error) {
+    result["warnings"].push_back(error.what());
+  }
+  return result;
+}
+
 }  // namespace
 
 json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,
                    const CellOptions& options, bool quiet) {
+  if (!mesh_file && !mesh_beside(scene_path)) return inspect_views(scene_path);
   const SurfaceInput input = load_surface(scene_path, mesh_file, options);
   const Surface& surface = *input.surface;
   const SceneViews scene = read_scene_views(scene_path, surface.offset);
@@ -133,6 +155,7 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
   result["cells"]["unseen"] = seen.unseen_cells;
   result["views"] = {{"count", scene.views.size()},
                      {"lenses", lenses_of(scene)},
+                     {"masked", masked_views(scene)},
                      {"median_distance", seen.median_distance},
                      {"blind", seen.blind}};
   result["warnings"] = warnings(seen, scene, input);

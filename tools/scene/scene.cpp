@@ -14,6 +14,7 @@
 
 #include "mesh/base/errors.h"
 #include "tools/scene/colmap.h"
+#include "tools/scene/transforms_json.h"
 #include "tools/scene/undistortion.h"
 
 namespace lumatlas {
@@ -72,45 +73,101 @@ bool has_lens_size(const SceneView& view, Orientation orientation) {
   return size.width == view.lens.width && size.height == view.lens.height;
 }
 
-// How the file's pixels become the lens's image. Throws InputError unless the file is there and of the lens's size.
-Orientation orientation_of(const SceneView& view, const ColmapImage& image, const ColmapModel& model) {
+// How the file's pixels become the lens's image. Throws InputError unless the file is there and of the lens's size;
+// `namer` names the photograph, and `camera` says its size.
+Orientation orientation_of(const SceneView& view, const std::string& namer, const std::string& camera) {
   std::error_code error;
   const bool is_there = fs::exists(view.image, error);
   if (error) throw InputError(view.image.string() + ": cannot be looked at (" + error.message() + ")");
-  if (!is_there) {
-    throw InputError(view.image.string() + ": no such photograph, but image " + std::to_string(image.id) + " of " +
-                     model.images_path.string() + " names it");
-  }
+  if (!is_there) throw InputError(view.image.string() + ": no such photograph, but " + namer + " names it");
   for (const Orientation orientation : {Orientation::as_stored, Orientation::exif}) {
     if (has_lens_size(view, orientation)) return orientation;
   }
   const ImageSize size = photograph_size(view.image, Orientation::as_stored);
-  throw InputError(view.image.string() + ": is " + size_text(size.width, size.height) + " pixels, but camera " +
-                   std::to_string(image.camera_id) + " of " + model.cameras_path.string() + " is " +
-                   size_text(view.lens.width, view.lens.height) +
+  throw InputError(view.image.string() + ": is " + size_text(size.width, size.height) + " pixels, but " + camera +
+                   " is " + size_text(view.lens.width, view.lens.height) +
                    ": put the photographs that the model was made from there");
 }
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).
-void place(Camera& camera, const ColmapImage& image, const glm::dvec3& offset) {
-  camera.cam_from_world_rotation = glm::mat3_cast(image.cam_from_world_rotation);
-  camera.cam_from_world_translation = image.cam_from_world_translation + camera.cam_from_world_rotation * offset;
+// Of a ColmapImage or a TransformsFrame.
+template <typename Posed>
+void place(Camera& camera, const Posed& posed, const glm::dvec3& offset) {
+  camera.cam_from_world_rotation = glm::mat3_cast(posed.cam_from_world_rotation);
+  camera.cam_from_world_translation = posed.cam_from_world_translation + camera.cam_from_world_rotation * offset;
 }
 
-}  // namespace
-
-SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset) {
-  const ColmapModel model = read_colmap_model(scene);
-  const std::map<std::uint32_t, Camera> cameras = pinhole_views(model);
-  const fs::path folder = scene / "images";
+void check_is_folder(const fs::path& folder) {
   std::error_code error;
-  const bool is_folder = fs::is_directory(folder, error);
-  if (fs::status(folder, error).type() == fs::file_type::none) {
+  const fs::file_status status = fs::status(folder, error);
+  if (status.type() == fs::file_type::none) {
     throw InputError(folder.string() + ": cannot be looked at (" + error.message() + ")");
   }
-  if (!is_folder) {
+  if (!fs::is_directory(status)) {
     throw InputError(folder.string() + ": no such folder, but the photographs must be in it");
   }
+}
+
+// The views whose masks are in the folder get them. A folder that was asked for must have one.
+void find_masks(const fs::path& folder, bool asked_for, std::vector<SceneView>& views) {
+  std::error_code ignored;
+  bool found = false;
+  if (fs::is_directory(folder, ignored)) {
+    for (SceneView& view : views) {
+      const fs::path whole_name = folder / (view.name + ".png");
+      for (const fs::path& mask : {whole_name, (folder / view.name).replace_extension(".png")}) {
+        if (view.mask || !fs::is_regular_file(mask, ignored)) continue;
+        view.mask = mask;
+        found = true;
+      }
+    }
+  }
+  if (found || !asked_for) return;
+  throw InputError(folder.string() + ": has a mask of none of the " + std::to_string(views.size()) +
+                   " photographs; that of " + views.front().name + " would be " + views.front().name + ".png");
+}
+
+void check_has_lens_size(std::uint32_t width, std::uint32_t height, const fs::path& file, const SceneView& view) {
+  if (width == view.lens.width && height == view.lens.height) return;
+  throw InputError(file.string() + ": is " + size_text(width, height) + " pixels, but its camera is " +
+                   size_text(view.lens.width, view.lens.height));
+}
+
+// Of each pixel of the photograph whether it may be used; empty: all may.
+using UsedPixels = std::vector<bool>;
+
+UsedPixels pixels_with_alpha(const SceneView& view) {
+  constexpr std::uint8_t kHalf = 128;
+  const std::vector<std::uint8_t> alpha = read_alpha(view.image, view.orientation);
+  UsedPixels used(alpha.size());
+  std::transform(alpha.begin(), alpha.end(), used.begin(), [](std::uint8_t a) { return a >= kHalf; });
+  return used;
+}
+
+// A mask is as the photograph is stored: of those that have to be turned for their camera it has the camera's size.
+UsedPixels pixels_of_mask(const SceneView& view) {
+  Photograph mask = read_photograph(*view.mask, Orientation::as_stored);
+  check_has_lens_size(mask.width, mask.height, *view.mask, view);
+  UsedPixels used(std::size_t{mask.width} * mask.height);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    used[i] = mask.rgb[3 * i] != 0 || mask.rgb[3 * i + 1] != 0 || mask.rgb[3 * i + 2] != 0;
+  }
+  return used;
+}
+
+void take_out(const UsedPixels& used, Photograph& photograph) {
+  if (std::find(used.begin(), used.end(), false) == used.end()) return;
+  if (photograph.valid.empty()) photograph.valid.assign(used.size(), 255);
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    if (!used[i]) photograph.valid[i] = 0;
+  }
+}
+
+SceneViews colmap_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
+  const ColmapModel model = read_colmap_model(scene);
+  const std::map<std::uint32_t, Camera> cameras = pinhole_views(model);
+  const fs::path folder = folders.images.value_or(scene / "images");
+  check_is_folder(folder);
   SceneViews result{scene, {}};
   for (const ColmapImage& image : model.images) {
     SceneView view{image.name, folder / image.name, model.camera_of(image).lens, Orientation::as_stored,
@@ -119,17 +176,68 @@ SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset) {
     result.views.push_back(std::move(view));
   }
   for_each_index(result.views.size(), [&](std::size_t i) {
-    result.views[i].orientation = orientation_of(result.views[i], model.images[i], model);
+    const ColmapImage& image = model.images[i];
+    result.views[i].orientation =
+        orientation_of(result.views[i], "image " + std::to_string(image.id) + " of " + model.images_path.string(),
+                       "camera " + std::to_string(image.camera_id) + " of " + model.cameras_path.string());
   });
   return result;
 }
 
+// The pinhole cameras of the frames, of identity pose. Lenses that frames share are worked out once.
+std::vector<Camera> pinhole_views(const std::vector<TransformsFrame>& frames, const fs::path& path) {
+  std::vector<Camera> result;
+  const CameraModel* last = nullptr;
+  for (const TransformsFrame& frame : frames) {
+    try {
+      result.push_back(last && *last == frame.lens ? result.back() : pinhole_view(frame.lens));
+    } catch (const std::invalid_argument& error) {
+      throw InputError(path.string() + ": the camera of " + frame.name + ": " + error.what());
+    }
+    last = &frame.lens;
+  }
+  return result;
+}
+
+SceneViews transforms_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
+  const fs::path path = scene / "transforms.json";
+  const Transforms transforms = read_transforms(scene);
+  const std::vector<Camera> cameras = pinhole_views(transforms.frames, path);
+  if (folders.images) check_is_folder(*folders.images);
+  SceneViews result{scene, {}};
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const TransformsFrame& frame = transforms.frames[i];
+    SceneView view{frame.name, folders.images ? *folders.images / frame.name : scene / frame.file, frame.lens,
+                   Orientation::as_stored, cameras[i]};
+    if (frame.mask && !folders.masks) view.mask = scene / *frame.mask;
+    place(view.camera, frame, offset);
+    result.views.push_back(std::move(view));
+  }
+  for_each_index(result.views.size(), [&](std::size_t i) {
+    result.views[i].orientation = orientation_of(result.views[i], path.string(), "its camera in " + path.string());
+  });
+  return result;
+}
+
+}  // namespace
+
+SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
+  SceneViews result =
+      is_transforms_scene(scene) ? transforms_views(scene, offset, folders) : colmap_views(scene, offset, folders);
+  find_masks(folders.masks.value_or(scene / "masks"), folders.masks.has_value(), result.views);
+  return result;
+}
+
+std::size_t masked_views(const SceneViews& scene) {
+  return static_cast<std::size_t>(std::count_if(scene.views.begin(), scene.views.end(),
+                                                [](const SceneView& view) { return view.mask.has_value(); }));
+}
+
 Photograph load_photograph(const SceneView& view) {
   Photograph photograph = read_photograph(view.image, view.orientation);
-  if (photograph.width != view.lens.width || photograph.height != view.lens.height) {
-    throw InputError(view.image.string() + ": is " + size_text(photograph.width, photograph.height) +
-                     " pixels, but its camera is " + size_text(view.lens.width, view.lens.height));
-  }
+  check_has_lens_size(photograph.width, photograph.height, view.image, view);
+  take_out(pixels_with_alpha(view), photograph);
+  if (view.mask) take_out(pixels_of_mask(view), photograph);
   return undistort(std::move(photograph), view.lens, view.camera);
 }
 

@@ -21,6 +21,7 @@ struct SceneView {
   CameraModel lens;                                  // as the model gives it
   Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
   Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
+  std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.
@@ -29,21 +30,37 @@ struct SceneViews {
   std::vector<SceneView> views;  // by name, in byte order
 };
 
-// Reads a COLMAP workspace: sparse/ or sparse/0/ (or the model's files in the folder itself), binary or text; with
-// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every
-// camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF
-// orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is turned.
-// Throws InputError: file, index, value, what to do.
-[[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset);
+// Where a scene's pictures are, if not where they usually are.
+struct PictureFolders {
+  std::optional<std::filesystem::path> images;  // none: SCENE/images
+  std::optional<std::filesystem::path> masks;   // none: SCENE/masks, if there is such a folder
+};
 
-// The mesh file to use: `given` if it is given, else the first that exists of the names that COLMAP, OpenMVS and others
-// write. Throws InputError naming all the places that were looked at.
+// How many views have a mask.
+[[nodiscard]] std::size_t masked_views(const SceneViews& scene);
+
+// Reads a COLMAP workspace, or without one a transforms.json (tools/scene/transforms_json.h). A workspace: sparse/ or
+// sparse/0/ (or the model's files in the folder itself), binary or text; with images/ beside it. Poses and cameras
+// only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
+// A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
+// that does not fit its camera's size but the upright one does, it is turned. The mask of NAME.jpg is NAME.jpg.png, as
+// COLMAP has it, or NAME.png; a photograph need not have one. Throws InputError: file, index, value, what to do, also
+// where folders.masks has no mask of any photograph.
+[[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
+                                          const PictureFolders& folders = {});
+
+// The first file in `scene` of the names that COLMAP, OpenMVS and others give to meshes; none if there is none.
+[[nodiscard]] std::optional<std::filesystem::path> mesh_beside(const std::filesystem::path& scene);
+
+// The mesh file to use: `given` if it is given, else mesh_beside(scene). Throws InputError naming all the places that
+// were looked at.
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 
 // The photograph as the view's pinhole camera would have taken it: undistorted (bilinear), with the border that the
-// lens did not see marked invalid. A view without distortion is returned unchanged, to the byte. Throws InputError if
-// the file cannot be read or has another size than the view's camera.
+// lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out: pixels whose mask
+// is exactly 0, or whose alpha is less than half. A view without distortion is returned unchanged, to the byte. Throws
+// InputError if the file or the mask cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).

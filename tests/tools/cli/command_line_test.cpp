@@ -827,5 +827,86 @@ TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
                     folder.path());
 }
 
+TEST_CASE("a scene without a mesh: the line that build names makes one, which build then finds") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string(), model = (folder / "model").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::remove(folder / "scene/mesh.ply");
+  check_failure(lumatlas({"build", scene, "-o", model}), "`lumatlas mesh " + scene + " -o " + scene + "/mesh.ply`");
+  const Outcome meshed = lumatlas({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"});
+  REQUIRE(meshed.status == 0);
+  CHECK(meshed.err.empty());
+  CHECK_THAT(meshed.out, Catch::StartsWith(scene + "/mesh.ply: ") && Catch::Contains("of the points lie on it"));
+  CHECK(lumatlas({"build", scene, "-o", model, "--quiet"}).status == 0);
+  const std::string bytes = bytes_of(scene + "/mesh.ply");
+  CHECK(lumatlas({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"}).status == 0);
+  CHECK(bytes_of(scene + "/mesh.ply") == bytes);
+}
+
+TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that cannot be written, and leaves nothing") {
+  const TemporaryFolder folder;
+  const std::string scene = made().scene;
+  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.obj").string()}).status == 2);
+  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--spacing", "-1"}).status == 2);
+  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--noise", "nan"}).status == 2);
+  const std::string mesh = scene + "/mesh.ply", bytes = bytes_of(mesh);
+  CHECK(lumatlas({"mesh", scene, "-o", mesh, "--points", mesh}).status == 1);
+  CHECK(bytes_of(mesh) == bytes);
+  check_failure(lumatlas({"mesh", scene, "-o", (folder / "no/mesh.ply").string()}), "no");
+  check_failure(lumatlas({"mesh", (folder / "nowhere").string(), "-o", (folder / "mesh.ply").string()}), "nowhere");
+  CHECK(names_in(folder.path()).empty());
+}
+
+TEST_CASE("a mistyped command or option gets the name of the nearest one") {
+  const auto says = [](const Arguments& arguments, const std::string& sentence) {
+    const Outcome outcome = lumatlas(arguments);
+    CHECK(outcome.status == 2);
+    CHECK_THAT(outcome.err, Catch::EndsWith(sentence + "\n"));
+  };
+  says({"biuld", "scene"}, "There is no command biuld; did you mean build?");
+  says({"frobnicate"}, "There is no command frobnicate.");
+  says({"build", "scene", "-o", "x", "--max-vews=3"}, "There is no option --max-vews; did you mean --max-views?");
+  says({"render", "model", "-o", "x", "--suprsample", "3"},
+       "There is no option --suprsample; did you mean --supersample?");
+  CHECK_THAT(lumatlas({"build", "scene", "-o", "x", "--zzzzzz"}).err, !Catch::Contains("did you mean"));
+  CHECK_THAT(lumatlas({"--version"}).err, Catch::Equals(""));
+}
+
+TEST_CASE("inspect tells of cameras and photographs also without a mesh, and how to get one") {
+  const TemporaryFolder folder;
+  const std::string scene = (folder / "scene").string();
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::remove(folder / "scene/mesh.ply");
+  const Outcome outcome = lumatlas({"inspect", scene, "--json", "--quiet"});
+  REQUIRE(outcome.status == 0);
+  const nlohmann::json read = nlohmann::json::parse(outcome.out);
+  CHECK(read["mesh"].is_null());
+  CHECK(read["views"]["count"] == 12);
+  CHECK(read["views"]["lenses"] == nlohmann::json{{"PINHOLE 64x48", 12}});
+  CHECK_THAT(read["warnings"].at(0).get<std::string>(), Catch::Contains("`lumatlas mesh " + scene));
+  CHECK_THAT(lumatlas({"inspect", scene}).out, Catch::StartsWith("mesh       none\nviews      12\n"));
+  check_failure(lumatlas({"inspect", (folder / "nowhere").string()}), "nowhere");
+}
+
+TEST_CASE("build refuses a mesh that next to no view sees, and leaves nothing") {
+  const TemporaryFolder folder;
+  const auto mesh = folder.with_file("far.ply",
+                                     "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                                     "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"
+                                     "end_header\n0 0 90\n1 0 90\n0 1 90\n3 0 1 2\n");
+  check_failure(
+      lumatlas({"build", made().scene, "--mesh", mesh.string(), "-o", (folder / "model").string(), "--quiet"}),
+      "views that were looked through see next to nothing of it");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"far.ply"});
+}
+
+TEST_CASE("jpg is jpeg") {
+  const TemporaryFolder folder;
+  const Outcome outcome = lumatlas(
+      {"build", made().scene, "-o", (folder / "model").string(), "--image", "jpg", "--refine", "none", "--quiet"});
+  INFO(outcome.err);
+  CHECK(outcome.status == 0);
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -11,7 +11,7 @@
 namespace lumatlas {
 namespace {
 
-const std::vector<std::string> kCommands{"inspect", "build", "render", "validate", "synth", "chart"};
+const std::vector<std::string> kCommands{"inspect", "mesh", "build", "render", "validate", "synth", "chart"};
 
 std::vector<std::string> lines_of(const Arguments& arguments) {
   const Outcome outcome = lumatlas(arguments);
@@ -77,7 +77,7 @@ TEST_CASE("experiments are listed by --help-all alone, with all that --help list
     CHECK(shown.contains("--json"));
   }
   const std::set<std::string> shown = options_in(lines_of({"build", "--help"}));
-  CHECK(shown.size() <= 18);
+  CHECK(shown.size() <= 20);
   for (const char* const option : {"--output", "--mesh", "--hold", "--block", "--max-views", "--budget", "--loss",
                                    "--refine", "--cell-size", "--references", "--image", "--paper", "--verbose"}) {
     CAPTURE(option);

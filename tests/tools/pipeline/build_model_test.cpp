@@ -105,6 +105,31 @@ TEST_CASE("options that break a rule are refused before anything is read") {
   CHECK(complaint(options) == "hold is 1, must be at least 2");
 }
 
+TEST_CASE("what masks take out of photographs is valid in no stored view, refined or not") {
+  const TemporaryFolder masks;
+  Photograph mask{64, 48, {}, {}};  // the left half is not to be used
+  for (int i = 0; i < 64 * 48; ++i) mask.rgb.insert(mask.rgb.end(), 3, i % 64 < 32 ? 0 : 255);
+  for (std::uint32_t view = 0; view < kViews; view += 2) {
+    write_image(masks / ((view < 10 ? "000" : "00") + std::to_string(view) + ".png"), mask);
+  }
+  for (const RefineMode refine : {RefineMode::none, RefineMode::all}) {
+    BuildOptions options = options_for(kViews);
+    options.refine = refine;
+    options.pictures.masks = masks.path();
+    const BuildResult result = build_model(small_scene(), options);
+    CHECK(result.views == kViews);
+    CHECK(result.masked_views == kViews / 2);
+    std::size_t masked = 0;
+    for (const auto& view : result.snapshot.views) {
+      if (!view || std::stoi(view->name) % 2 != 0) continue;
+      ++masked;
+      REQUIRE(view->photograph.valid.size() == 64 * 48);
+      for (std::size_t i = 0; i < 64 * 48; ++i) CHECK((view->photograph.valid[i] == 0) == (i % 64 < 32));
+    }
+    CHECK(masked > 3);
+  }
+}
+
 TEST_CASE("the order of the stream changes which views come when, and nothing that is found beforehand") {
   BuildOptions options = options_for(6);
   const BuildResult given = build_model(small_scene(), options);

@@ -326,7 +326,7 @@ TEST_CASE("a folder without a whole model gets an exact sentence") {
   const auto message = [&] { return complaint([&] { return read_colmap_model(scene); }); };
   CHECK(message() == scene +
                          ": holds no COLMAP model (cameras.bin and images.bin, or cameras.txt and images.txt, in "
-                         "sparse/, sparse/0/ or itself)");
+                         "sparse/, sparse/0/ or itself) and no transforms.json");
   write_file(folder.path() / "sparse/cameras.bin", kCameras.string());
   CHECK(message() == scene + "/sparse/images.bin: no such file, but COLMAP's model needs it beside cameras.bin");
   write_file(folder.path() / "sparse/images.bin", count(0).string());
@@ -342,6 +342,58 @@ TEST_CASE("a model's file that is a folder is refused") {
   write_file(folder.path() / "images.bin", count(0).string());
   CHECK(complaint([&] { return read_colmap_model(folder.path()); }) ==
         (folder.path() / "cameras.bin").string() + ": is not a file");
+}
+
+Bytes& point(Bytes& file, std::array<double, 3> p, std::array<std::uint8_t, 3> rgb,
+             std::initializer_list<std::uint32_t> images) {
+  file.u64(77).f64({p[0], p[1], p[2]});
+  for (const std::uint8_t channel : rgb) file.add(channel);
+  file.f64({0.5}).u64(images.size());
+  for (const std::uint32_t image : images) file.u32(image).u32(9);
+  return file;
+}
+
+TEST_CASE("binary and text points are read with their colours and tracks") {
+  Bytes file = count(2);
+  point(file, {1, -2, 3.5}, {10, 20, 255}, {4, 7, 4});
+  point(file, {0, 0, 0}, {0, 0, 0}, {});
+  const std::string text = "# a comment\n77 1 -2 3.5 10 20 255 0.5 4 9 7 9 4 9\n\n78 0 0 0 0 0 0 -1\n";
+  for (const auto& points :
+       {parse_points_binary(file.span(), "points3D.bin"), parse_points_text(text, "points3D.txt")}) {
+    REQUIRE(points.size() == 2);
+    CHECK(points[0].position == glm::dvec3(1, -2, 3.5));
+    CHECK(points[0].color == glm::u8vec3(10, 20, 255));
+    CHECK(points[0].images == std::vector<std::uint32_t>{4, 7, 4});
+    CHECK(points[1].images.empty());
+  }
+}
+
+TEST_CASE("damaged points get an exact sentence") {
+  const auto of_binary = [](const Bytes& file) {
+    return complaint([&] { return parse_points_binary(file.span(), "points3D.bin"); });
+  };
+  const auto of_text = [](const std::string& file) {
+    return complaint([&] { return parse_points_text(file, "points3D.txt"); });
+  };
+  Bytes good = count(1);
+  point(good, {1, 2, 3}, {1, 2, 3}, {5});
+  for (std::size_t size = 0; size < good.size(); ++size) {
+    CHECK_THAT(of_binary(good.cut(size)), Catch::StartsWith("points3D.bin: "));
+  }
+  Bytes long_track = count(1);
+  long_track.u64(1).f64({1, 2, 3}).add(char{1}).add(char{1}).add(char{1}).f64({0}).u64(~std::uint64_t{0});
+  CHECK(
+      of_binary(long_track) ==
+      "points3D.bin: the point at index 0: it claims to be seen by 18446744073709551615 images, but 0 bytes are left, "
+      "8 an image: the file is cut off or damaged");
+  Bytes far = count(1);
+  point(far, {1, kNan, 3}, {1, 2, 3}, {});
+  CHECK(of_binary(far) == "points3D.bin: the point at index 0: its position holds nan, must be within 1e12 of 0");
+  CHECK(of_binary(Bytes(good).text("x")) ==
+        "points3D.bin: 1 bytes follow the 1 points that it claims: the file is damaged");
+  CHECK(of_text("1 1 2 3 1 2 256 0\n") == "points3D.txt: line 1: colour is '256', must be a whole number in [0, 255]");
+  CHECK(of_text("1 1 2 3 1 2 3 0 5\n") == "points3D.txt: line 1: ends before the index of a 2D point");
+  CHECK(of_text("1 1 2 inf 1 2 3 0\n") == "points3D.txt: line 1: its position holds inf, must be within 1e12 of 0");
 }
 
 }  // namespace

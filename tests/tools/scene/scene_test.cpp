@@ -281,6 +281,73 @@ TEST_CASE("a pinhole's photograph is loaded to the byte, a distorted one undisto
   CHECK_THROWS_AS(load_photograph(scene.views[0]), InputError);
 }
 
+// Black at the pixels that `is_black` says, white elsewhere.
+template <typename IsBlack>
+void write_mask(const fs::path& path, std::uint32_t width, std::uint32_t height, const IsBlack& is_black) {
+  fs::create_directories(path.parent_path());
+  Photograph mask{width, height, {}, {}};
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x) mask.rgb.insert(mask.rgb.end(), 3, is_black(x, y) ? 0 : 1);
+  }
+  write_image(path, mask);
+}
+
+TEST_CASE("what a mask has black is not valid, of the pinhole exactly and of the distorted photograph where it lies") {
+  const TemporaryFolder folder;
+  write_scene(folder.path(), "sparse");
+  const auto is_black = [](std::uint32_t x, std::uint32_t y) { return x < 10 && y >= 5; };
+  write_mask(folder / "masks/left/0001.png", 40, 30, is_black);
+  write_mask(folder / "masks/right/0001.png.png", 32, 24, is_black);
+  write_mask(folder / "masks/right/0001.png", 32, 24, [](auto, auto) { return true; });  // the other name comes first
+  const SceneViews scene = read_scene_views(folder.path(), glm::dvec3(0));
+  CHECK(masked_views(scene) == 2);
+  const Photograph pinhole = load_photograph(scene.views.at(0));
+  CHECK(pinhole.rgb == picture(40, 30).rgb);
+  REQUIRE(pinhole.valid.size() == 40 * 30);
+  for (std::uint32_t i = 0; i < 40 * 30; ++i) CHECK((pinhole.valid[i] == 0) == is_black(i % 40, i / 40));
+  const Photograph distorted = load_photograph(scene.views.at(1));
+  REQUIRE(distorted.valid.size() == 32 * 24);
+  CHECK(distorted.valid[12 * 32 + 4] == 0);
+  CHECK(distorted.valid[12 * 32 + 16] == 255);
+  CHECK(distorted.valid[2 * 32 + 16] == 255);
+}
+
+TEST_CASE("masks and photographs may be in other folders, and a mask that does not fit gets an exact sentence") {
+  const TemporaryFolder folder, elsewhere;
+  write_scene(folder.path(), "sparse");
+  fs::rename(folder / "images", elsewhere / "pictures");
+  PictureFolders folders{elsewhere / "pictures", std::nullopt};
+  CHECK(masked_views(read_scene_views(folder.path(), glm::dvec3(0), folders)) == 0);
+  folders.masks = elsewhere / "masks";
+  CHECK_THROWS_WITH(read_scene_views(folder.path(), glm::dvec3(0), folders),
+                    (elsewhere / "masks").string() +
+                        ": has a mask of none of the 2 photographs; that of left/0001.png "
+                        "would be left/0001.png.png");
+  const fs::path mask = elsewhere / "masks/left/0001.png";
+  write_mask(mask, 30, 40, [](auto, auto) { return false; });
+  const SceneViews scene = read_scene_views(folder.path(), glm::dvec3(0), folders);
+  CHECK(masked_views(scene) == 1);
+  CHECK_THROWS_WITH(load_photograph(scene.views.at(0)), mask.string() + ": is 30x40 pixels, but its camera is 40x30");
+  write_mask(mask, 40, 30, [](auto, auto) { return false; });
+  CHECK(load_photograph(scene.views.at(0)).valid.empty());
+}
+
+TEST_CASE("what is more than half transparent is not valid") {
+  const TemporaryFolder folder;
+  write_scene(folder.path(), "sparse");
+  OIIO::ImageSpec spec(40, 30, 4, OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);
+  std::vector<std::uint8_t> rgba;
+  for (int i = 0; i < 40 * 30; ++i) rgba.insert(rgba.end(), {10, 20, 30, static_cast<std::uint8_t>(i % 256)});
+  const auto out = OIIO::ImageOutput::create("a.png");
+  REQUIRE(out->open((folder / "images/left/0001.png").string(), spec));
+  REQUIRE(out->write_image(OIIO::TypeDesc::UINT8, rgba.data()));
+  REQUIRE(out->close());
+  const Photograph photograph = load_photograph(read_scene_views(folder.path(), glm::dvec3(0)).views.at(0));
+  REQUIRE(photograph.valid.size() == 40 * 30);
+  for (int i = 0; i < 40 * 30; ++i) CHECK(photograph.valid[static_cast<std::size_t>(i)] == (i % 256 < 128 ? 0 : 255));
+}
+
 TEST_CASE("the mesh that is given is taken, and one that is not there refused") {
   const TemporaryFolder folder;
   write_file(folder.path() / "mesh.ply", "");
@@ -311,7 +378,8 @@ TEST_CASE("a scene without a mesh gets a sentence with all the places") {
                         ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of mesh, meshed-poisson, "
                         "meshed-delaunay, scene_dense_mesh_refine, scene_dense_mesh, scene_mesh_refine, scene_mesh, "
                         "scene_dense_mesh_refine_texture, scene_dense_mesh_texture, scene_mesh_texture): name one with "
-                        "--mesh");
+                        "--mesh, or make one with `lumatlas mesh " +
+                        folder.path().string() + " -o " + folder.path().string() + "/mesh.ply`");
 }
 
 TEST_CASE("every hold-th view is held out and scored") {

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// transforms.json: what is read has poses and lenses that the program can work with.
+#include <cmath>
+
+#include "tests/fuzz/sentence_laws.h"
+#include "tools/scene/transforms_json.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace lumatlas;
+  check_refusal([&] {
+    const Transforms read = parse_transforms(
+        text_of(data, size), "transforms.json", [](const std::filesystem::path& file) { return file; },
+        [](const std::filesystem::path&) {
+          return ImageSize{64, 48};
+        });
+    require(!read.frames.empty());
+    for (const TransformsFrame& frame : read.frames) {
+      check(frame.lens);
+      require(std::abs(glm::length(frame.cam_from_world_rotation) - 1) < 1e-9);
+      require(std::isfinite(glm::length(frame.cam_from_world_translation)));
+      require(!frame.name.empty() && !frame.file.is_absolute());
+    }
+  });
+  return 0;
+}

@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <chrono>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "mesh/base/number_text.h"
+#include "mesh/mesh_file.h"
+#include "tools/base/child_process.h"
+#include "tools/base/output_folder.h"
+#include "tools/base/progress.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
+#include "tools/meshing/scene_mesh.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+struct MeshFlags {
+  std::filesystem::path scene, output, points;
+  SceneMeshOptions options;
+  PictureFlags pictures;
+  bool json_output = false;
+  bool quiet = false;
+};
+
+StageProgress bars_on_standard_error(bool quiet) {
+  return [quiet](const std::string& stage, std::size_t steps) {
+    const auto bar = std::make_shared<Progress>(stage, steps, ProgressOptions::standard_error(quiet));
+    return [bar](std::size_t done) { bar->tick(done); };
+  };
+}
+
+void check_is_ply(const std::filesystem::path& output) {
+  std::string ending = output.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  if (ending != ".ply") throw CLI::ValidationError("--output", output.string() + " does not end in .ply");
+}
+
+json result_json(const SceneMesh& made, const std::filesystem::path& output, double milliseconds) {
+  return {{"output", output.string()},
+          {"points",
+           {{"file", made.points_file.string()},
+            {"read", made.points},
+            {"used", made.points_used},
+            {"spacing_px", made.spacing_px}}},
+          {"views", {{"count", made.views}, {"estimated", made.views_estimated}}},
+          {"mesh", {{"vertices", made.surface.positions.size()}, {"faces", made.surface.faces.size()}}},
+          {"trust",
+           {{"points_on_surface", made.trust.points_on_surface},
+            {"pixels_covered", made.trust.pixels_covered},
+            {"pixels_guessed", made.trust.pixels_guessed}}},
+          {"warnings", made.warnings},
+          {"time_ms", {{"total", milliseconds}}}};
+}
+
+std::string percent(double share) {
+  return number_text(100 * share, 0) + "%";
+}
+
+void print_text(const SceneMesh& made, const std::filesystem::path& output) {
+  std::cout << output.string() << ": " << made.surface.positions.size() << " vertices, " << made.surface.faces.size()
+            << " faces, from " << made.points_used << " of " << made.points << " points of "
+            << made.points_file.string() << '\n'
+            << "  " << percent(made.trust.points_on_surface) << " of the points lie on it, within "
+            << number_text(kOnSurfacePx) << " pixels\n  " << percent(made.trust.pixels_covered)
+            << " of the photographs' pixels see it; of these " << percent(made.trust.pixels_guessed)
+            << " are a guess, more than " << number_text(kFarFromPointsPx) << " pixels from every point\n";
+}
+
+void run(MeshFlags flags) {
+  if (!flags.points.empty()) flags.options.points = flags.points;
+  flags.options.pictures = flags.pictures.folders();
+  check_usage(flags.options);
+  check_is_ply(flags.output);
+  check_apart(flags.output, std::array{flags.scene, flags.points});
+  const auto start = std::chrono::steady_clock::now();
+  AtomicFile file(flags.output);
+  const SceneMesh made = mesh_from_scene(flags.scene, flags.options, bars_on_standard_error(flags.quiet));
+  write_ply(file.stream(), made.surface);
+  file.commit();
+  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  for (const std::string& warning : made.warnings) std::cerr << "warning: " << warning << '\n';
+  if (flags.json_output) {
+    print_json(result_json(made, flags.output, time.count()));
+    return;
+  }
+  print_text(made, flags.output);
+  if (!flags.quiet) {
+    std::cerr << "use it: "
+              << shell_line("lumatlas", {"build", flags.scene.string(), "--mesh", flags.output.string(), "-o", "MODEL"})
+              << '\n';
+  }
+}
+
+void add_experiments(CLI::App& command, CutOptions& cut) {
+  begin_experiments(command, "how lines of sight are weighed");
+  const auto add = [&](const char* name, double& value, const char* placeholder, const char* help) {
+    command.add_option(name, value, help)->type_name(placeholder);
+  };
+  add("--noise", cut.noise, "SHARE", "Of the points, in median edges between them: more gives fewer, smoother faces");
+  add("--quality", cut.quality, "WEIGHT", "Of well-shaped faces, against one line of sight");
+  add("--sure-views", cut.sure_views, "N", "A point that fewer views saw counts for less");
+}
+
+}  // namespace
+
+void add_mesh_command(CLI::App& program) {
+  auto flags = std::make_shared<MeshFlags>();
+  CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's points and the views that saw them");
+  add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ with points3D, and images/")
+      ->required();
+  begin_group(*command, "Files");
+  add_file(*command, "-o,--output", flags->output, "FILE",
+           "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced")
+      ->required();
+  add_file(*command, "--points", flags->points, "FILE",
+           "PLY of points, with normals or without; without it fused.ply in SCENE or dense/, else points3D");
+  add_images(*command, flags->pictures.images);
+  begin_group(*command, "Surface");
+  command
+      ->add_option("--spacing", flags->options.spacing_px, "Points closer together are one, in the nearest photograph")
+      ->type_name("PX");
+  command->add_option("--most-points", flags->options.most_points, "Of more, --spacing is widened")
+      ->type_name("N")
+      ->transform(whole_number(4, 100'000'000));
+  command
+      ->add_option("--longest-edge", flags->options.longest_edge,
+                   "Larger faces are left out, in median edges: holes instead of guesses")
+      ->type_name("N");
+  begin_group(*command, "Messages");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
+  add_experiments(*command, flags->options.cut);
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/meshing/scene_mesh.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
+#include "mesh/repair.h"
+#include "tools/meshing/estimated_views.h"
+#include "tools/meshing/thinning.h"
+#include "tools/scene/scene.h"
+#include "tools/scene/scene_points.h"
+
+namespace lumatlas {
+namespace {
+
+void check_field(const char* field, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw std::invalid_argument(std::string(field) + ": " + number_text(value) + ", must be in [" + number_text(least) +
+                              ", " + number_text(most) + "]");
+}
+
+// The middle point by each coordinate: far outliers do not move it.
+glm::dvec3 median_position(const std::vector<glm::dvec3>& positions) {
+  glm::dvec3 result;
+  std::vector<double> values(positions.size());
+  for (int axis = 0; axis < 3; ++axis) {
+    std::transform(positions.begin(), positions.end(), values.begin(), [&](const glm::dvec3& p) { return p[axis]; });
+    result[axis] = upper_median(values);
+  }
+  return result;
+}
+
+std::vector<Camera> cameras_of(const SceneViews& scene) {
+  std::vector<Camera> cameras;
+  cameras.reserve(scene.views.size());
+  for (const SceneView& view : scene.views) cameras.push_back(view.camera);
+  return cameras;
+}
+
+double longest_edge(const std::vector<glm::dvec3>& positions, const glm::uvec3& face) {
+  double longest = 0;
+  for (int i = 0; i < 3; ++i) {
+    longest = std::max(longest, glm::distance(positions[face[i]], positions[face[(i + 1) % 3]]));
+  }
+  return longest;
+}
+
+// Only vertices that faces use, in the order of the points.
+TriangleSoup surface_of(const ScenePoints& points, const std::vector<glm::uvec3>& faces, const glm::dvec3& offset) {
+  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> vertex_of(points.positions.size(), kUnused);
+  for (const glm::uvec3& face : faces) {
+    for (int i = 0; i < 3; ++i) vertex_of[face[i]] = 0;
+  }
+  TriangleSoup surface;
+  for (std::size_t i = 0; i < vertex_of.size(); ++i) {
+    if (vertex_of[i] == kUnused) continue;
+    vertex_of[i] = static_cast<std::uint32_t>(surface.positions.size());
+    surface.positions.push_back(points.positions[i] + offset);
+    if (!points.colors.empty()) surface.colors.push_back(points.colors[i]);
+  }
+  for (const glm::uvec3& face : faces) {
+    surface.faces.emplace_back(vertex_of[face[0]], vertex_of[face[1]], vertex_of[face[2]]);
+  }
+  return surface;
+}
+
+std::vector<glm::dvec3> centers_of(const std::vector<Camera>& views) {
+  std::vector<glm::dvec3> centers;
+  centers.reserve(views.size());
+  for (const Camera& view : views) centers.push_back(view.center());
+  return centers;
+}
+
+void leave_out_long_faces(const std::vector<glm::dvec3>& positions, double longest, std::vector<glm::uvec3>& faces) {
+  if (faces.empty()) return;
+  std::vector<double> lengths;
+  lengths.reserve(faces.size());
+  for (const glm::uvec3& face : faces) lengths.push_back(longest_edge(positions, face));
+  const double most = longest * upper_median(lengths);
+  std::erase_if(faces, [&](const glm::uvec3& face) { return longest_edge(positions, face) > most; });
+}
+
+// Thinned to the spacing, or to a wider one at which no more than most_points are left.
+ScenePoints thinned_to_fit(const ScenePoints& points, std::span<const Camera> views, const SceneMeshOptions& options,
+                           double& spacing_px) {
+  ScenePoints result = thinned(points, views, spacing_px);
+  while (result.positions.size() > options.most_points) {
+    spacing_px = std::max(1.0, spacing_px * 1.3);
+    result = thinned(points, views, spacing_px);
+  }
+  return result;
+}
+
+std::string percent(double share) {
+  return number_text(100 * share, 0) + "%";
+}
+
+std::vector<std::string> warnings_of(const SurfaceTrust& trust) {
+  constexpr double kLittleCovered = 0.5, kMuchGuessed = 0.4, kFewOnSurface = 0.5;
+  std::vector<std::string> warnings;
+  if (trust.pixels_covered < kLittleCovered) {
+    warnings.push_back("the mesh covers only " + percent(trust.pixels_covered) +
+                       " of the photographs: the rest stays empty, for lack of points there");
+  }
+  if (trust.pixels_guessed > kMuchGuessed) {
+    warnings.push_back(percent(trust.pixels_guessed) +
+                       " of what photographs see of the mesh is far from every point and a guess: take more "
+                       "photographs, or give denser points (--points)");
+  }
+  if (trust.points_on_surface < kFewOnSurface) {
+    warnings.push_back("only " + percent(trust.points_on_surface) +
+                       " of the points lie on the mesh: they are noisy, or many are wrong");
+  }
+  return warnings;
+}
+
+void estimate_views(ScenePoints& points, const std::vector<Camera>& views, const StageProgress& progress) {
+  const auto tick = progress("finding the views of the points", views.size());
+  points.views = estimated_views(points.positions, points.normals, views, [&] { tick(1); });
+}
+
+std::vector<glm::uvec3> faces_between(const ScenePoints& points, const std::vector<Camera>& views,
+                                      const SceneMeshOptions& options, const StageProgress& progress) {
+  const auto tick = progress("following lines of sight", points.positions.size());
+  std::vector<glm::uvec3> faces = cut_surface(points.positions, points.views, centers_of(views), options.cut, tick);
+  leave_out_long_faces(points.positions, options.longest_edge, faces);
+  return faces;
+}
+
+SurfaceTrust trust_of(const TriangleSoup& surface, const glm::dvec3& offset, const ScenePoints& points,
+                      const std::vector<Camera>& views, const StageProgress& progress) {
+  const auto tick = progress("looking at the mesh", std::min(views.size(), kMostTrustViews));
+  return surface_trust(repair(surface, offset).mesh, points, views, [&] { tick(1); });
+}
+
+}  // namespace
+
+void check(const SceneMeshOptions& options) {
+  check_field("spacing_px", options.spacing_px, 0, 1000);
+  if (options.most_points < 4) {
+    throw std::invalid_argument("most_points: " + std::to_string(options.most_points) + ", must be 4 or more");
+  }
+  check_field("longest_edge", options.longest_edge, 1, 1e6);
+  check(options.cut);
+}
+
+SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
+                          const StageProgress& progress) {
+  check(options);
+  ScenePoints points = read_scene_points(scene, options.points);
+  const glm::dvec3 offset = median_position(points.positions);
+  for (glm::dvec3& position : points.positions) position -= offset;
+  const std::vector<Camera> views = cameras_of(read_scene_views(scene, offset, options.pictures));
+  SceneMesh result;
+  result.points_file = points.file;
+  result.points = points.positions.size();
+  result.views = views.size();
+  result.views_estimated =
+      std::all_of(points.views.begin(), points.views.end(), [](const auto& list) { return list.empty(); });
+  if (result.views_estimated) estimate_views(points, views, progress);
+  result.spacing_px = options.spacing_px;
+  const ScenePoints used = thinned_to_fit(points, views, options, result.spacing_px);
+  result.points_used = used.positions.size();
+  const std::vector<glm::uvec3> faces = faces_between(used, views, options, progress);
+  if (faces.empty()) {
+    throw InputError(points.file.string() + ": its " + std::to_string(result.points) + " points make no surface; " +
+                     std::to_string(result.points_used) +
+                     " are left of those that some view saw, at least some hundred must be, and not in one plane");
+  }
+  result.surface = surface_of(used, faces, offset);
+  result.trust = trust_of(result.surface, offset, points, views, progress);
+  result.warnings = warnings_of(result.trust);
+  return result;
+}
+
+}  // namespace lumatlas

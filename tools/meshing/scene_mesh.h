@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From a scene that has no mesh to one: its points, the views that saw them, the surface, and how far to trust it.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "mesh/mesh.h"
+#include "tools/meshing/surface_trust.h"
+#include "tools/meshing/visibility_cut.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+struct SceneMeshOptions {
+  std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see read_scene_points()
+  PictureFolders pictures;                      // photographs, whose sizes are looked at
+  // Points closer together are one, pixels of the nearest view; [0, 1000]. Widened until most_points are left.
+  double spacing_px = 4;
+  std::size_t most_points = 200'000;  // >= 4; time and memory grow with it, 1 GB at the default
+  double longest_edge = 20;           // of a face, in median longest edges of all; larger faces are left out; [1, 1e6]
+  CutOptions cut;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule.
+void check(const SceneMeshOptions& options);
+
+struct SceneMesh {
+  TriangleSoup surface;  // in the scene's coordinates, a colour a vertex where the points have colours
+  std::filesystem::path points_file;
+  std::size_t points = 0;       // in the file, finite
+  std::size_t points_used = 0;  // seen by a view, and told apart
+  double spacing_px = 0;        // at which they were
+  std::size_t views = 0;
+  bool views_estimated = false;  // the file does not say who saw its points
+  SurfaceTrust trust;
+  std::vector<std::string> warnings;  // reasons not to trust it, in sentences
+};
+
+// Called when a stage of the work begins, with what it is and its number of steps; returns what is called with the
+// steps done since the last call, from any thread. What that throws ends the work.
+using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;
+
+// The same mesh for the same scene. Throws InputError, also where the points make no surface.
+[[nodiscard]] SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
+                                        const StageProgress& progress);
+
+}  // namespace lumatlas

@@ -1,0 +1,294 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/meshing/visibility_cut.h"
+
+#include <CGAL/Delaunay_triangulation_3.h>
+#include <CGAL/Delaunay_triangulation_cell_base_3.h>
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Triangulation_cell_base_with_info_3.h>
+#include <CGAL/Triangulation_vertex_base_with_info_3.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
+#include <boost/graph/compressed_sparse_row_graph.hpp>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
+
+namespace lumatlas {
+namespace {
+
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using Vector = Kernel::Vector_3;
+using VertexBase = CGAL::Triangulation_vertex_base_with_info_3<std::uint32_t, Kernel>;  // the index of its point
+using CellBase =
+    CGAL::Triangulation_cell_base_with_info_3<std::uint32_t, Kernel, CGAL::Delaunay_triangulation_cell_base_3<Kernel>>;
+using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data_structure_3<VertexBase, CellBase>>;
+using Cell = Delaunay::Cell_handle;
+
+// Votes are whole numbers, so that their sum does not depend on the order, and the flow is exact.
+using Weight = std::int64_t;
+constexpr double kOneVote = 1 << 16;
+
+Weight weight_of(double votes) {
+  return std::llround(kOneVote * votes);
+}
+
+Point cgal(const glm::dvec3& p) {
+  return {p.x, p.y, p.z};
+}
+
+// The votes of all lines of sight. Cells are counted as in cell->info(); facet 4 c + i is that of cell c opposite its
+// vertex i, seen from c.
+struct Votes {
+  std::vector<Weight> free, solid;  // a cell
+  std::vector<Weight> no_surface;   // a facet whose cell is free while its neighbour is solid
+};
+
+Delaunay triangulation_of(std::span<const glm::dvec3> points) {
+  std::vector<std::pair<Point, std::uint32_t>> numbered;
+  numbered.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) numbered.emplace_back(cgal(points[i]), static_cast<std::uint32_t>(i));
+  Delaunay result;
+  result.insert(numbered.begin(), numbered.end());
+  if (result.dimension() < 3) return result;
+  std::uint32_t count = 0;
+  for (const Cell cell : result.all_cell_handles()) cell->info() = count++;
+  return result;
+}
+
+double median_edge(const Delaunay& tetrahedra) {
+  std::vector<double> lengths;
+  for (const auto& edge : tetrahedra.finite_edges())
+    lengths.push_back(std::sqrt(tetrahedra.segment(edge).squared_length()));
+  return lengths.empty() ? 0 : upper_median(lengths);
+}
+
+class VoteCounter {
+ public:
+  VoteCounter(const Delaunay& tetrahedra, double sigma)
+      : tetrahedra_(tetrahedra),
+        sigma_(sigma),
+        votes_{std::vector<Weight>(tetrahedra.number_of_cells()), std::vector<Weight>(tetrahedra.number_of_cells()),
+               std::vector<Weight>(4 * tetrahedra.number_of_cells())} {}
+
+  void count(Delaunay::Vertex_handle p, const Point& view, double alpha_vis) {
+    const Vector sight = view - p->point();
+    const double distance = std::sqrt(sight.squared_length());
+    if (!(distance > 0)) return;
+    const Weight vote = weight_of(alpha_vis);
+    votes_.free[towards(p, view, alpha_vis)->info()] += vote;
+    const Point behind = p->point() - sight * (3 * sigma_ / distance);
+    votes_.solid[last_cell(p, behind)->info()] += vote;
+  }
+
+  // A view outside of the hull is in all the infinite cells whose facets it sees from there.
+  void count_outside(const Point& view) {
+    for (const Cell cell : tetrahedra_.all_cell_handles()) {
+      int infinite = 0;
+      if (!cell->has_vertex(tetrahedra_.infinite_vertex(), infinite)) continue;
+      const Cell inner = cell->neighbor(infinite);
+      const Point& apex = inner->vertex(inner->index(cell))->point();
+      const auto corner = [&](int i) { return cell->vertex((infinite + i) & 3)->point(); };
+      const auto side_of = [&](const Point& p) { return CGAL::orientation(corner(1), corner(2), corner(3), p); };
+      if (side_of(view) == -side_of(apex) && side_of(view) != CGAL::COPLANAR) {
+        votes_.free[cell->info()] += weight_of(1);
+      }
+    }
+  }
+
+  [[nodiscard]] Votes take() { return std::move(votes_); }
+
+ private:
+  // The cell that holds the view; on the way there the facets get their votes.
+  Cell towards(Delaunay::Vertex_handle p, const Point& view, double alpha_vis) {
+    Delaunay::Segment_cell_iterator cell(&tetrahedra_, p, view);
+    Cell last = Cell(cell);
+    for (++cell; cell != tetrahedra_.segment_traverser_cells_end(); ++cell) {
+      const Cell next = Cell(cell);
+      add_no_surface(next, last, p->point(), view, alpha_vis);
+      last = next;
+    }
+    return last;
+  }
+
+  // Where the line crosses an edge or a vertex the two cells share no facet, and nothing is to be said.
+  void add_no_surface(Cell nearer_to_view, Cell nearer_to_point, const Point& p, const Point& view, double alpha_vis) {
+    int facet = 0;
+    if (!nearer_to_view->has_neighbor(nearer_to_point, facet)) return;
+    const double d2 = squared_distance_to_facet(nearer_to_view, facet, p, view);
+    const double soft = alpha_vis * (1 - std::exp(-d2 / (2 * sigma_ * sigma_)));
+    votes_.no_surface[4 * std::size_t{nearer_to_view->info()} + static_cast<std::size_t>(facet)] += weight_of(soft);
+  }
+
+  // From p along the line of sight, squared; nothing where the facet has no plane of its own.
+  [[nodiscard]] double squared_distance_to_facet(Cell cell, int facet, const Point& p, const Point& view) const {
+    const auto at = [&](int corner) { return cell->vertex((facet + corner) & 3)->point(); };
+    const Vector normal = CGAL::cross_product(at(2) - at(1), at(3) - at(1));
+    const Vector sight = view - p;
+    const double slope = normal * sight;
+    const double t = slope != 0 ? std::clamp(normal * (at(1) - p) / slope, 0.0, 1.0) : 0;
+    return t * t * sight.squared_length();
+  }
+
+  [[nodiscard]] Cell last_cell(Delaunay::Vertex_handle p, const Point& target) const {
+    Delaunay::Segment_cell_iterator cell(&tetrahedra_, p, target);
+    Cell last = Cell(cell);
+    for (++cell; cell != tetrahedra_.segment_traverser_cells_end(); ++cell) last = Cell(cell);
+    return last;
+  }
+
+  const Delaunay& tetrahedra_;
+  double sigma_;
+  Votes votes_;
+};
+
+// 1 - min(cos phi, cos psi), in [0, 2]; 0 at the hull, where there is no second circumsphere.
+double shape_cost(const Delaunay& tetrahedra, Cell cell, int facet) {
+  const Cell neighbor = cell->neighbor(facet);
+  if (tetrahedra.is_infinite(cell) || tetrahedra.is_infinite(neighbor)) return 0;
+  const auto corner = [&](int i) { return cell->vertex(Delaunay::vertex_triple_index(facet, i))->point(); };
+  const Vector normal = CGAL::cross_product(corner(1) - corner(0), corner(2) - corner(0));
+  const auto cosine = [&](const Point& circumcenter) {
+    const Vector radius = circumcenter - corner(0);
+    const double scale = std::sqrt(normal.squared_length() * radius.squared_length());
+    return scale > 0 ? std::clamp(std::abs(normal * radius) / scale, 0.0, 1.0) : 0;
+  };
+  return 1 - std::min(cosine(tetrahedra.dual(cell)), cosine(tetrahedra.dual(neighbor)));
+}
+
+// The graph of the cut. Of n cells, nodes 0 ... n - 1 are the cells, n is free, n + 1 solid. The edges of cell c are
+// 6 c + i to its neighbour i, 6 c + 4 to free and 6 c + 5 to solid; those of free are 6 n + c, those of solid 7 n + c.
+class CutGraph {
+ public:
+  CutGraph(const Delaunay& tetrahedra, const Votes& votes, double quality)
+      : cells_(tetrahedra.number_of_cells()), capacity_(8 * cells_), ends_(8 * cells_), reverse_(8 * cells_) {
+    for (const Cell cell : tetrahedra.all_cell_handles()) {
+      const std::size_t c = cell->info();
+      for (int i = 0; i < 4; ++i) {
+        const Cell neighbor = cell->neighbor(i);
+        const std::size_t facet = static_cast<std::size_t>(i);
+        const Weight shape = weight_of(quality * shape_cost(tetrahedra, cell, i));
+        join(6 * c + facet, c, neighbor->info(),
+             6 * std::size_t{neighbor->info()} + static_cast<std::size_t>(neighbor->index(cell)),
+             votes.no_surface[4 * c + facet] + shape);
+      }
+      join(6 * c + 4, c, cells_, 6 * cells_ + c, 0);
+      join(6 * cells_ + c, cells_, c, 6 * c + 4, votes.free[c]);
+      join(6 * c + 5, c, cells_ + 1, 7 * cells_ + c, votes.solid[c]);
+      join(7 * cells_ + c, cells_ + 1, c, 6 * c + 5, 0);
+    }
+  }
+
+  // Whether each cell is on the free side of the least cut.
+  [[nodiscard]] std::vector<bool> free_cells() const {
+    using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
+    const Graph graph(boost::edges_are_sorted, ends_.begin(), ends_.end(), cells_ + 2);
+    using Edge = boost::graph_traits<Graph>::edge_descriptor;
+    std::vector<Edge> reverse(capacity_.size());
+    for (std::size_t e = 0; e < reverse.size(); ++e) reverse[e] = Edge(ends_[reverse_[e]].first, reverse_[e]);
+    std::vector<Weight> residual(capacity_.size());
+    std::vector<Edge> predecessor(cells_ + 2);
+    std::vector<boost::default_color_type> color(cells_ + 2);
+    std::vector<long> distance(cells_ + 2);
+    const auto edges = get(boost::edge_index, graph);
+    const auto nodes = get(boost::vertex_index, graph);
+    boost::boykov_kolmogorov_max_flow(graph, boost::make_iterator_property_map(capacity_.begin(), edges),
+                                      boost::make_iterator_property_map(residual.begin(), edges),
+                                      boost::make_iterator_property_map(reverse.begin(), edges),
+                                      boost::make_iterator_property_map(predecessor.begin(), nodes),
+                                      boost::make_iterator_property_map(color.begin(), nodes),
+                                      boost::make_iterator_property_map(distance.begin(), nodes), nodes, cells_,
+                                      cells_ + 1);
+    std::vector<bool> free(cells_);
+    for (std::size_t c = 0; c < cells_; ++c) free[c] = color[c] == boost::black_color;
+    return free;
+  }
+
+ private:
+  void join(std::size_t edge, std::size_t from, std::size_t to, std::size_t reverse, Weight capacity) {
+    ends_[edge] = {from, to};
+    reverse_[edge] = reverse;
+    capacity_[edge] = capacity;
+  }
+
+  std::size_t cells_;
+  std::vector<Weight> capacity_;
+  std::vector<std::pair<std::size_t, std::size_t>> ends_;
+  std::vector<std::size_t> reverse_;
+};
+
+std::vector<glm::uvec3> boundary(const Delaunay& tetrahedra, const std::vector<bool>& free) {
+  std::vector<glm::uvec3> faces;
+  for (const Cell cell : tetrahedra.all_cell_handles()) {
+    if (free[cell->info()]) continue;
+    for (int i = 0; i < 4; ++i) {
+      if (!free[cell->neighbor(i)->info()] || tetrahedra.is_infinite(cell, i)) continue;
+      // The triple turns clockwise as seen from outside of the cell, which is the free side.
+      const auto corner = [&](int k) { return cell->vertex(Delaunay::vertex_triple_index(i, k))->info(); };
+      faces.emplace_back(corner(0), corner(2), corner(1));
+    }
+  }
+  return faces;
+}
+
+void check_field(const char* field, double value, double least, double most) {
+  if (value >= least && value <= most) return;
+  throw std::invalid_argument(std::string(field) + ": " + number_text(value) + ", must be in [" + number_text(least) +
+                              ", " + number_text(most) + "]");
+}
+
+void check_views(std::span<const glm::dvec3> points, std::span<const std::vector<std::uint32_t>> views,
+                 std::size_t centers) {
+  if (views.size() != points.size()) {
+    throw std::invalid_argument("views: " + std::to_string(views.size()) + " lists, must be one for each of " +
+                                std::to_string(points.size()) + " points");
+  }
+  for (const std::vector<std::uint32_t>& list : views) {
+    for (const std::uint32_t view : list) {
+      if (view >= centers) {
+        throw std::invalid_argument("views: " + std::to_string(view) + ", but there are " + std::to_string(centers) +
+                                    " centers");
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void check(const CutOptions& options) {
+  check_field("quality", options.quality, 0, 1000);
+  check_field("sure_views", options.sure_views, 0.1, 1000);
+  check_field("noise", options.noise, 0.001, 100);
+}
+
+std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
+                                    std::span<const std::vector<std::uint32_t>> views,
+                                    std::span<const glm::dvec3> centers, const CutOptions& options,
+                                    const std::function<void(std::size_t)>& progress) {
+  check(options);
+  check_views(points, views, centers.size());
+  if (std::all_of(views.begin(), views.end(), [](const auto& list) { return list.empty(); })) return {};
+  const Delaunay tetrahedra = triangulation_of(points);
+  if (tetrahedra.dimension() < 3) return {};
+  VoteCounter counter(tetrahedra, options.noise * median_edge(tetrahedra));
+  for (const Delaunay::Vertex_handle p : tetrahedra.finite_vertex_handles()) {
+    const auto n = static_cast<double>(views[p->info()].size());
+    const double alpha_vis = 1 - std::exp(-n * n / (2 * options.sure_views * options.sure_views));
+    for (const std::uint32_t view : views[p->info()]) counter.count(p, cgal(centers[view]), alpha_vis);
+    progress(1);
+  }
+  for (const glm::dvec3& center : centers) {
+    counter.count_outside(cgal(center));
+    progress(0);
+  }
+  const CutGraph graph(tetrahedra, counter.take(), options.quality);
+  return boundary(tetrahedra, graph.free_cells());
+}
+
+}  // namespace lumatlas

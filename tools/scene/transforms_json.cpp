@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/transforms_json.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
+#include "tools/base/strict_json.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFarthest = 1e12;  // beyond, double precision cannot tell neighbouring cameras apart
+
+// A path that stays in the folder of the file, without "./" in it.
+fs::path inner_path(const JsonPlace& place) {
+  const std::string text = place.text();
+  const fs::path path = fs::path(text).lexically_normal();
+  const bool leaves = std::find(path.begin(), path.end(), fs::path("..")) != path.end();
+  if (path.is_absolute() || leaves || !path.has_filename() || path == ".") {
+    place.refuse("is " + in_quotes(text) + ", must be a path to a file in the folder of this one");
+  }
+  return path;
+}
+
+// A frame's own value, else that of all frames.
+class Settings {
+ public:
+  Settings(JsonPlace frame, JsonPlace all) : frame_(std::move(frame)), all_(std::move(all)) {}
+
+  [[nodiscard]] std::optional<JsonPlace> find(std::string_view key) const {
+    if (frame_.has(key)) return frame_.at(key);
+    if (all_.has(key)) return all_.at(key);
+    return std::nullopt;
+  }
+  [[nodiscard]] std::optional<double> number(std::string_view key) const {
+    const std::optional<JsonPlace> place = find(key);
+    return place ? std::optional(place->number()) : std::nullopt;
+  }
+  [[nodiscard]] double number_or(std::string_view key, double otherwise) const {
+    return number(key).value_or(otherwise);
+  }
+  // Some programs write sizes as 640.0.
+  [[nodiscard]] std::optional<std::uint32_t> size(std::string_view key) const {
+    const std::optional<JsonPlace> place = find(key);
+    if (!place) return std::nullopt;
+    const double value = place->number();
+    if (!(value >= 1 && value <= 65536) || value != std::floor(value)) {
+      place->refuse("is " + number_text(value) + ", must be a whole number in [1, 65536]");
+    }
+    return static_cast<std::uint32_t>(value);
+  }
+  [[nodiscard]] const JsonPlace& frame() const { return frame_; }
+
+ private:
+  JsonPlace frame_, all_;
+};
+
+bool is_fisheye(const Settings& settings) {
+  if (const auto model = settings.find("camera_model")) return model->text() == "OPENCV_FISHEYE";
+  const auto fisheye = settings.find("is_fisheye");
+  return fisheye && fisheye->boolean();
+}
+
+double focal_length(const Settings& settings, const char* length, const char* angle, std::uint32_t size,
+                    std::optional<double> otherwise) {
+  if (const auto given = settings.number(length)) return *given;
+  if (const auto radians = settings.number(angle)) return 0.5 * size / std::tan(0.5 * *radians);
+  if (otherwise) return *otherwise;
+  settings.frame().refuse("has no focal length, must have fl_x or camera_angle_x, or the whole file must");
+}
+
+// The simplest of COLMAP's models that has all of the coefficients.
+void set_distortion(const Settings& settings, CameraModel& lens) {
+  const auto k = [&](const char* key) { return settings.number_or(key, 0); };
+  const std::array<double, 6> c{k("k1"), k("k2"), k("p1"), k("p2"), k("k3"), k("k4")};
+  const auto set = [&](LensModel model, std::initializer_list<double> coefficients) {
+    lens.model = model;
+    std::copy(coefficients.begin(), coefficients.end(), lens.parameters.begin() + 4);
+  };
+  if (is_fisheye(settings)) {
+    set(LensModel::kOpenCvFisheye, {c[0], c[1], c[4], c[5]});
+  } else if (c[4] != 0 || c[5] != 0) {
+    set(LensModel::kFullOpenCv, {c[0], c[1], c[2], c[3], c[4], c[5], 0, 0});
+  } else if (c != std::array<double, 6>{}) {
+    set(LensModel::kOpenCv, {c[0], c[1], c[2], c[3]});
+  }
+}
+
+CameraModel lens_of(const Settings& settings, const fs::path& file,
+                    const std::function<ImageSize(const fs::path&)>& size_of) {
+  CameraModel lens;
+  const auto width = settings.size("w"), height = settings.size("h");
+  if (width && height) {
+    lens.width = *width;
+    lens.height = *height;
+  } else {
+    const ImageSize size = size_of(file);
+    lens.width = width.value_or(size.width);
+    lens.height = height.value_or(size.height);
+  }
+  const double fx = focal_length(settings, "fl_x", "camera_angle_x", lens.width, std::nullopt);
+  const double fy = focal_length(settings, "fl_y", "camera_angle_y", lens.height, fx);
+  lens.parameters = {fx, fy, settings.number_or("cx", 0.5 * lens.width), settings.number_or("cy", 0.5 * lens.height)};
+  if (const auto model = settings.find("camera_model"); model && model->text() == "EQUIRECTANGULAR") {
+    model->refuse("is EQUIRECTANGULAR, but no plane holds a panorama: cut it into pinhole views");
+  }
+  set_distortion(settings, lens);
+  try {
+    check(lens);
+  } catch (const std::invalid_argument& error) {
+    settings.frame().refuse(std::string("has a camera that cannot be: ") + error.what());
+  }
+  return lens;
+}
+
+void set_pose(const JsonPlace& place, TransformsFrame& frame) {
+  const std::vector<JsonPlace> rows = place.elements();
+  if (rows.size() != 3 && rows.size() != 4) {
+    place.refuse("has " + std::to_string(rows.size()) + " rows, must have 4, or 3 without the last");
+  }
+  glm::dmat3 world_from_gl(1);
+  glm::dvec3 center(0);
+  for (int row = 0; row < 3; ++row) {
+    const std::vector<JsonPlace> values = rows[static_cast<std::size_t>(row)].elements();
+    if (values.size() != 4) rows[static_cast<std::size_t>(row)].refuse("must have 4 numbers");
+    for (int column = 0; column < 3; ++column) {
+      world_from_gl[column][row] = values[static_cast<std::size_t>(column)].number();
+    }
+    center[row] = values[3].number();
+    if (!(std::abs(center[row]) <= kFarthest)) values[3].refuse("is not within 1e12 of 0");
+  }
+  // Written with few digits by some programs; beyond a hundredth it is no rotation.
+  constexpr double kMostError = 0.01;
+  const glm::dmat3 square = glm::transpose(world_from_gl) * world_from_gl;
+  for (int i = 0; i < 9; ++i) {
+    const double expected = i / 3 == i % 3 ? 1 : 0;
+    if (!(std::abs(square[i / 3][i % 3] - expected) <= kMostError)) {
+      place.refuse("does not begin with a rotation: its columns must be of length 1 and at right angles");
+    }
+  }
+  if (glm::determinant(world_from_gl) < 0) place.refuse("mirrors the camera, must turn it");
+  const glm::dmat3 world_from_cam(world_from_gl[0], -world_from_gl[1], -world_from_gl[2]);
+  frame.cam_from_world_rotation = glm::normalize(glm::quat_cast(glm::transpose(world_from_cam)));
+  frame.cam_from_world_translation = -(frame.cam_from_world_rotation * center);
+}
+
+std::string name_of(const fs::path& file) {
+  const std::string name = file.generic_string();
+  constexpr std::string_view kImages = "images/";
+  return name.starts_with(kImages) ? name.substr(kImages.size()) : name;
+}
+
+void check_names(const std::vector<TransformsFrame>& frames, const fs::path& path) {
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    if (frames[i].name == frames[i - 1].name) {
+      throw InputError(path.string() + ": two frames have the photograph " + in_quotes(frames[i].name));
+    }
+  }
+}
+
+// NeRF's own files leave the ending out.
+fs::path with_ending(const fs::path& folder, const fs::path& file) {
+  std::error_code ignored;
+  if (fs::exists(folder / file, ignored)) return file;
+  for (const char* const ending : {".png", ".jpg", ".jpeg", ".JPG"}) {
+    fs::path candidate = file;
+    candidate += ending;
+    if (fs::exists(folder / candidate, ignored)) return candidate;
+  }
+  return file;
+}
+
+}  // namespace
+
+Transforms parse_transforms(std::string_view text, const fs::path& path,
+                            const std::function<fs::path(const fs::path&)>& complete,
+                            const std::function<ImageSize(const fs::path&)>& size_of) {
+  const nlohmann::json content = parse_json(text, path.string());
+  const JsonPlace all(path.string(), "", content);
+  if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");
+  Transforms result;
+  for (const JsonPlace& place : all.at("frames").elements()) {
+    if (!place.value().is_object() || !place.has("file_path") || !place.has("transform_matrix")) {
+      place.refuse("must have file_path and transform_matrix");
+    }
+    TransformsFrame frame;
+    frame.file = complete(inner_path(place.at("file_path")));
+    frame.name = name_of(frame.file);
+    if (place.has("mask_path")) frame.mask = inner_path(place.at("mask_path"));
+    frame.lens = lens_of(Settings(place, all), frame.file, size_of);
+    set_pose(place.at("transform_matrix"), frame);
+    result.frames.push_back(std::move(frame));
+  }
+  if (result.frames.empty()) throw InputError(path.string() + ": holds no frame, so there is nothing to see");
+  if (all.has("ply_file_path")) result.points = inner_path(all.at("ply_file_path"));
+  std::sort(result.frames.begin(), result.frames.end(),
+            [](const TransformsFrame& a, const TransformsFrame& b) { return a.name < b.name; });
+  check_names(result.frames, path);
+  return result;
+}
+
+bool is_transforms_scene(const fs::path& scene) {
+  std::error_code ignored;
+  if (!fs::exists(scene / "transforms.json", ignored)) return false;
+  for (const fs::path& folder : {scene / "sparse", scene / "sparse" / "0", scene}) {
+    for (const char* const images : {"images.bin", "images.txt"}) {
+      if (fs::exists(folder / images, ignored)) return false;
+    }
+  }
+  return true;
+}
+
+Transforms read_transforms(const fs::path& scene) {
+  const fs::path path = scene / "transforms.json";
+  return parse_transforms(
+      read_whole_file(path), path, [&](const fs::path& file) { return with_ending(scene, file); },
+      [&](const fs::path& file) { return photograph_size(scene / file, Orientation::as_stored); });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The transforms.json of instant-ngp and nerfstudio, which Polycam, Record3D and others export to.
+//
+//   frames[].transform_matrix  world from camera, 4 x 4 by rows, of OpenGL's camera: x right, y up, z backward. The
+//   last
+//                              row may be missing.
+//   frames[].file_path         relative to the file's folder; the ending may be missing
+//   frames[].mask_path         the same, black where pixels are not to be used
+//   w h fl_x fl_y cx cy        pixels, (0, 0) is the corner of the picture as in COLMAP; of all frames or of one
+//   camera_angle_x             the horizontal field of view in radians, where there is no fl_x
+//   k1 k2 p1 p2 k3 k4          as in OpenCV; with is_fisheye, or camera_model OPENCV_FISHEYE, those of its fisheye
+//   model ply_file_path              points, in the coordinates of the poses
+//
+// What is not there is taken as usual: fl_y is fl_x, the principal point is the middle, w and h are the photograph's.
+// applied_transform, which led to these poses, is not undone: a mesh is in the coordinates of the poses, as the points
+// are. Other keys are ignored.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "tools/scene/camera_model.h"
+
+namespace lumatlas {
+
+struct TransformsFrame {
+  std::string name;                                // file_path without "./" and "images/" before it
+  std::filesystem::path file;                      // relative to the folder of transforms.json, which it does not leave
+  std::optional<std::filesystem::path> mask;       // the same
+  CameraModel lens;                                // passes check()
+  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
+  glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
+};
+
+struct Transforms {
+  std::vector<TransformsFrame> frames;          // by name, in byte order; at least one, no name twice
+  std::optional<std::filesystem::path> points;  // relative to the folder of transforms.json
+};
+
+// `complete` is called with each file_path and returns the file's, with its ending; `size_of`, where w or h are
+// missing, with what that returned. Throws InputError that begins with `path`, and what these two throw.
+[[nodiscard]] Transforms parse_transforms(
+    std::string_view text, const std::filesystem::path& path,
+    const std::function<std::filesystem::path(const std::filesystem::path&)>& complete,
+    const std::function<ImageSize(const std::filesystem::path&)>& size_of);
+
+// Whether the scene is to be read by its transforms.json: it has one, and no COLMAP model.
+[[nodiscard]] bool is_transforms_scene(const std::filesystem::path& scene);
+
+// The one in the folder `scene`, whose photographs are looked at for their endings and sizes.
+[[nodiscard]] Transforms read_transforms(const std::filesystem::path& scene);
+
+}  // namespace lumatlas
