@@ -51,29 +51,29 @@ std::vector<vec3> smooth_normals(const Mesh& mesh) {
   return normals;
 }
 
+// What one view shows of a place.
 struct Shown {
-  vec3 color, smooth, root;  // root: of `smooth`
+  vec3 color, smooth, root;  // root: square root of `smooth`
   float base, detail, agreement;
 };
 
-vec3 mean_root(const std::vector<Shown>& shown) {
-  vec3 sum(0);
-  float weight = 0;
-  for (const Shown& view : shown) {
-    sum += view.base * view.agreement * view.root;
-    weight += view.base * view.agreement;
-  }
-  return sum / weight;
-}
-
-// Sets how far each view agrees with the others.
+// Sets how far each view agrees with the others: see r_i in the header.
 void find_agreement(std::vector<Shown>& shown, float tolerance) {
-  for (const float widening : {4.0f, 2.0f, 1.0f, 1.0f}) {
-    const vec3 mean = mean_root(shown);
-    const float t = widening * tolerance;
+  constexpr int kRounds = 4;
+  constexpr float kSpreads = 2;  // a view this many times the spread away from the mean has a quarter of its weight
+  for (int round = 0; round < kRounds; ++round) {
+    vec3 mean(0);
+    float weight = 0, squares = 0;
+    for (const Shown& view : shown) {
+      mean += view.base * view.agreement * view.root;
+      weight += view.base * view.agreement;
+    }
+    mean /= weight;
+    const auto squared_distance = [&](const Shown& view) { return glm::dot(view.root - mean, view.root - mean); };
+    for (const Shown& view : shown) squares += view.base * view.agreement * squared_distance(view);
+    const float t2 = tolerance * tolerance + kSpreads * kSpreads * squares / weight;
     for (Shown& view : shown) {
-      const vec3 off = view.root - mean;
-      const float r = 1 / (1 + glm::dot(off, off) / (t * t));
+      const float r = 1 / (1 + squared_distance(view) / t2);
       view.agreement = r * r;
     }
   }
@@ -121,7 +121,7 @@ SurfaceColor SurfaceColors::at(std::uint32_t face, float b, float c, double dens
     const float pixels_per_texel = view.focal_px() / place.depth / static_cast<float>(density);
     const ViewColor color = view.sharp(place.image, pixels_per_texel);
     const float quality = cosine * std::min(pixels_per_texel, 1.0f);
-    const float base = color.trust * quality;
+    const float base = color.trust * quality * quality;
     if (!(base > 0)) continue;
     const vec3 smooth = view.smooth(place.image);
     shown.push_back({color.color, smooth, glm::sqrt(smooth), base, base * std::pow(quality, sharpness_), 1});

@@ -176,6 +176,9 @@ void require_rotation(const glm::dmat3& m) {
 
 void check(const TexturedFileOptions& options) {
   check(options.image);
+  if (!options.notes.empty() && !json::parse(options.notes, nullptr, false).is_object()) {
+    throw std::invalid_argument("textured mesh: notes are not the text of a JSON object");
+  }
   require_rotation(options.file_from_scene);
 }
 
