@@ -19,7 +19,7 @@ using glm::vec3;
 
 // A view that is trusted less than this counts less than the colours of the mesh's vertices, which stand in where no
 // view is left.
-constexpr float kLeastWeight = 1e-3f;
+constexpr float kLeastWeight = 1e-4f;
 
 // Unit normals of vertices, those at one place alike, averaged over their neighbours a few times: scanned surfaces are
 // rough, and what counts is where the surface looks at large.

@@ -29,7 +29,7 @@ struct ColorOptions {
   // Exponent by which frontal and near views are preferred for detail; 0: not at all. [0, 16]
   double sharpness = 3;
   // Differences between views above this count as disagreement; of square roots of linear light. > 0
-  double tolerance = 0.1;
+  double tolerance = 0.3;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

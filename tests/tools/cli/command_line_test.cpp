@@ -154,11 +154,13 @@ TEST_CASE("export writes one file or a folder, and replaces nothing but an earli
   for (const char* const format : {"gltf", "obj"}) {
     const fs::path out = folder / format;
     const Arguments arguments{"export", made().model, "--to", format,    "-o", out.string(), "--image",
-                              "jpeg",   "--texture",  "128",  "--pages", "9",  "--quiet"};
-    REQUIRE(lumatlas(arguments).status == 0);
+                              "jpeg",   "--texture",  "256",  "--pages", "9",  "--quiet"};
+    const Outcome written = lumatlas(arguments);
+    INFO(written.err);
+    REQUIRE(written.status == 0);
     CHECK(fs::exists(out / (std::string("scene.") + format)));
     CHECK(fs::exists(out / "texture-0.jpg"));
-    CHECK(options_beside(out)["texture"] == 128);
+    CHECK(options_beside(out)["texture"] == 256);
     REQUIRE(lumatlas(arguments).status == 0);
     std::ofstream(out / "mine.txt") << "of a person";
     check_failure(lumatlas(arguments), "mine.txt");
