@@ -22,6 +22,7 @@ void add_mesh_command(CLI::App& program);
 void add_build_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
+void add_export_command(CLI::App& program);
 void add_synth_command(CLI::App& program);
 void add_chart_command(CLI::App& program);
 

@@ -147,6 +147,7 @@ void run(const ValidateFlags& flags) {
     return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end();
   };
   options.unbounded = wants("unbounded");
+  options.texture = wants("texture");
   options.vertex = wants("vertex");
   options.aligned = !flags.no_alignment;
   options.pictures = !flags.no_pictures;
@@ -223,9 +224,11 @@ void add_validate_command(CLI::App& program) {
            "Score all views of this scene instead, as `lumatlas synth --test-views` writes it");
   add_file(*command, "--flicker", flags->flicker, "SCENE",
            "Also measure flicker along its frames, as `lumatlas synth --path-frames` writes them");
-  command->add_option("--baselines", flags->baselines, "To compare with: all input views at once, averaged colours")
+  command
+      ->add_option("--baselines", flags->baselines,
+                   "To compare with: what `lumatlas export` makes, all input views at once, averaged colours")
       ->type_name("NAMES")
-      ->check(one_of({"unbounded", "vertex", "none"}))
+      ->check(one_of({"texture", "unbounded", "vertex", "none"}))
       ->delimiter(',')
       ->default_str("unbounded,vertex");
   command->add_flag("--no-alignment", flags->no_alignment,

@@ -28,8 +28,8 @@ AlignmentTargets targets_from(const Camera& camera, const Photograph& picture, c
 
 }  // namespace
 
-Camera align_to_model(Renderer& renderer, const Visibility& visibility, const Camera& camera,
-                      const Photograph& photograph, const BlendOptions& blend) {
+Camera align_to_model(const std::function<Photograph(const Camera&)>& render, const Visibility& visibility,
+                      const Camera& camera, const Photograph& photograph) {
   const Pyramid pyramid(photograph);
   AlignmentOptions options;
   options.max_iterations = 20;
@@ -38,7 +38,7 @@ Camera align_to_model(Renderer& renderer, const Visibility& visibility, const Ca
   Camera best = camera;
   double least_residual = std::numeric_limits<double>::infinity();
   for (std::uint32_t round = 0; round < kRounds; ++round) {
-    const Photograph picture = renderer.render(current, blend).picture;
+    const Photograph picture = render(current);
     const Alignment aligned = align(current, current, glm::dvec3(1.0), pyramid,
                                     targets_from(current, picture, visibility.trace(current)), options);
     if (aligned.residual_exposed < least_residual) {

@@ -44,7 +44,7 @@ struct ReportView {
 };
 
 struct ReportMethod {
-  std::string name;                               // "store", "unbounded", "vertex"
+  std::string name;                               // "store", "texture", "unbounded", "vertex"
   std::string description;                        // one line for the reader
   std::optional<double> seams = std::nullopt;     // SeamMeter::contrast() over all scored views, levels
   std::optional<Flicker> flicker = std::nullopt;  // along a path whose true pictures are known

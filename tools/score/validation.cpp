@@ -2,6 +2,7 @@
 #include "tools/score/validation.h"
 
 #include <algorithm>
+#include <functional>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -14,6 +15,7 @@
 #include "tools/score/align_to_model.h"
 #include "tools/score/error_picture.h"
 #include "tools/score/seam_contrast.h"
+#include "tools/score/textured_picture.h"
 #include "tools/score/unbounded.h"
 
 namespace lumatlas {
@@ -69,15 +71,16 @@ class MethodRun {
             const ValidationOptions& options, const std::filesystem::path& folder)
       : surface_(surface), scene_(scene), scored_(scored), options_(options), folder_(folder) {}
 
-  void run(ReportMethod method, Renderer& renderer, Report& report) const {
-    method.seams = score_views(method.name, renderer, report.views);
-    if (options_.path) method.flicker = flicker_along(*options_.path, method.name, renderer);
+  using Render = std::function<Rendering(const Camera&)>;
+  void run(ReportMethod method, const Render& render, Report& report) const {
+    method.seams = score_views(method.name, render, report.views);
+    if (options_.path) method.flicker = flicker_along(*options_.path, method.name, render);
     report.methods.push_back(std::move(method));
   }
 
  private:
   // Returns their seam contrast.
-  double score_views(const std::string& method, Renderer& renderer, std::vector<ReportView>& views) const {
+  double score_views(const std::string& method, const Render& render, std::vector<ReportView>& views) const {
     Progress progress("scoring: " + method, scored_.size(), ProgressOptions::standard_error(options_.quiet));
     PhotographStream photographs(scene_.views, scored_);
     SeamMeter seams(surface_.mesh, surface_.cells);
@@ -85,16 +88,16 @@ class MethodRun {
       const Camera& camera = scene_.views[scored_[i]].camera;
       const Photograph photograph = photographs.next();
       const VisibilityBuffer visible = visibility_->trace(camera);
-      const Rendering rendering = renderer.render(camera, options_.blend);
+      const Rendering rendering = render(camera);
       seams.add(visible, rendering.picture, photograph);
       views[i].renderings.push_back(score(method, i, rendering, photograph, seen_mask(visible)));
-      if (options_.aligned) score_aligned(method, i, renderer, camera, photograph, views[i].renderings.back());
+      if (options_.aligned) score_aligned(method, i, render, camera, photograph, views[i].renderings.back());
       progress.tick();
     }
     return seams.contrast();
   }
 
-  Flicker flicker_along(const SceneViews& path, const std::string& method, Renderer& renderer) const {
+  Flicker flicker_along(const SceneViews& path, const std::string& method, const Render& render) const {
     Progress progress("moving: " + method, path.views.size(), ProgressOptions::standard_error(options_.quiet));
     std::vector<std::size_t> frames(path.views.size());
     std::iota(frames.begin(), frames.end(), std::size_t{0});
@@ -102,17 +105,17 @@ class MethodRun {
     FlickerMeter meter;
     for (const std::size_t frame : frames) {
       const Camera& camera = path.views[frame].camera;
-      meter.add(camera, visibility_->trace(camera), renderer.render(camera, options_.blend).picture,
-                photographs.next());
+      meter.add(camera, visibility_->trace(camera), render(camera).picture, photographs.next());
       progress.tick();
     }
     return meter.flicker();
   }
 
-  void score_aligned(const std::string& method, std::size_t index, Renderer& renderer, const Camera& given,
+  void score_aligned(const std::string& method, std::size_t index, const Render& render, const Camera& given,
                      const Photograph& photograph, ReportRendering& result) const {
-    const Camera camera = align_to_model(renderer, *visibility_, given, photograph, options_.blend);
-    const Photograph picture = renderer.render(camera, options_.blend).picture;
+    const auto picture_at = [&](const Camera& at) { return render(at).picture; };
+    const Camera camera = align_to_model(picture_at, *visibility_, given, photograph);
+    const Photograph picture = render(camera).picture;
     const std::vector<std::uint8_t> mask = seen_mask(visibility_->trace(camera));
     const double gain = fit_gain(picture, photograph, mask);
     const Photograph fitted = apply_gain(picture, gain);
@@ -190,18 +193,26 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   report.views = report_views(unknown, parts.scored, options, folder);
   const MethodRun methods(*model.surface, unknown, parts.scored, options, folder);
   Renderer renderer(context);
+  const auto blended = [&](const Camera& camera) { return renderer.render(camera, options.blend); };
   renderer.load(model);
-  methods.run({"store", "the model: the views that the planner kept"}, renderer, report);
+  methods.run({"store", "the model: the views that the planner kept"}, blended, report);
+  if (options.texture) {
+    const TexturedMesh mesh(model, TextureOptions());
+    const TexturedPicture texture(mesh);
+    methods.run(
+        {"texture", "the mesh with one conventional texture, as `lumatlas export` writes it"},
+        [&](const Camera& camera) { return texture.render(camera); }, report);
+  }
   if (!options.unbounded && !options.vertex) return report;
   const Snapshot all =
       unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet, options.unbounded);
   if (options.unbounded) {
     renderer.load(all);
-    methods.run({"unbounded", "every input view, without a budget"}, renderer, report);
+    methods.run({"unbounded", "every input view, without a budget"}, blended, report);
   }
   if (options.vertex) {
     renderer.load(without_views(all));
-    methods.run({"vertex", "the mean of all input views at each vertex of the mesh"}, renderer, report);
+    methods.run({"vertex", "the mean of all input views at each vertex of the mesh"}, blended, report);
   }
   return report;
 }

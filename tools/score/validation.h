@@ -19,6 +19,7 @@ struct ValidationOptions {
   BlendOptions blend;
   ValidityOptions validity;        // of the unbounded baseline's masks
   bool unbounded = true;           // the baseline of all input views, which needs memory for all of them
+  bool texture = false;            // the baseline of a conventional texture for the model's mesh, from its views
   bool vertex = true;              // the baseline of averaged vertex colours
   bool aligned = true;             // also score with the held-out pose refined against each method
   std::optional<SceneViews> path;  // consecutive frames with their true pictures: also measure flicker along them
@@ -26,11 +27,10 @@ struct ValidationOptions {
   bool quiet = false;
 };
 
-// Renders every scored view, and the frames of the path, with each method ("store", "unbounded", "vertex"), writes the
-// pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL context
-// current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if nothing is
-// left to score, or if the
-// test views are the scene itself; std::invalid_argument without protocol and test.
+// Renders every scored view, and the frames of the path, with each method ("store", "texture", "unbounded", "vertex"),
+// writes the pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL
+// context current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if
+// nothing is left to score, or if the test views are the scene itself; std::invalid_argument without protocol and test.
 [[nodiscard]] Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
                                     const ValidationOptions& options, const std::filesystem::path& folder);
 

@@ -138,6 +138,56 @@ TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") 
   CHECK(scene["views"]["blind"].empty());
 }
 
+TEST_CASE("export writes one file or a folder, and replaces nothing but an earlier export") {
+  const TemporaryFolder folder;
+  const std::string file = (folder / "plain.glb").string();
+  REQUIRE(lumatlas({"export", made().model, "-o", file, "--quiet"}).status == 0);
+  const std::string first = bytes_of(file);
+  CHECK(first.starts_with("glTF"));
+  const Outcome again = lumatlas({"export", made().model, "-o", file, "--quiet"});
+  CHECK(again.status == 0);
+  CHECK(again.err.empty());
+  CHECK_THAT(again.out, Catch::Contains("1 page of") && Catch::Contains("1.00 texels for each pixel"));
+  CHECK(bytes_of(file) == first);
+  // It is no model, and a model is no export.
+  check_failure(lumatlas({"inspect", file}), "plain.glb");
+  const std::string model = (folder / "model.glb").string();
+  REQUIRE(lumatlas({"build", made().scene, "-o", model, "--refine", "none", "--quiet"}).status == 0);
+  const std::string kept = bytes_of(model);
+  check_failure(lumatlas({"export", made().model, "-o", model, "--quiet"}), "nothing that `lumatlas export` wrote");
+  CHECK(bytes_of(model) == kept);
+  check_failure(lumatlas({"build", made().scene, "-o", file, "--refine", "none", "--quiet"}),
+                "no model that `lumatlas build` wrote");
+  CHECK(bytes_of(file) == first);
+  check_failure(lumatlas({"export", made().model, "--to", "obj", "-o", made().model, "--quiet"}), "model");
+
+  for (const char* const format : {"gltf", "obj"}) {
+    const fs::path out = folder / format;
+    const Arguments arguments{"export", made().model, "--to", format,    "-o", out.string(), "--image",
+                              "jpeg",   "--texture",  "256",  "--pages", "9",  "--quiet"};
+    const Outcome written = lumatlas(arguments);
+    INFO(written.err);
+    REQUIRE(written.status == 0);
+    CHECK(fs::exists(out / (std::string("scene.") + format)));
+    CHECK(fs::exists(out / "texture-0.jpg"));
+    CHECK(options_beside(out)["texture"] == 256);
+    REQUIRE(lumatlas(arguments).status == 0);
+    std::ofstream(out / "mine.txt") << "of a person";
+    check_failure(lumatlas(arguments), "mine.txt");
+  }
+}
+
+TEST_CASE("export refuses what is no model, and pages that are too few") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "plain.glb").string();
+  check_failure(lumatlas({"export", (folder / "nothing").string(), "-o", out}), "nothing");
+  check_failure(lumatlas({"export", made().scene, "-o", out}), "scene");
+  const std::string cut_off = folder.with_file("cut.glb", "glTF").string();
+  check_failure(lumatlas({"export", cut_off, "-o", out}), "cut.glb");
+  check_failure(lumatlas({"export", made().model, "-o", out, "--texture", "64", "--quiet"}), "--texture");
+  CHECK(names_in(folder.path()) == std::vector<std::string>{"cut.glb"});
+}
+
 TEST_CASE("wrong usage ends with 2, before any output is made") {
   const std::string out = (made().folder / "unused").string();
   const std::vector<Arguments> wrong{
@@ -235,6 +285,15 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"render", made().model, "-o", out, "--orbit", "--format", "gif"},
       {"render", made().model, "-o", out, "--orbit", "--fps", "24"},
       {"render", made().model, "-o", out, "--orbit", "--format", "mp4", "--fps", "0"},
+      {"export", made().model},
+      {"export", made().model, "-o", out},
+      {"export", made().model, "-o", out, "--to", "fbx"},
+      {"export", made().model, "-o", out, "--to", "obj", "--quality", "90"},
+      {"export", made().model, "-o", out, "--to", "obj", "--texture", "63"},
+      {"export", made().model, "-o", out, "--to", "obj", "--texture", "16385"},
+      {"export", made().model, "-o", out, "--to", "obj", "--pages", "0"},
+      {"export", made().model, "-o", out, "--to", "obj", "--density", "nan"},
+      {"export", made().model, "-o", out, "--to", "obj", "--tolerance", "0"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
       {"synth", "apartment", "-o", out, "--photographs", "0"},
       {"synth", "apartment", "-o", out, "--passers-by", "1.5"},

@@ -75,8 +75,8 @@ TEST_CASE("the page has at most 1350 words") {
   CHECK(words <= 1350);
 }
 
-TEST_CASE("every key that build, mesh, inspect and synth print is on the page, and no other") {
-  Keys build, mesh, of_model, of_scene, synth;
+TEST_CASE("every key that build, mesh, inspect, export and synth print is on the page, and no other") {
+  Keys build, mesh, of_model, of_scene, exported, synth;
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
   printed_by(made().build, build);
@@ -95,6 +95,11 @@ TEST_CASE("every key that build, mesh, inspect and synth print is on the page, a
   const json scene = printed_by(made().synth, synth);
   CHECK(scene["photographs"] == 12);
   CHECK(scene["path_frames"] == 3);
+  const json textured = printed_by(
+      lumatlas({"export", made().model, "-o", (folder / "plain.glb").string(), "--json", "--quiet"}), exported);
+  CHECK(textured["format"] == "glb");
+  CHECK(textured["texture"]["pages"] == 1);
+  check_page("### export", exported);
   check_page("### build", build);
   check_page("### mesh", mesh);
   check_page("### inspect MODEL", of_model);
@@ -121,6 +126,8 @@ TEST_CASE("every key that render, validate and chart print is on the page, and n
                          made().scene,
                          "--no-pictures",
                          "--no-alignment",
+                         "--baselines",
+                         "texture,unbounded,vertex",
                          "-o",
                          out + "-report",
                          "--json",

@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <iomanip>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "atlas/model_file.h"
+#include "mesh/base/errors.h"
+#include "tools/base/output_folder.h"
+#include "tools/base/progress.h"
+#include "tools/base/strict_json.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
+#include "tools/paths/camera_tours.h"
+#include "tools/texture/textured_mesh.h"
+#include "tools/texture/write_textured_mesh.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+enum class ExportFormat { glb, gltf, obj };
+const Names<ExportFormat> kFormats{
+    {"glb", ExportFormat::glb}, {"gltf", ExportFormat::gltf}, {"obj", ExportFormat::obj}};
+const Names<ImageFormat> kImages{{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
+
+struct ExportFlags {
+  std::filesystem::path model, output;
+  ExportFormat format = ExportFormat::glb;
+  TextureOptions texture;
+  ImageCoding image;
+  bool as_scene = false;
+  bool json_output = false;
+  bool quiet = false;
+  CLI::Option* quality = nullptr;
+
+  void check() const {
+    if (quality->count() > 0 && image.format == ImageFormat::png) {
+      throw CLI::ValidationError("--quality", "needs --image jpeg: PNG is exact");
+    }
+    if (format == ExportFormat::glb && output.extension() != ".glb") {
+      throw CLI::ValidationError("--output", "must end in .glb with --to glb");
+    }
+    check_usage(texture);
+  }
+
+  [[nodiscard]] json effective() const {
+    return {{"command", "export"},
+            {"model", model.string()},
+            {"to", name_of(kFormats, format)},
+            {"texture", texture.layout.most_side_px},
+            {"pages", texture.layout.most_pages},
+            {"gutter", texture.layout.gutter_px},
+            {"density", texture.texels_per_pixel},
+            {"sharpness", texture.color.sharpness},
+            {"tolerance", texture.color.tolerance},
+            {"image", name_of(kImages, image.format)},
+            {"quality", image.format == ImageFormat::png ? json() : json(image.quality)},
+            {"as_scene", as_scene}};
+  }
+};
+
+// A file that this command did not write would be somebody's only copy of it.
+void check_replaceable_export(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return;  // nothing to lose, or refused as an AtomicFile
+  std::string generator;
+  try {
+    const json gltf = parse_json(read_model_json(file), file.string());
+    generator = gltf.at("asset").at("generator").get<std::string>();
+  } catch (const std::runtime_error&) {  // no glTF at all
+  } catch (const json::exception&) {
+  }
+  if (generator == kExportGenerator) return;
+  throw InputError(file.string() +
+                   ": is nothing that `lumatlas export` wrote and will not be replaced, name another output or remove "
+                   "it");
+}
+
+std::vector<Camera> cameras_of(const Snapshot& snapshot) {
+  std::vector<Camera> cameras;
+  for (const auto& view : snapshot.views) {
+    if (view) cameras.push_back(view->camera);
+  }
+  return cameras;
+}
+
+// Where the result appears, complete or not at all.
+class ExportOutput {
+ public:
+  explicit ExportOutput(const ExportFlags& flags) : flags_(flags) {
+    if (flags.format == ExportFormat::glb) {
+      check_replaceable_export(flags.output);
+      file_ = std::make_unique<AtomicFile>(flags.output);
+    } else {
+      folder_ = std::make_unique<OutputFolder>(flags.output, "export");
+    }
+  }
+
+  TextureFacts write(const TexturedMesh& mesh, const TexturedFileOptions& options, const Tick& tick) {
+    if (file_) return write_textured_glb(file_->stream(), mesh, options, tick);
+    const auto write = flags_.format == ExportFormat::gltf ? write_textured_gltf : write_textured_obj;
+    return write(folder_->path(), mesh, options, tick);
+  }
+
+  void commit() {
+    if (file_) return file_->commit();
+    folder_->commit(flags_.effective());
+  }
+
+ private:
+  const ExportFlags& flags_;
+  std::unique_ptr<OutputFolder> folder_;  // one of the two
+  std::unique_ptr<AtomicFile> file_;
+};
+
+json summary(const ExportFlags& flags, const TexturedMesh& mesh, const TextureFacts& facts, double total_ms) {
+  const TextureLayout& layout = mesh.layout();
+  return {{"output", flags.output.string()},
+          {"format", name_of(kFormats, flags.format)},
+          {"faces", mesh.mesh().faces.size()},
+          {"charts", mesh.charts().size()},
+          {"texture",
+           {{"side", layout.side_px},
+            {"pages", layout.pages},
+            {"texels", facts.texels},
+            {"unseen", facts.unseen_texels},
+            {"per_pixel", facts.texels_per_pixel}}},
+          {"time_ms", {{"total", total_ms}}}};
+}
+
+void print_result(const json& summary) {
+  const json& texture = summary["texture"];
+  const double texels = texture["texels"].get<double>();
+  const double room = std::pow(texture["side"].get<double>(), 2) * texture["pages"].get<double>();
+  std::ostringstream text;
+  text << std::fixed << summary["output"].get<std::string>() << ": " << texture["pages"]
+       << (texture["pages"] == 1 ? " page of " : " pages of ") << texture["side"] << "x" << texture["side"] << ", "
+       << summary["charts"] << " charts\n"
+       << std::setprecision(2) << "density: " << texture["per_pixel"].get<double>()
+       << " texels for each pixel of a photograph along a side; " << std::setprecision(0)
+       << 100 * texels / std::max(room, 1.0) << " % of the texture is surface, "
+       << 100 * texture["unseen"].get<double>() / std::max(texels, 1.0)
+       << " % of that was seen by no photograph in the model\n";
+  std::cout << text.str();
+}
+
+void run(const ExportFlags& flags) {
+  const auto start = std::chrono::steady_clock::now();
+  flags.check();
+  check_apart(flags.output, std::array{flags.model});
+  ExportOutput output(flags);
+  Model model = read_model(flags.model);
+  TexturedFileOptions options;
+  options.image = flags.image;
+  const std::vector<Camera> cameras = cameras_of(model.snapshot);
+  if (!flags.as_scene && !cameras.empty()) options.file_from_scene = upright(cameras, upward(cameras));
+  options.notes = json_text({{"lumatlas", LUMATLAS_VERSION}, {"options", flags.effective()}});
+  const TexturedMesh mesh(std::move(model.snapshot), flags.texture);
+  Progress progress("texture: pages", mesh.layout().pages, ProgressOptions::standard_error(flags.quiet));
+  const TextureFacts facts = output.write(mesh, options, [&] { progress.tick(); });
+  output.commit();
+  const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const json totals = summary(flags, mesh, facts, total_ms);
+  if (flags.json_output) {
+    print_json(totals);
+  } else {
+    print_result(totals);
+  }
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& program) {
+  auto flags = std::make_shared<ExportFlags>();
+  CLI::App* command = program.add_subcommand(
+      "export", "A model as a plain textured mesh, for programs that know nothing of its photographs");
+  add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
+  begin_group(*command, "Files");
+  add_choice(*command, "--to", flags->format, kFormats, "One glTF file, or a folder with scene.gltf or scene.obj");
+  add_file(*command, "-o,--output", flags->output, "PATH", "An earlier export there is replaced")->required();
+  add_choice(*command, "--image", flags->image.format, kImages, "How the texture is kept");
+  flags->quality = command->add_option("--quality", flags->image.quality, "With --image jpeg, how well")
+                       ->type_name("Q")
+                       ->transform(whole_number(1, 100));
+  command->add_flag("--as-scene", flags->as_scene,
+                    "Keep the scene's axes; without it up, as the cameras were held, is +y");
+  begin_group(*command, "Texture");
+  LayoutOptions& layout = flags->texture.layout;
+  command->add_option("--texture", layout.most_side_px, "The longest side that a page may have")
+      ->type_name("PX")
+      ->transform(whole_number(64, 16384));
+  command->add_option("--pages", layout.most_pages, "Pages that it may take")
+      ->type_name("N")
+      ->transform(whole_number(1, 64));
+  command->add_option("--density", flags->texture.texels_per_pixel, "Texels for each pixel of a photograph, a side")
+      ->type_name("D")
+      ->check(number_between(0.01, 4));
+  begin_group(*command, "Messages");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
+  begin_experiments(*command, "colours");
+  command->add_option("--gutter", layout.gutter_px, "Around each chart")
+      ->type_name("PX")
+      ->transform(whole_number(1, 64));
+  command
+      ->add_option("--sharpness", flags->texture.color.sharpness,
+                   "How much frontal and near photographs count for detail")
+      ->type_name("P")
+      ->check(number_between(0, 16));
+  command
+      ->add_option("--tolerance", flags->texture.color.tolerance,
+                   "Difference of photographs that counts as one, of square roots of light")
+      ->type_name("T")
+      ->check(number_between(0.001, 10));
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

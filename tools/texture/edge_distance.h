@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How far pixels are from the next one that may not be used.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lumatlas {
+
+// One value per pixel, row by row: 0 where `good` is 0, else the distance in pixels to the nearest such pixel or to
+// the first one beyond the image's border, along rows, columns and diagonals: up to 8 % more than along a straight
+// line. G. Borgefors, "Distance transformations in digital images", 1986.
+[[nodiscard]] std::vector<float> edge_distances(std::span<const std::uint8_t> good, std::uint32_t width,
+                                                std::uint32_t height);
+
+}  // namespace lumatlas

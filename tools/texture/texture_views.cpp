@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/texture/texture_views.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <limits>
+#include <optional>
+
+#include "atlas/srgb.h"
+#include "mesh/base/median.h"
+#include "tools/texture/edge_distance.h"
+
+namespace lumatlas {
+
+namespace {
+
+using glm::vec2;
+using glm::vec3;
+
+// A view sees what lies at most this share behind its stored depth, as blend/ has it.
+constexpr float kOcclusionTolerance = 0.02f;
+constexpr std::uint32_t kMostLevels = 4;
+
+// The level whose shorter side has about a hundred texels.
+std::uint32_t smooth_level(const Camera& camera) {
+  const double side = std::min(camera.width, camera.height);
+  return static_cast<std::uint32_t>(std::clamp(std::lround(std::log2(side / 120.0)), 1l, 6l));
+}
+
+// By pixel, 0 to 255: see TextureView.
+std::vector<std::uint8_t> faded_mask(const Snapshot& snapshot, std::uint32_t slot, std::uint32_t fade_px) {
+  const StoredView& view = *snapshot.views[slot];
+  std::vector<std::uint8_t> mask = view.validity;
+  if (!snapshot.tiles.whole_views()) {
+    const std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
+    for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = resident[i] ? mask[i] : 0;
+  }
+  std::vector<std::uint8_t> good(mask.size());
+  for (std::size_t i = 0; i < mask.size(); ++i) good[i] = mask[i] >= 128 && !view.at_rim(i);
+  const std::vector<float> distance = edge_distances(good, view.camera.width, view.camera.height);
+  for (std::size_t i = 0; i < mask.size(); ++i) {
+    if (mask[i] == 0) continue;
+    const float t = std::min(1.0f, distance[i] / static_cast<float>(fade_px));
+    const float share = t * t * (3 - 2 * t);
+    mask[i] = static_cast<std::uint8_t>(std::max(1.0f, std::round(share * mask[i])));
+  }
+  return mask;
+}
+
+// The four texels around a position and their shares, with those beyond the border repeated.
+struct Bilinear {
+  std::size_t at[4];
+  float share[4];
+};
+
+Bilinear bilinear(const vec2& position, std::uint32_t width, std::uint32_t height) {
+  const float x = std::clamp(position.x - 0.5f, 0.0f, static_cast<float>(width - 1));
+  const float y = std::clamp(position.y - 0.5f, 0.0f, static_cast<float>(height - 1));
+  const auto x0 = static_cast<std::size_t>(x), y0 = static_cast<std::size_t>(y);
+  const std::size_t x1 = std::min<std::size_t>(x0 + 1, width - 1), y1 = std::min<std::size_t>(y0 + 1, height - 1);
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  return {{y0 * width + x0, y0 * width + x1, y1 * width + x0, y1 * width + x1},
+          {(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy}};
+}
+
+ViewColor sampled(const ImageLevel& level, const vec2& position) {
+  const auto& linear = linear_from_srgb8();
+  const Bilinear texels = bilinear(position, level.width, level.height);
+  ViewColor sample;
+  for (int i = 0; i < 4; ++i) {
+    const std::uint8_t* rgba = &level.rgba[4 * texels.at[i]];
+    sample.color += texels.share[i] * vec3(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]);
+    sample.trust += texels.share[i] * static_cast<float>(rgba[3]) / 255.0f;
+  }
+  return sample;
+}
+
+}  // namespace
+
+TextureView::TextureView(const Snapshot& snapshot, std::uint32_t slot)
+    : view_(*snapshot.views[slot]), gain_(snapshot.gains[slot]), center_(view_.camera.center()) {
+  const Camera& camera = view_.camera;
+  const glm::dmat3& rotation = camera.cam_from_world_rotation;
+  for (int row = 0; row < 3; ++row) rows_[row] = vec3(rotation[0][row], rotation[1][row], rotation[2][row]);
+  translation_ = vec3(camera.cam_from_world_translation);
+  focal_px_ = static_cast<float>(std::sqrt(camera.fx * camera.fy));
+  const std::uint32_t smooth = smooth_level(camera);
+  const std::uint32_t levels = std::max(kMostLevels, smooth + 1), unit = 1u << (levels - 1);
+  StoredView faded;
+  faded.name = view_.name;
+  faded.camera = camera;
+  faded.photograph = view_.photograph;
+  faded.validity = faded_mask(snapshot, slot, 3u << smooth);
+  const auto whole = [&](std::uint32_t side) { return (side + unit - 1) / unit * unit; };
+  levels_ = image_levels(faded, {0, 0, whole(camera.width), whole(camera.height)}, levels);
+  smooth_unit_ = 1u << smooth;
+  find_smooth();
+}
+
+// A level's colours, averaged by (1 4 6 4 1) / 16 and by their trust along rows and columns, so that what may not be
+// used does not bleed in.
+void TextureView::find_smooth() {
+  const auto& linear = linear_from_srgb8();
+  std::uint32_t level_number = 0;
+  while ((1u << level_number) < smooth_unit_) ++level_number;
+  const ImageLevel& level = levels_[level_number];
+  smooth_width_ = level.width;
+  smooth_height_ = level.height;
+  std::vector<glm::vec4> values(std::size_t{level.width} * level.height), across(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::uint8_t* rgba = &level.rgba[4 * i];
+    const float trust = std::max(static_cast<float>(rgba[3]) / 255.0f, 1e-5f);
+    values[i] = glm::vec4(trust * gain_ * vec3(linear[rgba[0]], linear[rgba[1]], linear[rgba[2]]), trust);
+  }
+  constexpr float kShares[5] = {1 / 16.0f, 4 / 16.0f, 6 / 16.0f, 4 / 16.0f, 1 / 16.0f};
+  const auto filter = [&](const std::vector<glm::vec4>& from, std::vector<glm::vec4>& to, bool along_x) {
+    const auto width = static_cast<std::int64_t>(level.width), height = static_cast<std::int64_t>(level.height);
+    for (std::int64_t y = 0; y < height; ++y) {
+      for (std::int64_t x = 0; x < width; ++x) {
+        glm::vec4 sum(0);
+        for (std::int64_t k = -2; k <= 2; ++k) {
+          const std::int64_t sx = along_x ? std::clamp<std::int64_t>(x + k, 0, width - 1) : x;
+          const std::int64_t sy = along_x ? y : std::clamp<std::int64_t>(y + k, 0, height - 1);
+          sum += kShares[k + 2] * from[static_cast<std::size_t>(sy * width + sx)];
+        }
+        to[static_cast<std::size_t>(y * width + x)] = sum;
+      }
+    }
+  };
+  filter(values, across, true);
+  filter(across, values, false);
+  smooth_.resize(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) smooth_[i] = vec3(values[i]) / values[i].w;
+}
+
+bool TextureView::sees(const vec3& point, Place& place) const {
+  const Camera& camera = view_.camera;
+  const float z = glm::dot(rows_[2], point) + translation_.z;
+  if (!(z > 0)) return false;
+  const float x =
+      (glm::dot(rows_[0], point) + translation_.x) / z * static_cast<float>(camera.fx) + static_cast<float>(camera.cx);
+  const float y =
+      (glm::dot(rows_[1], point) + translation_.y) / z * static_cast<float>(camera.fy) + static_cast<float>(camera.cy);
+  if (!(x >= 0 && y >= 0 && x < static_cast<float>(camera.width) && y < static_cast<float>(camera.height)))
+    return false;
+  const std::size_t pixel = static_cast<std::size_t>(y) * camera.width + static_cast<std::size_t>(x);
+  if (levels_[0].rgba[4 * (static_cast<std::size_t>(y) * levels_[0].width + static_cast<std::size_t>(x)) + 3] == 0) {
+    return false;
+  }
+  if (z > view_.depth[pixel] * (1 + kOcclusionTolerance)) return false;
+  place = {{x, y}, z};
+  return true;
+}
+
+ViewColor TextureView::sharp(const vec2& image, float footprint) const {
+  const float level = std::clamp(std::log2(std::max(footprint, 1.0f)), 0.0f, static_cast<float>(levels_.size() - 1));
+  const auto fine = static_cast<std::size_t>(level);
+  const float share = level - static_cast<float>(fine);
+  const auto at_level = [&](std::size_t number) {
+    return sampled(levels_[number], image / static_cast<float>(1u << number));
+  };
+  ViewColor sample = at_level(fine);
+  if (share > 0) {
+    const ViewColor coarse = at_level(fine + 1);
+    sample.color += share * (coarse.color - sample.color);
+    sample.trust += share * (coarse.trust - sample.trust);
+  }
+  sample.color *= gain_;
+  return sample;
+}
+
+vec3 TextureView::smooth(const vec2& image) const {
+  const Bilinear texels = bilinear(image / static_cast<float>(smooth_unit_), smooth_width_, smooth_height_);
+  vec3 sum(0);
+  for (int i = 0; i < 4; ++i) sum += texels.share[i] * smooth_[texels.at[i]];
+  return sum;
+}
+
+namespace {
+
+// By cell: pixels per scene unit with which the view shows it, the most of any vertex; 0 where it sees none.
+std::vector<float> densities_in(const TextureView& view, const Surface& surface) {
+  const std::vector<vec3>& positions = surface.mesh.positions;
+  std::vector<float> of_vertex(positions.size(), 0);
+  TextureView::Place place;
+  for (std::size_t v = 0; v < positions.size(); ++v) {
+    if (view.sees(positions[v], place)) of_vertex[v] = view.focal_px() / place.depth;
+  }
+  std::vector<float> of_cell(surface.cells.cells.size(), 0);
+  for (std::size_t face = 0; face < surface.mesh.faces.size(); ++face) {
+    const glm::uvec3& f = surface.mesh.faces[face];
+    float& cell = of_cell[surface.cells.cell_of_face[face]];
+    cell = std::max({cell, of_vertex[f.x], of_vertex[f.y], of_vertex[f.z]});
+    if (cell > 0) continue;
+    const vec3 middle = (positions[f.x] + positions[f.y] + positions[f.z]) / 3.0f;
+    if (view.sees(middle, place)) cell = view.focal_px() / place.depth;
+  }
+  return of_cell;
+}
+
+}  // namespace
+
+TextureViews texture_views(const Snapshot& snapshot) {
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) slots.push_back(slot);
+  }
+  std::vector<std::optional<TextureView>> made(slots.size());
+  std::vector<std::vector<float>> densities(slots.size());
+  tbb::parallel_for(std::size_t{0}, slots.size(), [&](std::size_t i) {
+    made[i].emplace(snapshot, slots[i]);
+    densities[i] = densities_in(*made[i], *snapshot.surface);
+  });
+  TextureViews result;
+  for (auto& view : made) result.views.push_back(std::move(*view));
+  result.first_seen.push_back(0);
+  std::vector<double> of_cell;
+  for (std::size_t cell = 0; cell < snapshot.surface->cells.cells.size(); ++cell) {
+    of_cell.clear();
+    for (std::uint32_t i = 0; i < slots.size(); ++i) {
+      if (!(densities[i][cell] > 0)) continue;
+      result.seen_by.push_back(i);
+      of_cell.push_back(densities[i][cell]);
+    }
+    result.first_seen.push_back(static_cast<std::uint32_t>(result.seen_by.size()));
+    result.density.push_back(of_cell.empty() ? 0 : median(of_cell));
+  }
+  return result;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The stored views as a texture is coloured from them, and which of them see each cell.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "atlas/image_levels.h"
+#include "atlas/snapshot.h"
+
+namespace lumatlas {
+
+// What a view shows at a place, in linear light and the model's exposure.
+struct ViewColor {
+  glm::vec3 color{0.0f};
+  float trust = 0;  // [0, 1]; falls smoothly to 0 towards whatever may not be used
+};
+
+// A stored view, filtered at several scales. A place of its image may be used by its *trust*: the mask of validity,
+// which falls to 0 over the fading width towards the image's border, depth edges, pixels that other views contradict,
+// and parts that are not in the model. So where a view begins or ends to be used, its weight is about 0.
+class TextureView {
+ public:
+  TextureView(const Snapshot& snapshot, std::uint32_t slot);
+
+  // Where the view shows a point of the surface: pixels, and z in its camera. False where it does not see it.
+  struct Place {
+    glm::vec2 image{0.0f};
+    float depth = 0;
+  };
+  [[nodiscard]] bool sees(const glm::vec3& point, Place& place) const;
+
+  // `footprint`: how many pixels the mean is taken over, a side.
+  [[nodiscard]] ViewColor sharp(const glm::vec2& image, float footprint) const;
+  // The mean of the surroundings, over about a hundredth of the image: what it shows without its detail.
+  [[nodiscard]] glm::vec3 smooth(const glm::vec2& image) const;
+
+  [[nodiscard]] const glm::vec3& center() const { return center_; }
+  [[nodiscard]] float focal_px() const { return focal_px_; }
+
+ private:
+  void find_smooth();
+
+  const StoredView& view_;
+  glm::vec3 gain_, center_, translation_;
+  glm::vec3 rows_[3];  // of cam_from_world
+  float focal_px_;
+  std::vector<ImageLevel> levels_;  // colour, trust
+  std::uint32_t smooth_unit_ = 1;   // pixels a side that one value of the next stands for
+  std::uint32_t smooth_width_ = 0, smooth_height_ = 0;
+  std::vector<glm::vec3> smooth_;  // linear light in the model's exposure
+};
+
+struct TextureViews {
+  std::vector<TextureView> views;         // of every slot that holds one
+  std::vector<std::uint32_t> first_seen;  // one more than there are cells
+  std::vector<std::uint32_t> seen_by;     // numbers in `views`: those of cell k from first_seen[k] on, ascending
+  std::vector<double> density;            // by cell: pixels per scene unit of the median view that sees it; 0: none
+};
+
+// Takes about 6 bytes a pixel of the stored views beyond what the snapshot holds, to which it keeps references.
+[[nodiscard]] TextureViews texture_views(const Snapshot& snapshot);
+
+}  // namespace lumatlas

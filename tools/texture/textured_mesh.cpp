@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/texture/textured_mesh.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <stdexcept>
+#include <string>
+
+#include "atlas/srgb.h"
+#include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
+#include "tools/texture/chart_texels.h"
+#include "tools/texture/filled_page.h"
+
+namespace lumatlas {
+
+namespace {
+
+Snapshot checked(Snapshot snapshot) {
+  check(snapshot);
+  return snapshot;
+}
+
+// Texels per scene unit that each chart should have: the mean over its faces of what their cells are seen with. What
+// nobody sees needs few.
+std::vector<double> chart_densities(const Surface& surface, const std::vector<Chart>& charts, const TextureViews& views,
+                                    double texels_per_pixel) {
+  constexpr double kUnseenShare = 1.0 / 8;
+  std::vector<double> seen;
+  for (const double density : views.density) {
+    if (density > 0) seen.push_back(density);
+  }
+  // Nobody sees anything: any density does, for the colours are those of vertices.
+  const double typical = seen.empty() ? 4 / surface.cells.size : median(seen);
+  std::vector<double> densities;
+  for (const Chart& chart : charts) {
+    double sum = 0, count = 0;
+    for (const std::uint32_t face : chart.faces) {
+      const double density = views.density[surface.cells.cell_of_face[face]];
+      sum += density;
+      count += density > 0;
+    }
+    densities.push_back(texels_per_pixel * (count > 0 ? sum / count : kUnseenShare * typical));
+  }
+  return densities;
+}
+
+}  // namespace
+
+void check(const TextureOptions& options) {
+  check(options.charts);
+  check(options.layout);
+  check(options.color);
+  if (!(options.texels_per_pixel > 0 && options.texels_per_pixel <= 4)) {
+    throw std::invalid_argument("texture: texels_per_pixel is " + number_text(options.texels_per_pixel) +
+                                ", must be above 0 and at most 4");
+  }
+}
+
+TexturedMesh::TexturedMesh(Snapshot snapshot, const TextureOptions& options)
+    : snapshot_(checked(std::move(snapshot))), options_(options) {
+  check(options);
+  const Surface& surface = *snapshot_.surface;
+  charts_ = make_charts(surface.mesh, surface.cells, options.charts);
+  views_ = texture_views(snapshot_);
+  layout_ = lay_out(charts_, chart_densities(surface, charts_, views_, options.texels_per_pixel), options.layout);
+  chart_of_face_.resize(surface.mesh.faces.size());
+  for (std::uint32_t chart = 0; chart < charts_.size(); ++chart) {
+    for (const std::uint32_t face : charts_[chart].faces) chart_of_face_[face] = chart;
+  }
+}
+
+TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
+  const SurfaceColors colors(snapshot_, views_, options_.color);
+  TextureFacts facts;
+  facts.texels_per_pixel = options_.texels_per_pixel * layout_.scale;
+  std::atomic<std::uint64_t> texels = 0, unseen_texels = 0;
+  for (std::uint32_t page = 0; page < layout_.pages; ++page) {
+    FilledPage filled(layout_.side_px);
+    std::vector<std::uint32_t> on_page;
+    for (std::uint32_t i = 0; i < charts_.size(); ++i) {
+      if (layout_.places[i].page == page) on_page.push_back(i);
+    }
+    const auto color_chart = [&](std::size_t i) {
+      const ChartPlace& place = layout_.places[on_page[i]];
+      const std::vector<ChartTexel> map = chart_texels(mesh(), charts_[on_page[i]], place, layout_);
+      const auto color_rows = [&](const tbb::blocked_range<std::uint32_t>& rows) {
+        std::uint64_t inside = 0, unseen = 0;
+        for (std::uint32_t y = rows.begin(); y != rows.end(); ++y) {
+          for (std::uint32_t x = 0; x < place.width; ++x) {
+            const ChartTexel& texel = map[std::size_t{y} * place.width + x];
+            if (texel.face == ChartTexel::kNoFaceHere) continue;
+            const SurfaceColor color = colors.at(texel.face, texel.share_b, texel.share_c, place.density);
+            filled.set(place.x + x, place.y + y, color.color);
+            inside += texel.distance == 0;
+            unseen += texel.distance == 0 && !color.seen;
+          }
+        }
+        texels += inside;
+        unseen_texels += unseen;
+      };
+      tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, place.height, 16), color_rows);
+    };
+    tbb::parallel_for(std::size_t{0}, on_page.size(), color_chart);
+    sink(page, filled.finish());
+    if (tick) tick();
+  }
+  facts.texels = texels;
+  facts.unseen_texels = unseen_texels;
+  return facts;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model's mesh with a conventional texture: one colour for each place of the surface, for programs that know nothing
+// of views.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "atlas/snapshot.h"
+#include "mesh/cells.h"  // Tick
+#include "tools/texture/charts.h"
+#include "tools/texture/surface_color.h"
+#include "tools/texture/texture_layout.h"
+
+namespace lumatlas {
+
+struct TextureOptions {
+  ChartOptions charts;
+  LayoutOptions layout;
+  ColorOptions color;
+  // Of the density with which the median view that sees a cell shows it. (0, 4]
+  double texels_per_pixel = 1;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const TextureOptions& options);
+
+struct TextureFacts {
+  std::uint64_t texels = 0;         // that show a place of the surface
+  std::uint64_t unseen_texels = 0;  // of these, those that no stored view sees: they have the vertices' colours
+  double texels_per_pixel = 0;      // along a side: what was asked for, or less where the pages bound it
+};
+
+// Pages are made one after the other, so that memory holds one of them. The same bytes for any number of threads.
+class TexturedMesh {
+ public:
+  // Lays the texture out. Keeps the snapshot. Throws std::invalid_argument for bad options or a snapshot that does not
+  // pass check(), InputError where the charts do not fit (lay_out()).
+  TexturedMesh(Snapshot snapshot, const TextureOptions& options);
+
+  [[nodiscard]] const Mesh& mesh() const { return snapshot_.surface->mesh; }
+  [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
+  [[nodiscard]] const std::vector<Chart>& charts() const { return charts_; }
+  [[nodiscard]] const TextureLayout& layout() const { return layout_; }
+  [[nodiscard]] const std::vector<std::uint32_t>& chart_of_face() const { return chart_of_face_; }
+
+  // The pages in order, sRGB. `tick` is called once a page.
+  using PageSink = std::function<void(std::uint32_t page, const Photograph& picture)>;
+  TextureFacts bake(const PageSink& sink, const Tick& tick = {}) const;
+
+ private:
+  Snapshot snapshot_;
+  TextureOptions options_;
+  TextureViews views_;
+  std::vector<Chart> charts_;
+  TextureLayout layout_;
+  std::vector<std::uint32_t> chart_of_face_;
+};
+
+}  // namespace lumatlas

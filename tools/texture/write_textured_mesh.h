@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A textured mesh as files that other programs read: glTF 2.0 (with KHR_materials_unlit, for the light is in the
+// photographs), as a folder or one .glb, and Wavefront OBJ.
+//
+// Vertices are where they are in the model; only those on the outline of a chart are there twice, at one place, so
+// that no edge has a vertex in its middle. Faces keep their turn.
+#pragma once
+
+#include <filesystem>
+#include <glm/mat3x3.hpp>
+#include <iosfwd>
+#include <span>
+#include <string>
+
+#include "atlas/photograph.h"
+#include "mesh/camera.h"
+#include "tools/texture/textured_mesh.h"
+
+namespace lumatlas {
+
+// What glTF files say of where they come from: told from a model of `build`, which says "lumatlas".
+inline constexpr const char* kExportGenerator = "lumatlas export";
+
+struct TexturedFileOptions {
+  ImageCoding image;  // of the pages
+  // From the scene's frame to the file's: orthonormal, determinant 1 (std::invalid_argument). glTF has it as the root
+  // node's rotation, an OBJ's vertices are turned.
+  glm::dmat3 file_from_scene{1.0};
+  std::string notes;  // glTF's asset.extras: the text of a JSON object, or empty
+};
+
+// The rotation after which `up` (unit) is +y, as glTF and most programs that read OBJ have it, and the cameras look
+// along -z on average.
+[[nodiscard]] glm::dmat3 upright(std::span<const Camera> cameras, const glm::dvec3& up);
+
+// `tick` is called once a page. All throw InputError where a file cannot be written, or an image not be encoded.
+// scene.gltf, scene.bin and texture-0.png ... in `folder`, which must exist.
+TextureFacts write_textured_gltf(const std::filesystem::path& folder, const TexturedMesh& mesh,
+                                 const TexturedFileOptions& options, const Tick& tick = {});
+// The caller looks whether the stream has failed. Holds the encoded file in memory. InputError from 4 GiB on.
+TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, const TexturedFileOptions& options,
+                                const Tick& tick = {});
+// scene.obj, scene.mtl and texture-0.png ... in `folder`, which must exist. The scene's offset is added before it is
+// turned.
+TextureFacts write_textured_obj(const std::filesystem::path& folder, const TexturedMesh& mesh,
+                                const TexturedFileOptions& options, const Tick& tick = {});
+
+}  // namespace lumatlas
