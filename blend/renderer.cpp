@@ -130,9 +130,10 @@ std::string with_definitions(std::string_view source) {
   std::string text(source);
   text.insert(text.find('\n') + 1,
               "#define MAX_BLENDED_VIEWS " + std::to_string(kMaxBlendedViews) + "\n#define SHARP_FOOTPRINT " +
-                  constant(kSharpFootprint) + "\n#define SILHOUETTE_BEND " + constant(kSilhouetteBend) +
-                  "\n#define RIM_NEAR_COSINE " + constant(std::cos(glm::radians(kRimNearDegrees))) +
-                  "\n#define RIM_FAR_COSINE " + constant(std::cos(glm::radians(kRimFarDegrees))) + "\n");
+                  constant(kSharpFootprint) + "\n#define LEAST_PENALTY " + constant(kLeastPenalty) +
+                  "\n#define SILHOUETTE_BEND " + constant(kSilhouetteBend) + "\n#define RIM_NEAR_COSINE " +
+                  constant(std::cos(glm::radians(kRimNearDegrees))) + "\n#define RIM_FAR_COSINE " +
+                  constant(std::cos(glm::radians(kRimFarDegrees))) + "\n");
   return text;
 }
 
@@ -384,6 +385,7 @@ void Renderer::State::draw_blend(const GlProgram& program, const GlFramebuffer& 
   glProgramUniform1i(name, location(program, "printed_position"), options.position == BlendOptions::Position::printed);
   glProgramUniform1i(name, location(program, "rims"), options.rims);
   glProgramUniform1i(name, location(program, "fade_last"), options.fade_last);
+  glProgramUniform1i(name, location(program, "consistent"), options.consistent);
   glProgramUniform1i(name, location(program, "skip_losers"), steps.skip_losers);
   glProgramUniform1i(name, location(program, "prefilter"), options.prefilter);
   glProgramUniform1i(name, location(program, "cubic_levels"),

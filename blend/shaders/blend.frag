@@ -40,6 +40,7 @@ uniform float occlusion_tolerance;
 uniform bool printed_position;
 uniform bool rims;
 uniform bool fade_last;
+uniform bool consistent;
 uniform bool skip_losers;
 uniform bool prefilter;
 uniform int cubic_levels;  // of photographs, that are sampled by catmull_rom.h; 0: linear sampling
@@ -65,9 +66,18 @@ vec3 world_from_pixel(vec2 image, float z) {
 float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
   float i = length(to_stored);
   if (!(o > 0.0 && i > 0.0)) return 0.0;
-  float w_dir = max(0.0, dot(to_novel, to_stored) / (o * i));
-  float w_pos = printed_position ? max(0.0, 1.0 - o / i) : min(o, i) / max(o, i);
-  return lambda * w_dir + (1.0 - lambda) * w_pos;
+  // What is missing to 1 is summed up, which is exact where it is small: 1 minus the cosine is half the square of the
+  // distance between the two directions' unit vectors.
+  vec3 apart = to_novel / o - to_stored / i;
+  float lacks_dir = min(1.0, 0.5 * dot(apart, apart));
+  float lacks_pos = printed_position ? min(1.0, o / i) : abs(o - i) / max(o, i);
+  return 1.0 - (lambda * lacks_dir + (1.0 - lambda) * lacks_pos);
+}
+
+// What a view of this weight counts in a pixel, up to a factor that all views have in common.
+float share_of(float weight, float threshold) {
+  if (!(weight > 0.0)) return 0.0;
+  return (weight - threshold) / (consistent ? max(1.0 - weight, LEAST_PENALTY) : 1.0);
 }
 
 // By what the weight counts at a rim of what the stored view sees.
@@ -214,8 +224,9 @@ float weight_of(uint view, vec3 world, float z, vec3 to_novel, float o, float le
   return weight * sample_photograph(view, texel, footprint).a;
 }
 
-// Adds the K best of a cell, by their weights above the next best one's, to those found. False where none is valid.
-bool find_views(uint cell, float share, vec3 world, float z) {
+// Adds the K best of a cell, by what they count, to those found. Gives what the cell counts, 0 where no view is valid:
+// its share of the place and, as for views, by what its best one lacks.
+float find_views(uint cell, float share, vec3 world, float z) {
   float best[MAX_BLENDED_VIEWS + 1];  // weights; best first
   uint views_of[MAX_BLENDED_VIEWS + 1];
   for (uint rank = 0u; rank <= blended_views; ++rank) best[rank] = 0.0;
@@ -236,11 +247,12 @@ bool find_views(uint cell, float share, vec3 world, float z) {
       }
     }
   }
-  if (!(best[0] > 0.0)) return false;
+  if (!(best[0] > 0.0)) return 0.0;
+  if (consistent) share /= max(1.0 - best[0], LEAST_PENALTY);
   float threshold = fade_last ? best[blended_views] : 0.0;
   float total = 0.0;
   for (uint rank = 0u; rank < blended_views; ++rank) {
-    if (best[rank] > 0.0) total += best[rank] - threshold;
+    total += share_of(best[rank], threshold);
   }
   for (uint rank = 0u; rank <= blended_views; ++rank) {
     if (!(best[rank] > 0.0)) break;
@@ -252,17 +264,17 @@ bool find_views(uint cell, float share, vec3 world, float z) {
       ++found;
     }
     // Where all K + 1 weigh the same, nothing is left above the last: the best one stands for them.
-    float of_cell = total > 0.0 ? (best[rank] - threshold) / total : rank == 0u ? 1.0 : 0.0;
+    float of_cell = total > 0.0 ? share_of(best[rank], threshold) / total : rank == 0u ? 1.0 : 0.0;
     if (rank < blended_views) found_shares[place] += share * of_cell;
   }
-  return true;
+  return share;
 }
 
 // The mean of what the cells of a zone make of a place, by their shares.
 bool blend_cells(uvec4 cells, vec4 shares, vec3 world, float z, out vec3 color) {
   float total = 0.0;
   for (int i = 0; i < 4; ++i) {
-    if (shares[i] > 0.0 && find_views(cells[i], shares[i], world, z)) total += shares[i];
+    if (shares[i] > 0.0) total += find_views(cells[i], shares[i], world, z);
   }
   color = vec3(0.0);
   for (uint place = 0u; place < found; ++place) {

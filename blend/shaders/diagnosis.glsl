@@ -12,9 +12,9 @@ vec3 shares_of(float ranked[MAX_BLENDED_VIEWS + 1]) {
   vec3 shares = vec3(0.0);
   float total = 0.0;
   for (uint rank = 0u; rank < blended_views; ++rank) {
-    float weight = ranked[rank] > 0.0 ? ranked[rank] - threshold : 0.0;
-    total += weight;
-    if (rank < 3u) shares[rank] = weight;
+    float share = share_of(ranked[rank], threshold);
+    total += share;
+    if (rank < 3u) shares[rank] = share;
   }
   return total > 0.0 ? shares / total : vec3(ranked[0] > 0.0 ? 1.0 : 0.0, 0.0, 0.0);
 }

@@ -89,6 +89,7 @@ BlendOptions random_options(Chance& chance) {
   options.lambda = chance.below(4) == 0 ? chance.below(2) : chance.uniform(0, 1);
   options.rims = chance.below(4) > 0;
   options.fade_last = chance.below(2) == 0;
+  options.consistent = options.views % 3 != 0;
   options.border_width = chance.below(3) == 0 ? 0 : chance.uniform(0, 1);
   options.occlusion_tolerance = chance.uniform(0.005, 0.1);  // with none, rounding decides at every pixel
   options.sampling = chance.below(3) == 0 ? BlendOptions::Sampling::linear : BlendOptions::Sampling::cubic;

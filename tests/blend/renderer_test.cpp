@@ -14,6 +14,7 @@
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
 #include "blend/reference.h"
+#include "blend/supersampling.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"
@@ -55,7 +56,7 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   const Snapshot snapshot = room_snapshot(14, {});
   Renderer renderer(*context);
   renderer.load(snapshot);
-  std::vector<BlendOptions> variants(11);
+  std::vector<BlendOptions> variants(12);
   variants[1] = BlendOptions::printed();
   variants[1].occlusion_tolerance = 0.02;  // with none, rounding decides at every pixel
   variants[2].views = 1;
@@ -67,6 +68,7 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   variants[8].border_width = 0.6;
   variants[9].sampling = BlendOptions::Sampling::linear;
   variants[10].prefilter = false;
+  variants[11].consistent = false;
   for (std::size_t variant = 0; variant < variants.size(); ++variant) {
     double different = 0;
     constexpr std::size_t kCameras = 6;
@@ -194,6 +196,60 @@ TEST_CASE("a stored view rendered from its own camera alone is its photograph, w
   Renderer renderer(*context);
   renderer.load(snapshot);
   check_picture(renderer.render(view.camera, {}));
+}
+
+// How many of a stored view's valid pixels away from silhouettes are another colour than its photograph's in a picture
+// from its own place, as a share of those.
+double share_not_shown(const StoredView& view, const Snapshot& snapshot, const Rendering& rendering) {
+  const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(view.camera);
+  const std::vector<std::uint8_t> at_silhouette = silhouettes(view.camera, visible);
+  std::size_t compared = 0;
+  std::size_t different = 0;
+  for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
+    if (view.validity[pixel] != 255 || at_silhouette[pixel]) continue;
+    ++compared;
+    bool differs = false;
+    for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value) {
+      differs |= std::abs(rendering.picture.rgb[value] - view.photograph.rgb[value]) > 1;
+    }
+    different += differs;
+  }
+  REQUIRE(compared > rendering.state.size() / 3);
+  return static_cast<double>(different) / static_cast<double>(compared);
+}
+
+TEST_CASE("at a stored view's place the picture is its photograph, however many others see the same") {
+  const Snapshot snapshot = room_snapshot(14, {});
+  const std::optional<EglContext> context = context_or_skip();
+  std::optional<Renderer> renderer;
+  if (context) renderer.emplace(*context).load(snapshot);
+  BlendOptions inconsistent;
+  inconsistent.consistent = false;
+  double without = 0;
+  for (const auto& view : snapshot.views) {
+    CHECK(share_not_shown(*view, snapshot, reference(snapshot, view->camera, {})) <= 0.001);
+    if (renderer) CHECK(share_not_shown(*view, snapshot, renderer->render(view->camera, {})) <= 0.001);
+    without += share_not_shown(*view, snapshot, reference(snapshot, view->camera, inconsistent)) / 14;
+  }
+  CHECK(without > 0.1);  // else these scenes say nothing
+}
+
+TEST_CASE("the nearer a picture is to a stored view's place, the less it differs from the photograph") {
+  const Snapshot snapshot = room_snapshot(14, {});
+  const StoredView& view = *snapshot.views[5];
+  double before = 256;
+  for (const double away : {0.1, 0.03, 0.01, 0.003, 0.0}) {
+    Camera camera = view.camera;
+    camera.cam_from_world_translation += away * glm::dvec3(0.6, -0.2, 0.4);
+    const Rendering rendering = reference(snapshot, camera, {});
+    double sum = 0;
+    for (std::size_t value = 0; value < rendering.picture.rgb.size(); ++value) {
+      if (view.validity[value / 3] == 255) sum += std::abs(rendering.picture.rgb[value] - view.photograph.rgb[value]);
+    }
+    const double mean = sum / static_cast<double>(rendering.picture.rgb.size());
+    CHECK(mean < before);
+    before = mean;
+  }
 }
 
 TEST_CASE("the GPU sees the same faces as the rays, away from silhouettes") {
