@@ -25,7 +25,7 @@ int main() {
   if (reference.state[32 * 64 + 32] != PixelState::unseen) return 1;
   try {
     const EglContext context;
-    Renderer renderer(context);
+    Renderer renderer;
     renderer.load(snapshot);
     return renderer.render(camera, {}).state[32 * 64 + 32] == PixelState::unseen ? 0 : 1;
   } catch (const GlError& error) {
