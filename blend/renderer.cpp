@@ -263,12 +263,13 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
   glClearBufferfv(GL_COLOR, 0, kEmpty.data());
   glEnable(GL_STENCIL_TEST);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glStencilMask(0);  // then it is tested before a pixel is shaded
   for (const auto& [stencil, of_zone] : {std::pair{kOneCell, 1u}, std::pair{kSeveralCells, 4u}}) {
     glStencilFunc(GL_EQUAL, stencil, 0xFF);
     draw_screen(programs.get({.pass = Pass::blend, .views = options.views, .cells = of_zone, .linear = linear}),
                 targets.middles);
   }
+  glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("blending views");
 }
@@ -286,10 +287,11 @@ void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptio
   draw_screen(programs.get({.pass = Pass::silhouettes}), targets.middles);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
   glStencilFunc(GL_EQUAL, kSampled, 0xFF);
-  glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+  glStencilMask(0);
   draw_screen(programs.get({.pass = Pass::samples, .views = options.views, .cells = 4, .linear = linear}),
               targets.samples);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("drawing means over samples");
 }

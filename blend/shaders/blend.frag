@@ -107,8 +107,8 @@ float count_views(vec4 shares) {
   return total;
 }
 
-// A view that counts, and what it counts for all cells together, which it is taken away from; false: none is left.
-bool take_view(out uint view, out float count) {
+// A view that counts, and what it counts for all cells together, which it is taken away from.
+void take_view(out uint view, out float count) {
   bool found = false;
   view = 0u;
   count = 0.0;
@@ -123,7 +123,6 @@ bool take_view(out uint view, out float count) {
       found = found || taken;
     }
   }
-  return found;
 }
 
 bool any_left() {
@@ -142,13 +141,14 @@ bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, out vec3 color) 
   find_views(range, of_cells, world, z);
   float total = count_views(shares);
   color = vec3(0.0);
-  while (any_left()) {
+  if (!(total > 0.0)) return false;
+  do {
     uint view;
     float count;
     take_view(view, count);
     color += count / total * color_in(view, world, z);
-  }
-  return total > 0.0;
+  } while (any_left());
+  return true;
 }
 
 // Where the surface is seen, its colour in the picture's exposure, and PixelState.
@@ -184,8 +184,8 @@ vec4 shown() {
 }
 #else
 vec4 shown() {
+  // The stencil lets no pixel without a surface pass; to discard here would keep drivers from testing it first.
   Surface surface = surface_of(texelFetch(surfaces, ivec2(gl_FragCoord.xy), 0));
-  if (surface.zone == kNothing) discard;
   return shade(surface, vec2(gl_FragCoord.x, center.w - gl_FragCoord.y));
 }
 #endif
