@@ -190,8 +190,13 @@ TEST_CASE("a linear picture is the mean of the linear pictures of its samples, b
   }
   const LinearRendering whole = renderer.render_linear(camera, supersampled(2, options));
   REQUIRE(*std::max_element(mean.begin(), mean.end()) > 1.05);
-  for (std::size_t i = 0; i < mean.size(); ++i)
-    REQUIRE(std::abs(whole.rgb[i] - mean[i]) < 1e-3);  // drawn in one grid twice as fine
+  // The samples are drawn in one grid, which is twice as fine and rounds the triangles' corners to other places.
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    REQUIRE(std::abs(whole.rgb[i] - mean[i]) < 0.01);
+    different += std::abs(whole.rgb[i] - mean[i]) > 1e-4;
+  }
+  CHECK(different < mean.size() / 1000);
 }
 
 TEST_CASE("states and diagnoses are those of the middles of the pixels, for every number of samples") {
