@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Source: Erat et al. 2019, section 3.1. Kept plain: shaders/blend.frag is tested against it, line by line the same.
+// Source: Erat et al. 2019, section 3.1. Kept plain: shaders/blend.frag is tested against it.
 #include "blend/reference.h"
 
 #include <tbb/blocked_range.h>
