@@ -24,6 +24,7 @@ BlendOptions BlendOptions::printed() {
   options.position = Position::printed;
   options.rims = false;
   options.fade_last = false;
+  options.consistent = false;
   options.sampling = Sampling::linear;
   options.prefilter = false;
   options.border_width = 0;

@@ -6,6 +6,8 @@
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
 //   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
+//   share ~ (w - w_next) / max(1 - w, kLeastPenalty)  w_next: the (K+1)th largest w
+//           (printed: w)
 //
 // valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth; at a rim times
 // rim_share() of blend/geometric_weight.h, or 0 without `rims`.
@@ -23,6 +25,10 @@ inline constexpr std::uint32_t kMaxBlendedViews = 8;
 inline constexpr double kSharpFootprint = 1.4;
 
 inline constexpr std::uint32_t kMostSupersampling = 4;
+
+// Below this 1 - w, which is then rounding in the shader's floats, a view counts no more; shared with the shader. Where
+// it is reached, a view that weighs 0.999 has a thousandth of the share.
+inline constexpr double kLeastPenalty = 1e-6;
 
 // The surface bends by more than so many pixels' widths at a silhouette, see supersampling.h; shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
@@ -56,6 +62,9 @@ struct BlendOptions {
   // were photographed; printed: not at all
   bool rims = true;
   bool fade_last = true;  // subtract the (K+1)th weight, so that views enter and leave at 0; printed: no
+  // Divide what a view counts by 1 - w, so that a picture from where a photograph was taken is that photograph wherever
+  // it is valid, and becomes it continuously (the epipole consistency of Buehler et al.); printed: no
+  bool consistent = true;
   // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
   // around tiles colours are sampled linearly too.
   Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear

@@ -8,8 +8,9 @@
 // d_k(v) is the distance from v along the mesh's edges to the nearest vertex of cell k, 0 for its own; W the width.
 // Vertices at one place are one.
 // Inside faces shares are interpolated linearly, so they are continuous over the surface. A pixel's colour is the mean
-// of what its cells make of it, by their shares. (To weigh the views by the shares instead is cheaper, but where views
-// enter and leave by small differences of their weights, the fade is over within a pixel.)
+// of what its cells make of it, by their shares, with BlendOptions::consistent divided by what the cell's best view
+// lacks. (To weigh the views by the shares instead is cheaper, but where views enter and leave by small differences of
+// their weights, the fade is over within a pixel.)
 #pragma once
 
 #include <array>

@@ -71,12 +71,23 @@ bool can_report_resets(EGLDisplay display) {
   return epoxy_egl_version(display) >= 15 || epoxy_has_egl_extension(display, "EGL_EXT_create_context_robustness");
 }
 
-// A core context of that version or a later one.
-EGLContext make_context(EGLDisplay display, EGLConfig config, EGLint major, EGLint minor, bool debug) {
-  std::vector<EGLint> attributes{EGL_CONTEXT_MAJOR_VERSION,       major,
-                                 EGL_CONTEXT_MINOR_VERSION,       minor,
-                                 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
-                                 EGL_CONTEXT_OPENGL_DEBUG,        debug ? EGL_TRUE : EGL_FALSE};
+struct GlVersion {
+  EGLint major, minor;
+  bool embedded;  // OpenGL ES
+};
+
+EGLenum api_of(bool embedded) {
+  return embedded ? EGL_OPENGL_ES_API : EGL_OPENGL_API;
+}
+
+// A core context of that version or a later one. The API must be bound.
+EGLContext make_context(EGLDisplay display, EGLConfig config, const GlVersion& version, bool debug) {
+  std::vector<EGLint> attributes{EGL_CONTEXT_MAJOR_VERSION, version.major,
+                                 EGL_CONTEXT_MINOR_VERSION, version.minor,
+                                 EGL_CONTEXT_OPENGL_DEBUG,  debug ? EGL_TRUE : EGL_FALSE};
+  if (!version.embedded) {
+    attributes.insert(attributes.end(), {EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT});
+  }
   const std::size_t plain = attributes.size();
   if (can_report_resets(display)) {
     attributes.insert(attributes.end(),
@@ -94,7 +105,7 @@ std::string newest_version(EGLDisplay display, EGLConfig config) {
   constexpr std::array<std::array<EGLint, 2>, 8> kVersions{
       {{4, 4}, {4, 3}, {4, 2}, {4, 1}, {4, 0}, {3, 3}, {3, 2}, {3, 1}}};
   for (const auto& [major, minor] : kVersions) {
-    const EGLContext made = make_context(display, config, major, minor, false);
+    const EGLContext made = make_context(display, config, {major, minor, false}, false);
     if (made == EGL_NO_CONTEXT) continue;
     eglDestroyContext(display, made);
     return "only OpenGL " + std::to_string(major) + "." + std::to_string(minor);
@@ -135,6 +146,7 @@ void require_whole(bool has_state) {
 struct EglContext::State {
   EGLDisplay display = EGL_NO_DISPLAY;
   EGLContext context = EGL_NO_CONTEXT;
+  bool embedded = false;
   std::string description;
 
   State() = default;
@@ -150,27 +162,31 @@ struct EglContext::State {
   }
 
   // The empty string, or why this display does not do.
-  std::string open(const Platform& platform, bool debug) {
+  std::string open(const Platform& platform, const Options& options) {
     EGLint major = 0;
     EGLint minor = 0;
     if (platform.display == EGL_NO_DISPLAY || !eglInitialize(platform.display, &major, &minor)) return "no display";
-    if (!eglBindAPI(EGL_OPENGL_API)) return "no desktop OpenGL";
+    embedded = options.embedded;
+    if (!eglBindAPI(api_of(embedded))) return embedded ? "no OpenGL ES" : "no desktop OpenGL";
     if (!epoxy_has_egl_extension(platform.display, "EGL_KHR_surfaceless_context")) return "no surfaceless contexts";
-    const std::array<EGLint, 3> config_attributes{EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
+    const std::array<EGLint, 3> config_attributes{EGL_RENDERABLE_TYPE, embedded ? EGL_OPENGL_ES3_BIT : EGL_OPENGL_BIT,
+                                                  EGL_NONE};
     EGLConfig config = nullptr;
     EGLint configs = 0;
     if (!eglChooseConfig(platform.display, config_attributes.data(), &config, 1, &configs) || configs == 0) {
       config = EGL_NO_CONFIG_KHR;
     }
-    EGLContext made = make_context(platform.display, config, 4, 5, debug);
-    if (made == EGL_NO_CONTEXT) return newest_version(platform.display, config);
+    const GlVersion version = embedded ? GlVersion{3, 0, true} : GlVersion{4, 5, false};
+    EGLContext made = make_context(platform.display, config, version, options.debug);
+    if (made == EGL_NO_CONTEXT) return embedded ? "no OpenGL ES 3.0" : newest_version(platform.display, config);
     if (!eglMakeCurrent(platform.display, EGL_NO_SURFACE, EGL_NO_SURFACE, made)) {
       eglDestroyContext(platform.display, made);
       return "the context cannot be made current";
     }
     display = platform.display;
     context = made;
-    description = platform.name + ": " + gl_string(GL_RENDERER) + ", OpenGL " + gl_string(GL_VERSION);
+    description =
+        platform.name + ": " + gl_string(GL_RENDERER) + (embedded ? ", " : ", OpenGL ") + gl_string(GL_VERSION);
     return {};
   }
 };
@@ -180,12 +196,13 @@ EglContext::EglContext(const Options& options) : state_(std::make_unique<State>(
   const Binding previous;
   std::string tried;
   for (const Platform& platform : platforms()) {
-    const std::string reason = state_->open(platform, options.debug);
+    const std::string reason = state_->open(platform, options);
     if (reason.empty()) break;
     tried += (tried.empty() ? "" : "; ") + platform.name + ": " + reason;
   }
   if (state_->context == EGL_NO_CONTEXT) {
-    throw GlError("no OpenGL 4.5 through EGL (" + (tried.empty() ? "no EGL platform" : tried) +
+    throw GlError("no OpenGL " + std::string(options.embedded ? "ES 3.0" : "4.5") + " through EGL (" +
+                  (tried.empty() ? "no EGL platform" : tried) +
                   "): install a newer driver, or Mesa's software renderer (libegl1, libgl1-mesa-dri)");
   }
   reported_error.clear();
@@ -214,8 +231,8 @@ struct CurrentContext::Previous {
 CurrentContext::CurrentContext(const EglContext& context) {
   require_whole(context.state_ != nullptr);
   previous_ = std::make_unique<Previous>(Previous{{}, context.state_->display});
-  eglBindAPI(EGL_OPENGL_API);  // each thread begins with OpenGL ES
   const EglContext::State& state = *context.state_;
+  eglBindAPI(api_of(state.embedded));  // each thread begins with OpenGL ES
   if (eglMakeCurrent(state.display, EGL_NO_SURFACE, EGL_NO_SURFACE, state.context)) return;
   const bool lost = eglGetError() == EGL_CONTEXT_LOST;
   eglBindAPI(previous_->binding.api);

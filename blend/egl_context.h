@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A headless OpenGL 4.5 core context through EGL.
+// A headless context through EGL: OpenGL 4.5 core, or OpenGL ES 3.0.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ class GlError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Tries every EGL device in turn, then Mesa's surfaceless platform, and takes the first that gives a GL 4.5 context.
+// Tries every EGL device in turn, then Mesa's surfaceless platform, and takes the first that gives such a context.
 // The context is current on the thread that made it, from construction to destruction; one at a time per thread.
 // Only a context that does not stay current may be used, and destroyed, on other threads: see CurrentContext.
 class EglContext {
@@ -23,6 +23,8 @@ class EglContext {
     bool debug = false;  // GL debug output on: an error reported by the driver becomes a GlError, see check_gl()
     // Off: whatever was current on this thread before is so again once the context is made.
     bool stays_current = true;
+    // OpenGL ES 3.0, or a later one that is compatible with it: what a browser's WebGL 2 has.
+    bool embedded = false;
   };
   explicit EglContext(const Options& options);  // throws GlError: what is missing, or was tried and why it failed
   EglContext() : EglContext(Options{}) {}

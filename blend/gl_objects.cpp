@@ -31,56 +31,81 @@ GlShader compile(std::string_view name, GLenum stage, std::string_view source) {
 
 GlBuffer make_buffer(std::span<const std::byte> bytes) {
   GLuint name = 0;
-  glCreateBuffers(1, &name);
+  glGenBuffers(1, &name);
   GlBuffer buffer(name);
   static constexpr std::array<std::byte, 16> kNothing{};
   const std::span<const std::byte> data = bytes.empty() ? std::span<const std::byte>(kNothing) : bytes;
-  glNamedBufferStorage(name, static_cast<GLsizeiptr>(data.size()), data.data(), 0);
+  glBindBuffer(GL_COPY_WRITE_BUFFER, name);  // a place that nothing is drawn from
+  glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(data.size()), data.data(), GL_STATIC_DRAW);
   check_gl("storing a buffer");
   return buffer;
 }
 
 GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height) {
   GLuint name = 0;
-  glCreateTextures(GL_TEXTURE_2D, 1, &name);
+  glGenTextures(1, &name);
   GlTexture texture(name);
-  glTextureStorage2D(name, 1, format, width, height);
-  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+  glBindTexture(GL_TEXTURE_2D, name);
+  glTexStorage2D(GL_TEXTURE_2D, 1, format, width, height);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+  glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
   check_gl("allocating a texture");
   return texture;
+}
+
+GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what) {
+  const std::size_t row_bytes = format.entry_bytes * kTableWidth;
+  const std::size_t rows = std::max<std::size_t>((entries.size() + row_bytes - 1) / row_bytes, 1);
+  const auto most = static_cast<std::size_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
+  if (rows > most) {
+    throw GlError("the model needs " + std::to_string(entries.size() / format.entry_bytes) + " " + what +
+                  ", this driver takes " + std::to_string(most * kTableWidth) +
+                  ": decimate the mesh or lower --references");
+  }
+  GlTexture table = make_texture_2d(format.internal, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows));
+  std::vector<std::byte> padded(entries.begin(), entries.end());
+  padded.resize(rows * row_bytes);
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows), format.format,
+                  format.type, padded.data());
+  check_gl("storing a table");
+  return table;
 }
 
 GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                              GLsizei levels) {
   GLuint name = 0;
-  glCreateTextures(GL_TEXTURE_2D_ARRAY, 1, &name);
+  glGenTextures(1, &name);
   GlTexture texture(name);
-  glTextureStorage3D(name, levels, format, width, height, layers);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, name);
+  glTexStorage3D(GL_TEXTURE_2D_ARRAY, levels, format, width, height, layers);
   const bool between_levels = levels > 1 && filter == GL_LINEAR;
-  glTextureParameteri(name, GL_TEXTURE_MIN_FILTER,
-                      between_levels ? GL_LINEAR_MIPMAP_LINEAR : static_cast<GLint>(filter));
-  glTextureParameteri(name, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
-  glTextureParameteri(name, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
-  glTextureParameteri(name, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MIN_FILTER,
+                  between_levels ? GL_LINEAR_MIPMAP_LINEAR : static_cast<GLint>(filter));
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+  glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   check_gl("allocating a texture array");
   return texture;
 }
 
 GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer,
-                               const GlTexture* stencil) {
+                               bool with_stencil) {
   GLuint name = 0;
-  glCreateFramebuffers(1, &name);
+  glGenFramebuffers(1, &name);
   GlFramebuffer framebuffer(name);
+  glBindFramebuffer(GL_FRAMEBUFFER, name);
   std::vector<GLenum> attachments;
   for (const GlTexture* color : colors) {
     attachments.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(attachments.size()));
-    glNamedFramebufferTexture(name, attachments.back(), color->get(), 0);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, attachments.back(), GL_TEXTURE_2D, color->get(), 0);
   }
-  if (z_buffer) glNamedFramebufferTexture(name, GL_DEPTH_ATTACHMENT, z_buffer->get(), 0);
-  if (stencil) glNamedFramebufferTexture(name, GL_STENCIL_ATTACHMENT, stencil->get(), 0);
-  glNamedFramebufferDrawBuffers(name, static_cast<GLsizei>(attachments.size()), attachments.data());
-  const GLenum status = glCheckNamedFramebufferStatus(name, GL_FRAMEBUFFER);
+  if (z_buffer) {
+    const GLenum attachment = with_stencil ? GL_DEPTH_STENCIL_ATTACHMENT : GL_DEPTH_ATTACHMENT;
+    glFramebufferTexture2D(GL_FRAMEBUFFER, attachment, GL_TEXTURE_2D, z_buffer->get(), 0);
+  }
+  glDrawBuffers(static_cast<GLsizei>(attachments.size()), attachments.data());
+  const GLenum status = glCheckFramebufferStatus(GL_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE) {
     throw GlError("the driver refuses a framebuffer (status " + std::to_string(status) + ")");
   }

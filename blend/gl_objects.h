@@ -77,13 +77,29 @@ template <typename T>
 }
 
 [[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
+// Tables of any length are rows of so many entries of a texture, which every OpenGL ES 3.0 takes; shared with the
+// shaders.
+inline constexpr std::size_t kTableWidth = 2048;
+
+struct GlTableFormat {
+  GLenum internal;          // as GL_R32UI
+  GLenum format;            // as GL_RED_INTEGER
+  GLenum type;              // as GL_UNSIGNED_INT
+  std::size_t entry_bytes;  // of one
+};
+
+// Entry i is the texel (i % kTableWidth, i / kTableWidth). Throws GlError, which names `what`, if the driver's textures
+// are too small.
+[[nodiscard]] GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what);
+
 // Where there are several levels, a linear `filter` acts between them too.
 [[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                                            GLsizei levels = 1);
 
-// Color attachments in this order; `z_buffer` and `stencil` may be null. Throws GlError if the driver refuses it.
+// Color attachments in this order; `z_buffer` may be null, and its stencil comes along if that is asked for. It is
+// bound afterwards. Throws GlError if the driver refuses it.
 [[nodiscard]] GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer,
-                                             const GlTexture* stencil = nullptr);
+                                             bool with_stencil = false);
 
 // What the driver says for, say, GL_MAX_TEXTURE_SIZE.
 [[nodiscard]] GLint gl_limit(GLenum name);

@@ -177,7 +177,8 @@ void PhotographArray::load(const Snapshot& snapshot) {
     }
   }
   check_gl("uploading photographs");
-  tile_slots_ = make_buffer(slots);
+  tile_slots_ = make_table({GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)},
+                           std::as_bytes(std::span<const std::uint32_t>(slots)), "tiles");
 }
 
 // Those that are resident, but not in their slots yet.
@@ -220,24 +221,15 @@ void PhotographArray::copy(const Upload& upload) const {
   const auto page = static_cast<GLint>(upload.slot / in_page);
   const auto x = static_cast<GLint>(upload.slot % in_page % shape_.columns * shape_.slot_width);
   const auto y = static_cast<GLint>(upload.slot % in_page / shape_.columns * shape_.slot_height);
+  glBindTexture(GL_TEXTURE_2D_ARRAY, photographs_.get());
   for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
     const ImageLevel& level = upload.levels[static_cast<std::size_t>(number)];
-    glTextureSubImage3D(photographs_.get(), number, x >> number, y >> number, page, static_cast<GLsizei>(level.width),
-                        static_cast<GLsizei>(level.height), 1, GL_RGBA, GL_UNSIGNED_BYTE, level.rgba.data());
+    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, static_cast<GLsizei>(level.width),
+                    static_cast<GLsizei>(level.height), 1, GL_RGBA, GL_UNSIGNED_BYTE, level.rgba.data());
   }
-  glTextureSubImage3D(depths_.get(), 0, x, y, page, static_cast<GLsizei>(shape_.slot_width),
-                      static_cast<GLsizei>(shape_.slot_height), 1, GL_RED, GL_HALF_FLOAT, upload.depth.data());
-}
-
-void PhotographArray::bind(const GlProgram& program) const {
-  const GLuint name = program.get();
-  const auto uniform = [&](const char* uniform_name) { return glGetUniformLocation(name, uniform_name); };
-  glProgramUniform2ui(name, uniform("tile_size"), tile_width_, tile_height_);
-  glProgramUniform1ui(name, uniform("gutter"), gutter_);
-  glProgramUniform2ui(name, uniform("page_slots"), shape_.columns, shape_.rows);
-  glBindTextureUnit(0, photographs_.get());
-  glBindTextureUnit(1, depths_.get());
-  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, 7, tile_slots_.get());
+  glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
+  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, x, y, page, static_cast<GLsizei>(shape_.slot_width),
+                  static_cast<GLsizei>(shape_.slot_height), 1, GL_RED, GL_HALF_FLOAT, upload.depth.data());
 }
 
 }  // namespace lumatlas

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <memory>
 #include <span>
 #include <vector>
@@ -41,9 +42,15 @@ class PhotographArray {
   // then gone.
   void load(const Snapshot& snapshot);
 
-  // Sets the uniforms and binds the textures (units 0 and 1) and the buffer (7) that shaders/blend.frag reads.
-  void bind(const GlProgram& program) const;
-  // The number of a view's first tile in that buffer, and how many columns of tiles it has.
+  // What shaders/photographs.glsl reads: the photographs, their depths, and by tile where it is.
+  [[nodiscard]] const GlTexture& photographs() const { return photographs_; }
+  [[nodiscard]] const GlTexture& depths() const { return depths_; }
+  [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_; }
+  // Of a tile, pixels without the gutter.
+  [[nodiscard]] glm::uvec2 tile_size() const { return {tile_width_, tile_height_}; }
+  [[nodiscard]] std::uint32_t gutter() const { return gutter_; }
+  [[nodiscard]] const ArrayShape& shape() const { return shape_; }
+  // The number of a view's first tile in the table of tiles, and how many columns of tiles it has.
   [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
   // What a view's stored depths are shares of: a power of two near its median depth.
@@ -79,8 +86,7 @@ class PhotographArray {
   std::vector<Held> held_;                 // by slot
   std::vector<Scaled> scaled_;             // by view
   std::uint32_t uploaded_ = 0;
-  GlTexture photographs_, depths_;
-  GlBuffer tile_slots_;
+  GlTexture photographs_, depths_, tile_slots_;
 };
 
 }  // namespace lumatlas

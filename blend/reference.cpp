@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Source: Erat et al. 2019, section 3.1. Kept plain: shaders/blend.frag is tested against it, line by line the same.
+// Source: Erat et al. 2019, section 3.1. Kept plain: shaders/blend.frag is tested against it.
 #include "blend/reference.h"
 
 #include <tbb/blocked_range.h>
@@ -141,9 +141,21 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   return {weight * valid, snapshot.gains[slot] * sample.color, valid > 0};
 }
 
-// The K best views' mean colour, by their weights above the next best one's. False where no view is valid.
+// What a view of this weight counts in a pixel, up to a factor that all views have in common.
+double share_of(double weight, double threshold, const BlendOptions& options) {
+  if (!(weight > 0)) return 0;
+  return (weight - threshold) / (options.consistent ? std::max(1 - weight, kLeastPenalty) : 1);
+}
+
+// What several cells make of a place counts by their shares of it and, as views do, by what their best views lack:
+// a cell that does not refer to the photograph taken from here leaves it to its neighbour that does.
+double share_of_cell(double share, double best_weight, const BlendOptions& options) {
+  return share / (options.consistent ? std::max(1 - best_weight, kLeastPenalty) : 1);
+}
+
+// The K best views' mean colour, by what they count, and the weight of the best one. False where no view is valid.
 bool blend(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
-           const Camera& novel, const BlendOptions& options, glm::dvec3& color) {
+           const Camera& novel, const BlendOptions& options, glm::dvec3& color, double& best_weight) {
   std::array<WeightedColor, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
   for (const std::uint32_t slot : slots) {
@@ -153,13 +165,14 @@ bool blend(const Source& source, std::span<const std::uint32_t> slots, const glm
     }
   }
   if (!(best[0].weight > 0)) return false;
+  best_weight = best[0].weight;
   const double threshold = options.fade_last ? best[options.views].weight : 0;
   double total = 0;
   glm::dvec3 sum(0);
   for (std::size_t rank = 0; rank < options.views; ++rank) {
-    const double weight = best[rank].weight > 0 ? best[rank].weight - threshold : 0;
-    total += weight;
-    sum += weight * best[rank].color;
+    const double share = share_of(best[rank].weight, threshold, options);
+    total += share;
+    sum += share * best[rank].color;
   }
   // All K + 1 weigh the same: nothing is left above the last, and the best one stands for them.
   color = total > 0 ? sum / total : best[0].color;
@@ -219,10 +232,12 @@ bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& s
   for (int i = 0; i < static_cast<int>(kCellsPerZone); ++i) {
     if (!(shares[i] > 0)) continue;
     glm::dvec3 of_cell;
+    double best_weight = 0;
     const auto slots = snapshot.references.of_cell(zone[static_cast<std::size_t>(i)]);
-    if (!blend(picture.source, slots, world, z, picture.camera, picture.options, of_cell)) continue;
-    total += shares[i];
-    sum += shares[i] * of_cell;
+    if (!blend(picture.source, slots, world, z, picture.camera, picture.options, of_cell, best_weight)) continue;
+    const double share = share_of_cell(shares[i], best_weight, picture.options);
+    total += share;
+    sum += share * of_cell;
   }
   color = sum / total;
   return total > 0;
@@ -316,9 +331,9 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
   weights.resize(std::max<std::size_t>(weights.size(), kMaxBlendedViews + 1), 0.0);
   const double threshold = options.fade_last ? weights[options.views] : 0;
   double total = 0;
-  for (std::size_t rank = 0; rank < options.views; ++rank) total += std::max(0.0, weights[rank] - threshold);
+  for (std::size_t rank = 0; rank < options.views; ++rank) total += share_of(weights[rank], threshold, options);
   for (std::size_t rank = 0; rank < std::min<std::size_t>(3, options.views) && total > 0; ++rank) {
-    pixel.shares[rank] = static_cast<float>(std::max(0.0, weights[rank] - threshold) / total);
+    pixel.shares[rank] = static_cast<float>(share_of(weights[rank], threshold, options) / total);
   }
   if (total == 0 && pixel.winner != kNoView) pixel.shares[0] = 1;  // as in blend()
   return pixel;

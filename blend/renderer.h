@@ -9,7 +9,6 @@
 #include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 #include "blend/diagnosis.h"
-#include "blend/egl_context.h"
 #include "blend/rendering.h"
 #include "mesh/camera.h"
 
@@ -21,15 +20,15 @@ namespace lumatlas {
 
 // None changes a picture beyond rounding, but where two views weigh the same; bench_render says what each is worth.
 struct RendererOptions {
-  bool skip_losers = true;       // look at no photograph whose weight is too low even if it is valid
-  bool order_references = true;  // before each picture, those of each cell best first, so that more are skipped
-  bool join_cells = true;        // neighbours that refer to the same views need not fade into each other
+  bool skip_losers = true;  // look at no photograph whose weight is too low even if it is valid
+  bool join_cells = true;   // neighbours that refer to the same views need not fade into each other
 };
 
 class Renderer {
  public:
-  // `context` must be current on the calling thread, for every call, and outlive the renderer.
-  explicit Renderer(const EglContext& context, const RendererOptions& steps = {});
+  // Draws in the context that is current on the calling thread, whoever made it: OpenGL ES 3.0 or OpenGL 4.5. That one
+  // must be current for every call, and outlive the renderer.
+  explicit Renderer(const RendererOptions& steps = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;

@@ -10,8 +10,8 @@ extern const std::string_view k_surface_vert;
 extern const std::string_view k_surface_frag;
 extern const std::string_view k_screen_vert;
 extern const std::string_view k_blend_frag;
-extern const std::string_view k_sampled_frag;
-extern const std::string_view k_mean_frag;
+extern const std::string_view k_diagnose_frag;
+extern const std::string_view k_silhouettes_frag;
 extern const std::string_view k_visibility_vert;
 extern const std::string_view k_visibility_frag;
 

@@ -34,9 +34,10 @@ Tile with_neighbours(const Tile& tile, const Camera& whole) {
   return larger;
 }
 
-// That the driver takes, with their neighbours.
-std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side) {
-  return tiles_of(camera, std::min(side, static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE)) - 2));
+// That the driver takes, with their neighbours and so many samples across a pixel.
+std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side, std::uint32_t samples_across) {
+  const std::uint32_t most = std::min(static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE)), 2 * kTileSide + 4);
+  return tiles_of(camera, std::min(side, most / samples_across - 2));
 }
 
 }  // namespace
@@ -59,7 +60,7 @@ std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side) {
 }
 
 Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
-  const std::vector<Tile> tiles = drawable_tiles(camera, side);
+  const std::vector<Tile> tiles = drawable_tiles(camera, side, options.supersample);
   if (tiles.size() == 1) return renderer.render(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Rendering whole;
@@ -78,7 +79,7 @@ Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOpti
 
 LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
                                     std::uint32_t side) {
-  const std::vector<Tile> tiles = drawable_tiles(camera, side);
+  const std::vector<Tile> tiles = drawable_tiles(camera, side, options.supersample);
   if (tiles.size() == 1) return renderer.render_linear(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   LinearRendering whole{camera.width, camera.height, std::vector<float>(3 * pixels), std::vector<PixelState>(pixels)};
@@ -92,7 +93,7 @@ LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, co
 }
 
 Diagnosis diagnose_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
-  const std::vector<Tile> tiles = drawable_tiles(camera, side);
+  const std::vector<Tile> tiles = drawable_tiles(camera, side, 1);
   if (tiles.size() == 1) return renderer.diagnose(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Diagnosis whole{camera.width, camera.height, std::vector<PixelState>(pixels), std::vector<PixelDiagnosis>(pixels)};

@@ -10,9 +10,9 @@
 
 namespace lumatlas {
 
-// 32 bytes of GL memory per pixel, 16 more for a diagnosis or a linear picture, 17 more where it is supersampled: 1.1
-// GB at most.
-inline constexpr std::uint32_t kTileSide = 4096;  // pixels
+// 28 bytes of GL memory per pixel, 16 more for a diagnosis or a linear picture, 20 more for each sample: 1.2 GB at
+// most, for where there are more than 2 x 2 samples a pixel tiles are smaller.
+inline constexpr std::uint32_t kTileSide = 3072;  // pixels
 
 struct Tile {
   std::uint32_t left = 0, top = 0;  // of its first pixel in the whole image

@@ -1,4 +1,4 @@
-#version 450 core
+#version 300 es
 // One triangle over the whole target.
 
 void main() {

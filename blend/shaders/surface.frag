@@ -1,16 +1,17 @@
-#version 450 core
+#version 300 es
+
+#include "picture.glsl"
+#include "surface_texel.glsl"
 
 in vec3 linear_color;
-in vec4 cell_shares;
+in vec3 cell_shares;
+flat in uint zone_of_face;
 
-layout(location = 0) out uint face;
-layout(location = 1) out float depth;   // z in the camera frame
-layout(location = 2) out vec4 fallback;  // linear
-layout(location = 3) out vec4 shares;    // of the zone's cells
+layout(location = 0) out uvec4 texel;
 
 void main() {
-  face = uint(gl_PrimitiveID);
-  depth = 1.0 / gl_FragCoord.w;
-  fallback = vec4(linear_color, 1.0);
-  shares = cell_shares;
+  texel = texel_of(Surface(zone_of_face, 1.0 / gl_FragCoord.w, vec4(cell_shares, 0.0), linear_color));
+  // Reversed depth without a far plane, which a float resolves evenly at every distance. OpenGL ES has no clip control,
+  // by which the position could say so.
+  gl_FragDepth = exposure.w * gl_FragCoord.w;
 }

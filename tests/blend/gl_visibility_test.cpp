@@ -365,7 +365,7 @@ TEST_CASE("a renderer's context stays current beside GPU visibility, which may b
   const Mesh& mesh = snapshot.surface->mesh;
   const Cells& cells = snapshot.surface->cells;
   const Camera camera = room_camera(3);
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   const Rendering before = renderer.render(camera, {});
   const auto unchanged = [&] { return renderer.render(camera, {}).picture.rgb == before.picture.rgb; };

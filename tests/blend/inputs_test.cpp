@@ -41,7 +41,7 @@ TEST_CASE("a snapshot whose tables do not fit is drawn by neither renderer") {
                        Catch::Message("snapshot: gains has 4 entries, must have one per slot of views, 5"));
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   CHECK_THROWS_MATCHES(renderer.load(bad), std::invalid_argument, kBadSnapshot);
   CHECK_THROWS_MATCHES(array_bytes(bad), std::invalid_argument, kBadSnapshot);
   renderer.load(small_snapshot());
@@ -113,7 +113,7 @@ TEST_CASE("shaders compile, and draw the same, where the host's numbers have a c
   const Snapshot snapshot = small_snapshot();
   const Camera camera = forward_camera(24, 18);
   const auto picture = [&] {
-    Renderer renderer(*context);
+    Renderer renderer;
     renderer.load(snapshot);
     return renderer.render(camera, {}).picture.rgb;
   };

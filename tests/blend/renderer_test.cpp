@@ -14,6 +14,7 @@
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
 #include "blend/reference.h"
+#include "blend/supersampling.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"
@@ -53,9 +54,9 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const Snapshot snapshot = room_snapshot(14, {});
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
-  std::vector<BlendOptions> variants(11);
+  std::vector<BlendOptions> variants(12);
   variants[1] = BlendOptions::printed();
   variants[1].occlusion_tolerance = 0.02;  // with none, rounding decides at every pixel
   variants[2].views = 1;
@@ -67,6 +68,7 @@ TEST_CASE("the shader agrees with the CPU reference for every option") {
   variants[8].border_width = 0.6;
   variants[9].sampling = BlendOptions::Sampling::linear;
   variants[10].prefilter = false;
+  variants[11].consistent = false;
   for (std::size_t variant = 0; variant < variants.size(); ++variant) {
     double different = 0;
     constexpr std::size_t kCameras = 6;
@@ -107,7 +109,7 @@ TEST_CASE(
     }
     snapshot.views[slot] = std::make_shared<const StoredView>(view);
   }
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   for (const auto exposure : {BlendOptions::Exposure::nearby, BlendOptions::Exposure::model}) {
     BlendOptions options;
@@ -129,7 +131,7 @@ TEST_CASE("where all gains are 1, the exposure of nearby photographs and the mod
   CHECK(reference(snapshot, camera, {}).picture.rgb == reference(snapshot, camera, model).picture.rgb);
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   CHECK(renderer.render(camera, {}).picture.rgb == renderer.render(camera, model).picture.rgb);
 }
@@ -156,7 +158,7 @@ void check_exposed(const Snapshot& snapshot, const Camera& camera) {
   }
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   CHECK(share_different(renderer.render(camera, {}), shown, kLevels) <= kAgreement);
 }
@@ -191,16 +193,70 @@ TEST_CASE("a stored view rendered from its own camera alone is its photograph, w
   check_picture(reference(snapshot, view.camera, {}));
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   check_picture(renderer.render(view.camera, {}));
+}
+
+// How many of a stored view's valid pixels away from silhouettes are another colour than its photograph's in a picture
+// from its own place, as a share of those.
+double share_not_shown(const StoredView& view, const Snapshot& snapshot, const Rendering& rendering) {
+  const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(view.camera);
+  const std::vector<std::uint8_t> at_silhouette = silhouettes(view.camera, visible);
+  std::size_t compared = 0;
+  std::size_t different = 0;
+  for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
+    if (view.validity[pixel] != 255 || at_silhouette[pixel]) continue;
+    ++compared;
+    bool differs = false;
+    for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value) {
+      differs |= std::abs(rendering.picture.rgb[value] - view.photograph.rgb[value]) > 1;
+    }
+    different += differs;
+  }
+  REQUIRE(compared > rendering.state.size() / 3);
+  return static_cast<double>(different) / static_cast<double>(compared);
+}
+
+TEST_CASE("at a stored view's place the picture is its photograph, however many others see the same") {
+  const Snapshot snapshot = room_snapshot(14, {});
+  const std::optional<EglContext> context = context_or_skip();
+  std::optional<Renderer> renderer;
+  if (context) renderer.emplace().load(snapshot);
+  BlendOptions inconsistent;
+  inconsistent.consistent = false;
+  double without = 0;
+  for (const auto& view : snapshot.views) {
+    CHECK(share_not_shown(*view, snapshot, reference(snapshot, view->camera, {})) <= 0.001);
+    if (renderer) CHECK(share_not_shown(*view, snapshot, renderer->render(view->camera, {})) <= 0.001);
+    without += share_not_shown(*view, snapshot, reference(snapshot, view->camera, inconsistent)) / 14;
+  }
+  CHECK(without > 0.1);  // else these scenes say nothing
+}
+
+TEST_CASE("the nearer a picture is to a stored view's place, the less it differs from the photograph") {
+  const Snapshot snapshot = room_snapshot(14, {});
+  const StoredView& view = *snapshot.views[5];
+  double before = 256;
+  for (const double away : {0.1, 0.03, 0.01, 0.003, 0.0}) {
+    Camera camera = view.camera;
+    camera.cam_from_world_translation += away * glm::dvec3(0.6, -0.2, 0.4);
+    const Rendering rendering = reference(snapshot, camera, {});
+    double sum = 0;
+    for (std::size_t value = 0; value < rendering.picture.rgb.size(); ++value) {
+      if (view.validity[value / 3] == 255) sum += std::abs(rendering.picture.rgb[value] - view.photograph.rgb[value]);
+    }
+    const double mean = sum / static_cast<double>(rendering.picture.rgb.size());
+    CHECK(mean < before);
+    before = mean;
+  }
 }
 
 TEST_CASE("the GPU sees the same faces as the rays, away from silhouettes") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const Snapshot snapshot = room_snapshot(3, {});
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   const Camera camera = novel_camera(5);
   const auto visibility = make_ray_visibility(snapshot.surface->mesh);
@@ -222,7 +278,7 @@ TEST_CASE("cells that no view saw are told apart from cells that were seen but h
   check_states(reference(snapshot, camera, {}));
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   const Rendering rendering = renderer.render(camera, {});
   check_states(rendering);
@@ -304,7 +360,7 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
   CHECK(largest_step(reference(snapshot, camera, soft), camera.width) < 80);  // sRGB rises steeply from black
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   for (const BlendOptions& options : {hard, soft, hard}) {  // one renderer, changing its mind
     CHECK(share_different(renderer.render(camera, options), reference(snapshot, camera, options), kLevels) <=
@@ -339,7 +395,7 @@ TEST_CASE("a contradicted view hardly shows beside another one, and is shown rat
   check_pictures(reference(snapshot, camera, {}), reference(alone, camera, {}));
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   const Rendering beside = renderer.render(camera, {});
   renderer.load(alone);
@@ -363,7 +419,7 @@ TEST_CASE("a camera with nothing in view gives an empty picture") {
   away.cam_from_world_translation = {500, 500, 500};
   CHECK(count(reference(snapshot, away, {}), PixelState::empty) == 96 * 72);
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   const Rendering rendering = renderer.render(away, {});
   CHECK(count(rendering, PixelState::empty) == 96 * 72);
@@ -373,7 +429,7 @@ TEST_CASE("a camera with nothing in view gives an empty picture") {
 TEST_CASE("a renderer can load another snapshot, and render at one size after another") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   for (const std::size_t views : {std::size_t{5}, std::size_t{1}, std::size_t{9}}) {
     const Snapshot snapshot = room_snapshot(views, {});
     renderer.load(snapshot);
@@ -396,7 +452,7 @@ TEST_CASE("a renderer without a snapshot, and bad options, are refused by name")
   CHECK_THROWS_WITH(check(options), Catch::Contains("lambda"));
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   CHECK_THROWS_WITH(renderer.render(room_camera(0), {}), Catch::Contains("no snapshot is loaded"));
 }
 
@@ -416,7 +472,7 @@ TEST_CASE("a renderer gives back every GL object, whatever it loaded, drew and w
   const std::size_t before = gl_objects();
   std::size_t with_one = 0;
   for (int round = 0; round < 3; ++round) {
-    Renderer renderer(*context);
+    Renderer renderer;
     for (const std::size_t views : {std::size_t{4}, std::size_t{2}}) {
       renderer.load(room_snapshot(views, {}));
       for (const double width : {0.0, 0.3}) {
@@ -451,16 +507,15 @@ TEST_CASE("the steps for speed change no picture") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const Snapshot snapshot = room_snapshot(14, {});
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   const auto picture = [&](const RendererOptions& steps) {
     renderer.take_steps(steps);
     return renderer.render(novel_camera(4), {}).picture.rgb;
   };
-  const std::vector<std::uint8_t> plain = picture({false, false, false});
-  CHECK(picture({.skip_losers = true, .order_references = false, .join_cells = false}) == plain);
-  CHECK(picture({.skip_losers = true, .order_references = true, .join_cells = false}) == plain);
-  CHECK(picture({false, false, false}) == plain);  // and back again
+  const std::vector<std::uint8_t> plain = picture({false, false});
+  CHECK(picture({.skip_losers = true, .join_cells = false}) == plain);
+  CHECK(picture({false, false}) == plain);  // and back again
 }
 
 TEST_CASE("neighbours of the same references that are drawn as one cell change no picture beyond rounding") {
@@ -471,7 +526,7 @@ TEST_CASE("neighbours of the same references that are drawn as one cell change n
   const std::set<std::uint32_t> kinds(first.begin(), first.end());
   REQUIRE(kinds.size() > 10);
   REQUIRE(kinds.size() < first.size());
-  Renderer joining(*context), separate(*context, {.skip_losers = true, .order_references = true, .join_cells = false});
+  Renderer joining, separate({.skip_losers = true, .join_cells = false});
   joining.load(snapshot);
   separate.load(snapshot);
   BlendOptions options;
@@ -485,7 +540,7 @@ TEST_CASE("neighbours of the same references that are drawn as one cell change n
       CHECK(share_different(one, other, 1) == 0);
     }
   }
-  joining.take_steps({.skip_losers = true, .order_references = true, .join_cells = false});
+  joining.take_steps({.skip_losers = true, .join_cells = false});
   CHECK(joining.render(novel_camera(1), options).picture.rgb == separate.render(novel_camera(1), options).picture.rgb);
 }
 
@@ -494,7 +549,7 @@ TEST_CASE("more photographs than the driver has layers are refused with what to 
   if (!context) return;
   Snapshot snapshot = room_snapshot(1, {});
   snapshot.views.resize(1u << 20, snapshot.views[0]);
-  Renderer renderer(*context);
+  Renderer renderer;
   snapshot.gains.resize(snapshot.views.size(), glm::dvec3(1));
   CHECK_THROWS_WITH(renderer.load(snapshot), Catch::Contains("1048576 views") && Catch::Contains("--max-views"));
   CHECK_THROWS_WITH(renderer.render(room_camera(0), {}), Catch::Contains("no snapshot is loaded"));

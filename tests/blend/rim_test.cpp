@@ -108,7 +108,7 @@ TEST_CASE("a rim is shown from about where it was photographed, and from aside i
   });
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   check_rims(far, both, [&](const Snapshot& snapshot, double degrees, const BlendOptions& options) {
     renderer.load(snapshot);
     return seen_in(renderer.render(camera_at(degrees), options));

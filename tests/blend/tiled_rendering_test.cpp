@@ -35,10 +35,10 @@ TEST_CASE("tiles of any size show what whole photographs show") {
   for (const std::uint32_t gutter : {1u, 2u, 4u, 8u}) {
     BlendOptions options;
     if (gutter == 1) options.sampling = BlendOptions::Sampling::linear;  // such tiles have no room for cubic
-    Renderer whole(*context);
+    Renderer whole;
     whole.load(room_snapshot(10, {}, {0, gutter, 0}));
     for (const std::uint32_t side : {8u, 32u, 128u}) {
-      Renderer tiles(*context);
+      Renderer tiles;
       tiles.load(room_snapshot(10, {}, {side, gutter, 0}));
       for (std::size_t number = 0; number < 3; ++number) {
         INFO("tiles of " << side << " pixels with a gutter of " << gutter);
@@ -59,7 +59,7 @@ TEST_CASE("the shader agrees with the CPU reference where only some tiles are re
   const Snapshot some = room_snapshot(12, {}, {16, 2, most}, choose_tiles);
   REQUIRE(some.tiles.resident_tiles() == most);
   const auto visibility = make_ray_visibility(some.surface->mesh);
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(some);
   CHECK(array_bytes(some) >= most * slot_bytes({16, 2, 0}));
   double different = 0, changed = 0;
@@ -138,7 +138,7 @@ TEST_CASE("a gradient goes on over the borders of tiles") {
   for (const double away : {0.0, 1.5, 6.0}) {  // nearer footprints, and such of two and four pixels
     const Snapshot snapshot =
         wall_with(stored, {16, 4, 0}, [](std::uint32_t x, std::uint32_t y) { return 20 + x + y / 2; });
-    Renderer renderer(*context);
+    Renderer renderer;
     renderer.load(snapshot);
     Camera camera = forward_camera(128, 128, {0, 0, -away});
     const Rendering picture = renderer.render(camera, {});
@@ -159,7 +159,7 @@ TEST_CASE("a photograph taken from nearer is averaged, not sampled here and ther
   const Camera stored = forward_camera(256, 256);
   const Snapshot snapshot =
       wall_with(stored, {64, 4, 0}, [](std::uint32_t x, std::uint32_t y) { return (x ^ y) & 1 ? 255 : 0; });
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   Camera camera = forward_camera(256, 256, {0.013, 0.007, -12});  // four times as far
   const auto error = [&](bool prefilter) {
@@ -201,14 +201,13 @@ TEST_CASE("the cubic kernel is a mean about its place, as wide as the area that 
 
 // Linear light of a picture whose pixels are half way between those of a photograph with stripes of two pixels, 0.5 and
 // 0.2: on a stripe, beside one.
-std::pair<float, float> between_stripes(const EglContext& context, std::uint32_t gutter,
-                                        BlendOptions::Sampling sampling) {
+std::pair<float, float> between_stripes(std::uint32_t gutter, BlendOptions::Sampling sampling) {
   const Camera stored = forward_camera(128, 128);
   const int bright = srgb8_from_linear(0.5);
   const int dark = srgb8_from_linear(0.2);
   const Snapshot snapshot =
       wall_with(stored, {64, gutter, 0}, [&](std::uint32_t x, std::uint32_t) { return x % 4 < 2 ? bright : dark; });
-  Renderer renderer(context);
+  Renderer renderer;
   renderer.load(snapshot);
   Camera camera = stored;
   camera.cx -= 0.5;
@@ -230,13 +229,13 @@ TEST_CASE("cubic sampling keeps fine detail that linear sampling blurs, and need
   if (!context) return;
   using enum BlendOptions::Sampling;
   // Shares -1/16, 9/16, 9/16, -1/16: stripes of 0.15 about 0.35 become such of 1.25 times that.
-  const auto [cubic_on, cubic_beside] = between_stripes(*context, 4, cubic);
+  const auto [cubic_on, cubic_beside] = between_stripes(4, cubic);
   CHECK(std::abs(cubic_on - (0.35 + 1.25 * 0.15)) < 0.01);
   CHECK(std::abs(cubic_beside - (0.35 - 1.25 * 0.15)) < 0.01);
-  const auto [linear_on, linear_beside] = between_stripes(*context, 4, linear);
+  const auto [linear_on, linear_beside] = between_stripes(4, linear);
   CHECK(std::abs(linear_on - 0.5) < 0.01);
   CHECK(std::abs(linear_beside - 0.2) < 0.01);
-  CHECK(between_stripes(*context, 1, cubic) == between_stripes(*context, 1, linear));
+  CHECK(between_stripes(1, cubic) == between_stripes(1, linear));
 }
 
 TEST_CASE("cells beyond what 16 bits count are drawn from their own tiles") {
@@ -261,7 +260,7 @@ TEST_CASE("cells beyond what 16 bits count are drawn from their own tiles") {
   for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, {cell < (1u << 16) ? 0u : 1u});
   }
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(atlas.snapshot());
   const Camera novel = forward_camera(256, 256, {0.1, 0.05, 0});
   const Rendering picture = renderer.render(novel, {});

@@ -43,7 +43,7 @@ TEST_CASE("a picture in tiles is the picture in one piece") {
   for (std::size_t slot = 0; slot < 10; ++slot) {
     snapshot.gains[slot] = glm::dvec3(0.6 + 0.1 * static_cast<double>(slot));  // the exposure depends on the pose
   }
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(snapshot);
   for (std::size_t number = 0; number < 5; ++number) {
     const Camera camera = room_camera(2 * number + 1).scaled_to(300, 225);
@@ -73,7 +73,7 @@ TEST_CASE(
     "where the shifts of the tiles are exact, a picture in tiles is the same but for silhouettes, at borders too") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(room_snapshot(10, {}));
   Camera camera = room_camera(4).scaled_to(256, 192);
   camera.cx = 128;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "atlas/atlas.h"
+#include "blend/egl_context.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 
@@ -25,7 +26,7 @@ int main() {
   if (reference.state[32 * 64 + 32] != PixelState::unseen) return 1;
   try {
     const EglContext context;
-    Renderer renderer(context);
+    Renderer renderer;
     renderer.load(snapshot);
     return renderer.render(camera, {}).state[32 * 64 + 32] == PixelState::unseen ? 0 : 1;
   } catch (const GlError& error) {

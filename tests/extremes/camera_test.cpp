@@ -188,7 +188,7 @@ TEST_CASE("the shader's pictures from odd places are finite, and those from less
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const BuildResult result = built(six_views(), default_build());
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(result.snapshot);
   const std::set<std::size_t> defined{0, 6, 8, 9, 10};  // elsewhere rounding, or the near plane, says what is visible
   const std::vector<Camera> places = odd_places();

@@ -144,7 +144,7 @@ TEST_CASE("the GPU draws what the reference draws of snapshots taken while the p
   if (!context) return;
   PlannerThread planner(kTiles);
   const auto visibility = make_ray_visibility(planner.atlas().surface().mesh);
-  Renderer renderer(*context);
+  Renderer renderer;
   std::size_t pixels = 0;
   std::size_t different = 0;
   bool last = false;

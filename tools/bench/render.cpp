@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "atlas/model_file.h"
+#include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "tools/base/percentile.h"
 #include "tools/bench/program.h"
@@ -86,14 +87,12 @@ struct Way {
   std::uint32_t supersample;  // at silhouettes
 };
 
-constexpr RendererOptions kSkipping{.skip_losers = true, .order_references = false, .join_cells = false};
-constexpr RendererOptions kOrdered{.skip_losers = true, .order_references = true, .join_cells = false};
+constexpr RendererOptions kSkipping{.skip_losers = true, .join_cells = false};
 constexpr std::array kWays{
-    Way{"straightforward loop", {false, false, false}, BlendOptions::Sampling::linear, false, 1},
+    Way{"straightforward loop", {false, false}, BlendOptions::Sampling::linear, false, 1},
     Way{"skipping", kSkipping, BlendOptions::Sampling::linear, false, 1},
-    Way{"ordered, skipping", kOrdered, BlendOptions::Sampling::linear, false, 1},
-    Way{"and cubic sampling", kOrdered, BlendOptions::Sampling::cubic, false, 1},
-    Way{"and cells fading", kOrdered, BlendOptions::Sampling::cubic, true, 1},
+    Way{"and cubic sampling", kSkipping, BlendOptions::Sampling::cubic, false, 1},
+    Way{"and cells fading", kSkipping, BlendOptions::Sampling::cubic, true, 1},
     Way{"but those of the same references", {}, BlendOptions::Sampling::cubic, true, 1},
     Way{"and silhouettes", {}, BlendOptions::Sampling::cubic, true, BlendOptions{}.supersample},
 };
@@ -150,10 +149,10 @@ struct Row {
 };
 
 Row measure(Snapshot model, const std::string& references, ReferenceTable table, const std::vector<Camera>& cameras,
-            const EglContext& context, const Flags& flags) {
+            const Flags& flags) {
   const double mean = static_cast<double>(table.views.size()) / static_cast<double>(table.offsets.size() - 1);
   model.references = std::move(table);
-  Renderer renderer(context);
+  Renderer renderer;
   renderer.load(model);
   return {references, mean, time_ways(renderer, cameras, flags)};
 }
@@ -170,17 +169,16 @@ void print(const std::string& name, const Row& row, const Row& every_view, doubl
             << std::endl;
 }
 
-void measure_model(const std::filesystem::path& path, const EglContext& context, const Flags& flags) {
+void measure_model(const std::filesystem::path& path, const Flags& flags) {
   const Snapshot model = read_model(path).snapshot;
   const std::vector<Camera> cameras = cameras_between_views(model, flags.pictures, {flags.width, flags.height});
   if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
   const auto clock = flags.compare == "wall" ? &PictureTime::wall : &PictureTime::processor;
   const auto views = views_of_cells(model);
-  const Row every = measure(model, "every view", every_view(model), cameras, context, flags);
+  const Row every = measure(model, "every view", every_view(model), cameras, flags);
   for (const std::uint32_t references : flags.references) {
-    print(name, measure(model, std::to_string(references), at_most(views, references), cameras, context, flags), every,
-          clock);
+    print(name, measure(model, std::to_string(references), at_most(views, references), cameras, flags), every, clock);
   }
   print(name, every, every, clock);
 }
@@ -198,7 +196,7 @@ void run(const Flags& flags) {
   std::cout << " | loop, of every view's | all steps, of every view's |\n|";
   for (std::size_t column = 0; column < kWays.size() + 6; ++column) std::cout << "---|";
   std::cout << '\n';
-  for (const std::filesystem::path& model : flags.models) measure_model(model, context, flags);
+  for (const std::filesystem::path& model : flags.models) measure_model(model, flags);
 }
 
 }  // namespace

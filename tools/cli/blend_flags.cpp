@@ -35,6 +35,7 @@ void depart(BlendOptions& options, const std::string& departure) {
   if (departure == "position") options.position = ours.position;
   if (departure == "rims") options.rims = ours.rims;
   if (departure == "fade-last") options.fade_last = ours.fade_last;
+  if (departure == "consistent") options.consistent = ours.consistent;
   if (departure == "border") options.border_width = ours.border_width;
   if (departure == "sampling") options.sampling = ours.sampling;
   if (departure == "occlusion") options.occlusion_tolerance = ours.occlusion_tolerance;
@@ -68,19 +69,23 @@ void BlendFlags::add_experiments_to(CLI::App& command) {
   weights_option_ =
       add_choice(command, "--weights", printed_weights_, kWeights,
                  "How a view's distance counts; printed takes the paper's formulas for everything in this group");
-  departures_option_ = command
-                           .add_option("--blend-depart", departures_,
-                                       "With --weights printed, depart from it in these alone, separated by commas")
-                           ->type_name("NAMES")
-                           ->check(one_of({"position", "rims", "fade-last", "border", "occlusion", "sampling"}))
-                           ->delimiter(',')
-                           ->default_str("");
+  departures_option_ =
+      command
+          .add_option("--blend-depart", departures_,
+                      "With --weights printed, depart from it in these alone, separated by commas")
+          ->type_name("NAMES")
+          ->check(one_of({"position", "rims", "fade-last", "consistent", "border", "occlusion", "sampling"}))
+          ->delimiter(',')
+          ->default_str("");
   sampling_option_ =
       add_choice(command, "--sampling", sampling_, kSamplings, "Between a photograph's pixels; cubic is sharper",
                  defaults(kSamplings, ours.sampling, printed.sampling));
   prefilter_option_ = add_choice(command, "--prefilter", prefilter_, kSwitch,
                                  "Sample photographs that were taken from nearer at their coarser levels",
                                  defaults(kSwitch, ours.prefilter, printed.prefilter));
+  consistency_option_ = add_choice(command, "--consistency", consistent_, kSwitch,
+                                   "Show a photograph alone in a picture from where it was taken",
+                                   defaults(kSwitch, ours.consistent, printed.consistent));
   border_width_option_ =
       command
           .add_option("--border-width", border_width_,
@@ -99,6 +104,7 @@ void BlendFlags::check_paper() const {
   agree_with_paper(*sampling_option_, sampling_ == printed.sampling, name_of(kSamplings, printed.sampling));
   agree_with_paper(*exposure_option_, exposure_ == printed.exposure, name_of(kExposures, printed.exposure));
   agree_with_paper(*prefilter_option_, prefilter_ == printed.prefilter, name_of(kSwitch, printed.prefilter));
+  agree_with_paper(*consistency_option_, consistent_ == printed.consistent, name_of(kSwitch, printed.consistent));
   agree_with_paper(*border_width_option_, border_width_ == printed.border_width,
                    CLI::detail::to_string(printed.border_width));
   agree_with_paper(*supersample_option_, supersample_ == printed.supersample,
@@ -114,6 +120,7 @@ BlendOptions BlendFlags::options() const {
   for (const std::string& departure : departures_) depart(options, departure);
   options.supersample = supersample_.value_or(options.supersample);
   options.prefilter = prefilter_.value_or(options.prefilter);
+  options.consistent = consistent_.value_or(options.consistent);
   options.border_width = border_width_.value_or(options.border_width);
   options.sampling = sampling_.value_or(options.sampling);
   options.exposure = exposure_.value_or(options.exposure);
@@ -127,6 +134,7 @@ nlohmann::json BlendFlags::json() const {
           {"blend_direction_weight", effective.lambda},
           {"weights", name_of(kWeights, paper_ || printed_weights_)},
           {"prefilter", effective.prefilter},
+          {"consistency", effective.consistent},
           {"sampling", name_of(kSamplings, effective.sampling)},
           {"blend_depart", departures_},
           {"border_width", effective.border_width},

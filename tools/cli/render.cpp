@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/model_file.h"
+#include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
 #include "tools/base/output_folder.h"
@@ -171,7 +172,7 @@ void run(const RenderFlags& flags) {
   if (needs_renderer(flags.mode)) {
     context.emplace();
     if (!flags.quiet) std::cerr << "renderer: " << context->description() << '\n';
-    renderer.emplace(*context);
+    renderer.emplace();
     renderer->load(snapshot);
   }
   first.has_loaded();

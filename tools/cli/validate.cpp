@@ -85,7 +85,7 @@ SceneViews read_frames(const std::filesystem::path& folder, const glm::dvec3& of
 json measured_speed(const Model& model, const ValidateFlags& flags, const EglContext& context) {
   const std::vector<Camera> cameras = cameras_between_views(model.snapshot, flags.time_frames, flags.frame_size);
   if (cameras.empty()) throw InputError(flags.model.string() + ": stores no view, there is no frame to time");
-  Renderer renderer(context);
+  Renderer renderer;
   const auto start = std::chrono::steady_clock::now();
   renderer.load(model.snapshot);
   const auto upload = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start);

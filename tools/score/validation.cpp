@@ -180,7 +180,7 @@ std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<
 
 }  // namespace
 
-Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
+Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& /*current*/,
                       const ValidationOptions& options, const std::filesystem::path& folder) {
   const Split parts = parts_of(scene, options);
   const SceneViews& unknown = options.test ? *options.test : scene;
@@ -192,7 +192,7 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   report.input_views = parts.input.size();
   report.views = report_views(unknown, parts.scored, options, folder);
   const MethodRun methods(*model.surface, unknown, parts.scored, options, folder);
-  Renderer renderer(context);
+  Renderer renderer;
   const auto blended = [&](const Camera& camera) { return renderer.render(camera, options.blend); };
   renderer.load(model);
   methods.run({"store", "the model: the views that the planner kept"}, blended, report);

@@ -101,6 +101,7 @@ TEST_CASE("render and validate --paper contradict what says otherwise") {
     check_contradiction(command, {"--sampling", "cubic"});
     check_contradiction(command, {"--exposure", "nearby"});
     check_contradiction(command, {"--prefilter", "on"});
+    check_contradiction(command, {"--consistency", "on"});
     check_contradiction(command, {"--border-width", "0.1"});
     check_contradiction(command, {"--supersample", "2"});
   }

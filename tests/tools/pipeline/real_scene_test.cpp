@@ -55,7 +55,7 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   const BuildResult built = build_model(*path, options);
   const SceneViews scene = read_scene_views(*path, built.snapshot.surface->offset);
   const auto visibility = make_ray_visibility(built.snapshot.surface->mesh);
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(built.snapshot);
   Agreement total;
   for (const std::size_t rank : split(scene.views.size(), HoldOut{8, 1}).scored) {
@@ -83,7 +83,7 @@ TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tile
   const BuildResult built = build_model(*path, options);
   const SceneViews scene = read_scene_views(*path, built.snapshot.surface->offset);
   const auto visibility = make_ray_visibility(built.snapshot.surface->mesh);
-  Renderer renderer(*context);
+  Renderer renderer;
   renderer.load(built.snapshot);
   std::size_t pixels = 0;
   std::size_t diagnosed = 0;

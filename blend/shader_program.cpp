@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/shader_program.h"
+
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "blend/blend_options.h"
+#include "blend/shaders.h"
+#include "blend/view_table.h"
+#include "mesh/base/number_text.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::array kSamplers{"photographs", "depths",     "surfaces", "zones",
+                               "cells",       "references", "views",    "tile_slots"};  // in the order of TextureUnit
+
+std::string definition(std::string_view name, const std::string& value) {
+  return "#define " + std::string(name) + " " + value + "\n";
+}
+
+// As GLSL reads a float, whatever the host's locale writes.
+std::string constant(double value) {
+  return number_text(value, 7);
+}
+
+std::string definitions(const ProgramKey& key) {
+  std::string text =
+      definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) + definition("LEAST_PENALTY", constant(kLeastPenalty)) +
+      definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
+      definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
+      definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
+      definition("TABLE_WIDTH", std::to_string(kTableWidth)) + definition("VIEW_TEXELS", std::to_string(kViewTexels));
+  if (key.views > 0) text += definition("BLENDED_VIEWS", std::to_string(key.views));
+  if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
+  if (key.pass == Pass::samples) text += "#define SAMPLES\n";
+  if (key.linear) text += "#define LINEAR\n";
+  return text;
+}
+
+struct Source {
+  const char* name;
+  std::string_view vertex, fragment;
+};
+
+Source source_of(Pass pass) {
+  switch (pass) {
+    case Pass::surface:
+      return {"surface", k_surface_vert, k_surface_frag};
+    case Pass::silhouettes:
+      return {"silhouettes", k_screen_vert, k_silhouettes_frag};
+    case Pass::diagnose:
+      return {"diagnosis", k_screen_vert, k_diagnose_frag};
+    case Pass::blend:
+    case Pass::samples:
+      break;
+  }
+  return {"blend", k_screen_vert, k_blend_frag};
+}
+
+// After the line that says the version, which must come first.
+std::string defined(std::string_view source, const std::string& names) {
+  std::string text(source);
+  text.insert(text.find('\n') + 1, names);
+  return text;
+}
+
+}  // namespace
+
+GLuint ShaderPrograms::get(const ProgramKey& key) {
+  if (const auto found = programs_.find(key); found != programs_.end()) return found->second.get();
+  const Source source = source_of(key.pass);
+  const std::string names = definitions(key);
+  GlProgram program = make_program(source.name, defined(source.vertex, names), defined(source.fragment, names));
+  if (const GLuint block = glGetUniformBlockIndex(program.get(), "Picture"); block != GL_INVALID_INDEX) {
+    glUniformBlockBinding(program.get(), block, kPictureBinding);
+  }
+  glUseProgram(program.get());
+  for (std::size_t unit = 0; unit < kSamplers.size(); ++unit) {
+    glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));
+  }
+  glUseProgram(0);
+  return programs_.emplace(key, std::move(program)).first->second.get();
+}
+
+}  // namespace lumatlas

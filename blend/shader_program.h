@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: the programs that pictures are drawn with, made from the files in shaders/ when first asked for.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <map>
+
+#include "blend/gl_objects.h"
+
+namespace lumatlas {
+
+enum class Pass : std::uint8_t {
+  surface,      // what is visible
+  silhouettes,  // which pixels get samples
+  blend,        // of the middles of pixels
+  samples,      // of the means over samples
+  diagnose,
+};
+
+// What is compiled in. The passes that do not ask for it have 0 and false.
+struct ProgramKey {
+  Pass pass;
+  std::uint32_t views = 0;  // K
+  std::uint32_t cells = 0;  // of a zone, 1 or 4
+  bool linear = false;      // linear light in place of sRGB
+
+  [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;
+};
+
+// Where the shaders' samplers are bound, by the names that they have there.
+enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, cells, references, views, tile_slots };
+
+inline constexpr GLuint kPictureBinding = 0;  // of the uniform block of shaders/picture.glsl
+
+class ShaderPrograms {
+ public:
+  // Throws GlError with the compiler's log.
+  [[nodiscard]] GLuint get(const ProgramKey& key);
+
+ private:
+  std::map<ProgramKey, GlProgram> programs_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,121 @@
+// What stored views show of a point of the surface.
+
+uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
+uniform sampler2DArray depths;       // z as a share of what the view's depths are shares of, negative at rims
+
+// Where the texture array has a place of a view's image: texels, page. False: that tile is not resident.
+bool locate(vec4 size, vec2 image, out vec3 texel) {
+  uvec2 tile_size = uvec2(tiles.xy);
+  uvec2 tile = uvec2(image) / tile_size;
+  uint slot = entry(tile_slots, uint(size.z) + tile.y * uint(size.w) + tile.x).x;
+  if (slot == kNothing) return false;
+  uint columns = uint(tiles.w);
+  uint in_page = columns * uint(samples.x);
+  uint page = slot / in_page;
+  uint at = slot - page * in_page;
+  uvec2 place = uvec2(at % columns, at / columns);
+  uvec2 origin = place * (tile_size + 2u * uint(tiles.z)) + uint(tiles.z);
+  texel = vec3(vec2(origin) + (image - vec2(tile * tile_size)), float(page));
+  return true;
+}
+
+// Where in a stored view's image a point is that lies `away` from its centre, and how deep; false: behind it.
+bool image_in(uint view, vec3 away, out vec2 image, out float depth) {
+  vec4 x = view_texel(view, 0u);
+  vec4 y = view_texel(view, 1u);
+  depth = dot(view_texel(view, 2u).xyz, away);
+  image = vec2(dot(x.xyz, away), dot(y.xyz, away)) / depth + vec2(x.w, y.w);
+  return depth > 0.0;
+}
+
+// Of a photograph's levels, by how many of its pixels a sample of the picture covers.
+float level_of(float footprint) {
+  if (sampling.z == 0) return 0.0;
+  return clamp(log2(max(footprint / SHARP_FOOTPRINT, 1.0)), 0.0, float(sampling.y - 1));
+}
+
+// How many pixels of a stored view with that focal length a sample of the picture covers, of a point with these depths
+// here and there.
+float footprint_of(float focal_length, float z, float depth) {
+  return z * focal_length / (SAMPLES_ACROSS * intrinsics.x * depth);
+}
+
+// Whether a stored view shows a point that lies `away` from its centre, in [0, 1], before what it counts at rims; its
+// depths are shares of `depth_scale`.
+float validity(uint view, vec3 away, float z, float depth_scale, out bool rim) {
+  vec2 image;
+  float depth;
+  vec4 size = view_texel(view, 4u);
+  rim = false;
+  if (!image_in(view, away, image, depth)) return 0.0;
+  if (any(lessThan(image, vec2(0.0))) || any(greaterThanEqual(image, size.xy))) return 0.0;
+  vec3 texel;
+  if (!locate(size, image, texel)) return 0.0;
+  float stored = texelFetch(depths, ivec3(texel), 0).x * depth_scale;
+  rim = stored < 0.0;
+  if (depth > abs(stored) * weights.y) return 0.0;
+  float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 5u).w, z, depth)) : 0.0;
+  return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
+}
+
+// What four pixels in a row count, as cubic_kernel.h has it.
+vec4 cubic_shares(float f, float width) {
+  float g = 1.0 - f;
+  vec4 sharp = vec4(-f * g * g, f * f * (3.0 * f - 5.0) + 2.0, g * g * (3.0 * g - 5.0) + 2.0, -g * f * f) / 2.0;
+  vec4 smoothing = vec4(g * g * g, f * f * (3.0 * f - 6.0) + 4.0, g * g * (3.0 * g - 6.0) + 4.0, f * f * f) / 6.0;
+  return mix(sharp, smoothing, clamp((width * width - 1.0) / 4.0, 0.0, 1.0));
+}
+
+vec4 linear_shares(float f) {
+  return vec4(0.0, 1.0 - f, f, 0.0);
+}
+
+// The colour in one level; beyond the image's border its pixels are repeated.
+vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprint) {
+  float scale = exp2(-float(level));
+  vec2 at = image * scale - 0.5;
+  vec2 first = floor(at);
+  vec2 f = at - first;
+  bool cubic = level < sampling.x;
+  vec4 across = cubic ? cubic_shares(f.x, footprint * scale) : linear_shares(f.x);
+  vec4 down = cubic ? cubic_shares(f.y, footprint * scale) : linear_shares(f.y);
+  int unit = 1 << (sampling.y - 1);  // a level is of a photograph rounded up to that
+  ivec2 last = (((ivec2(size) + unit - 1) & -unit) >> level) - 1;
+  ivec2 texel_from_pixel = ivec2(round(texel.xy - image)) / (1 << level);
+  int page = int(texel.z);
+  ivec4 columns = clamp(ivec4(first.x) + ivec4(-1, 0, 1, 2), 0, last.x) + texel_from_pixel.x;
+  ivec4 rows = clamp(ivec4(first.y) + ivec4(-1, 0, 1, 2), 0, last.y) + texel_from_pixel.y;
+  vec3 sum = vec3(0.0);
+  for (int y = 0; y < 4; ++y) {
+    vec3 of_row = across.x * texelFetch(photographs, ivec3(columns.x, rows[y], page), level).rgb +
+                  across.y * texelFetch(photographs, ivec3(columns.y, rows[y], page), level).rgb +
+                  across.z * texelFetch(photographs, ivec3(columns.z, rows[y], page), level).rgb +
+                  across.w * texelFetch(photographs, ivec3(columns.w, rows[y], page), level).rgb;
+    sum += down[y] * of_row;
+  }
+  return max(sum, vec3(0.0));  // beside bright detail it may fall below
+}
+
+// Of a view that is valid here.
+vec3 color_in(uint view, vec3 world, float z) {
+  vec2 image;
+  vec3 texel;
+  float depth;
+  vec4 size = view_texel(view, 4u);
+  vec4 gain = view_texel(view, 5u);
+  image_in(view, world - view_texel(view, 3u).xyz, image, depth);
+  locate(size, image, texel);
+  float footprint = sampling.z != 0 ? footprint_of(gain.w, z, depth) : 1.0;
+  float level = level_of(footprint);
+  int next = int(level);
+  float part = 1.0 - fract(level);
+  float left = 1.0;
+  vec3 color = vec3(0.0);
+  do {  // one level, or two
+    color += part * color_of_level(size.xy, image, texel, next, footprint);
+    left -= part;
+    part = left;
+    ++next;
+  } while (left > 0.0);
+  return color * gain.rgb;
+}

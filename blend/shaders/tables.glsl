@@ -1,0 +1,22 @@
+// Tables of the model in textures, read by number: OpenGL ES 3.0 has no storage buffers.
+
+uniform usampler2D zones;       // by zone: its references, from and to; the cell that the faces are of
+uniform usampler2D cells;       // by cell: its references, from and to; 1 if an offered view saw it
+uniform usampler2D references;  // slot of a view, and in the highest 4 bits which cells of the zone refer to it
+uniform sampler2D views;        // by slot, VIEW_TEXELS each
+uniform usampler2D tile_slots;  // by tile: where it is in the array
+
+ivec2 place_of(uint number) {
+  return ivec2(int(number) & (TABLE_WIDTH - 1), int(number) / TABLE_WIDTH);
+}
+
+uvec4 entry(usampler2D table, uint number) {
+  return texelFetch(table, place_of(number), 0);
+}
+
+// Of a stored view. 0 and 1: direction whose product with a point seen from its centre is fx x and fy y, with cx and cy;
+// 2: the direction that it looks in; 3: its centre in the world, what its depths are shares of; 4: width and height in
+// pixels, number of its first tile, how many are in a row; 5: gain of R G B, fx.
+vec4 view_texel(uint view, uint part) {
+  return texelFetch(views, place_of(view * uint(VIEW_TEXELS) + part), 0);
+}

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/zone_mesh.h"
+
+#include <algorithm>
+#include <glm/glm.hpp>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "blend/egl_context.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::uint32_t kNone = 0xFFFFFFFF;
+constexpr std::uint32_t kFirstCellBit = 28;
+
+bool of_one_cell(const CellShares::Zone& cells) {
+  return cells[1] == kNoCell;
+}
+
+// The zone of each face; cells of the zones are added to the mesh.
+std::vector<std::uint32_t> zones_of_faces(const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares,
+                                          ZoneMesh& mesh) {
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;
+  std::vector<std::uint32_t> zones;
+  zones.reserve(cell_of_face.size());
+  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
+    const auto [entry, added] = numbers.emplace(std::pair(shares.zone_of_face[face], cell_of_face[face]),
+                                                static_cast<std::uint32_t>(mesh.cells.size()));
+    if (added) {
+      mesh.cells.push_back(shares.zones[shares.zone_of_face[face]]);
+      mesh.cell.push_back(cell_of_face[face]);
+    }
+    zones.push_back(entry->second);
+  }
+  return zones;
+}
+
+// Appends the references of a zone of several cells.
+void merge_references(const CellShares::Zone& cells, const ReferenceTable& references,
+                      std::vector<std::uint32_t>& merged) {
+  const std::size_t first = merged.size();
+  for (std::size_t i = 0; i < cells.size() && cells.at(i) != kNoCell; ++i) {
+    for (const std::uint32_t slot : references.of_cell(cells.at(i))) {
+      const auto begin = merged.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto found = std::find_if(
+          begin, merged.end(), [&](std::uint32_t entry) { return (entry & ((1u << kFirstCellBit) - 1)) == slot; });
+      if (found == merged.end()) {
+        merged.push_back(slot | 1u << (kFirstCellBit + i));
+      } else {
+        *found |= 1u << (kFirstCellBit + i);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
+                   const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares) {
+  ZoneMesh copy;
+  const std::vector<std::uint32_t> zones = zones_of_faces(cell_of_face, shares, copy);
+  std::vector<std::uint32_t> newest(mesh.positions.size(), kNone);
+  std::vector<std::uint32_t> older;  // the next copy of the same vertex
+  const auto copied = [&](std::size_t face, int corner) {
+    const std::uint32_t vertex = mesh.faces[face][corner];
+    std::uint32_t found = newest[vertex];
+    while (found != kNone && copy.zones[found] != zones[face]) found = older[found];
+    if (found != kNone) return found;
+    found = static_cast<std::uint32_t>(copy.zones.size());
+    copy.zones.push_back(zones[face]);
+    older.push_back(std::exchange(newest[vertex], found));
+    copy.positions.push_back(mesh.positions[vertex]);
+    copy.colors.push_back(colors[vertex]);
+    const glm::vec4& of_cells = shares.corners[face][static_cast<std::size_t>(corner)];
+    copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
+    return found;
+  };
+  for (const bool one_cell : {true, false}) {
+    for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+      if (of_one_cell(copy.cells[zones[face]]) != one_cell) continue;
+      copy.faces.emplace_back(copied(face, 0), copied(face, 1), copied(face, 2));
+    }
+    if (one_cell) copy.one_cell_faces = copy.faces.size();
+  }
+  return copy;
+}
+
+ZoneReferences zone_references(const ZoneMesh& mesh, const ReferenceTable& references,
+                               const std::vector<std::uint8_t>& cell_seen) {
+  ZoneReferences result;
+  for (const std::uint32_t slot : references.views) {
+    if (slot >> kFirstCellBit != 0) {
+      throw GlError("the model refers to slot " + std::to_string(slot) + ", the renderer takes " +
+                    std::to_string(1u << kFirstCellBit) + " slots: build it with fewer views");
+    }
+    result.references.push_back(slot | 1u << kFirstCellBit);
+  }
+  for (std::size_t cell = 0; cell < cell_seen.size(); ++cell) {
+    result.cells.emplace_back(references.offsets[cell], references.offsets[cell + 1], cell_seen[cell] ? 1 : 0, 0);
+  }
+  std::map<CellShares::Zone, glm::uvec2> ranges;
+  for (std::size_t zone = 0; zone < mesh.cells.size(); ++zone) {
+    const CellShares::Zone& cells = mesh.cells[zone];
+    const auto [entry, added] = ranges.emplace(cells, glm::uvec2(0));
+    glm::uvec2& range = entry->second;
+    if (added && of_one_cell(cells)) range = glm::uvec2(result.cells[cells[0]]);
+    if (added && !of_one_cell(cells)) {
+      range.x = static_cast<std::uint32_t>(result.references.size());
+      merge_references(cells, references, result.references);
+      range.y = static_cast<std::uint32_t>(result.references.size());
+    }
+    result.zones.emplace_back(range, mesh.cell[zone], 0);
+  }
+  return result;
+}
+
+}  // namespace lumatlas

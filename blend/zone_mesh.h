@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: mesh and references as the shaders read them, by zones. A zone here is what all its faces have in
+// common: the cells that share them, and the cell that they are of.
+#pragma once
+
+#include <cstdint>
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "atlas/reference_table.h"
+#include "blend/cell_shares.h"
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+// The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
+// cells, and because a flat attribute tells the shader which zone a face has.
+struct ZoneMesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::u8vec3> colors;
+  std::vector<glm::u16vec4> shares;     // 65535 is 1
+  std::vector<std::uint32_t> zones;     // of each vertex
+  std::vector<glm::uvec3> faces;        // those that are one cell's first
+  std::size_t one_cell_faces = 0;       // how many these are
+  std::vector<CellShares::Zone> cells;  // by zone
+  std::vector<std::uint32_t> cell;      // by zone, the one that its faces are of
+};
+
+// `colors` has one for each vertex, `cell_of_face` and `shares` one for each face.
+[[nodiscard]] ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
+                                 const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares);
+
+// What shaders/tables.glsl reads.
+struct ZoneReferences {
+  std::vector<glm::uvec4> zones;          // references from and to, the faces' cell, 0
+  std::vector<glm::uvec4> cells;          // references from and to, 1 if an offered view saw it, 0
+  std::vector<std::uint32_t> references;  // slot; from bit 28 on, which of the zone's cells refer to it
+};
+
+// Views that several cells of a zone refer to are listed once for it. `cell_seen` as in Snapshot. Throws GlError for
+// more than 2^28 slots.
+[[nodiscard]] ZoneReferences zone_references(const ZoneMesh& mesh, const ReferenceTable& references,
+                                             const std::vector<std::uint8_t>& cell_seen);
+
+}  // namespace lumatlas
