@@ -130,7 +130,7 @@ Photograph load_photograph(const SceneView& view) {
     throw InputError(view.image.string() + ": is " + size_text(photograph.width, photograph.height) +
                      " pixels, but its camera is " + size_text(view.lens.width, view.lens.height));
   }
-  return undistort(std::move(photograph), view.lens, view.camera);
+  return undistort(std::move(photograph), view.lens, view.camera, view.correction);
 }
 
 }  // namespace lumatlas

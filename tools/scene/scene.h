@@ -10,6 +10,7 @@
 
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
+#include "mesh/lens_correction.h"
 #include "tools/scene/camera_model.h"
 
 namespace lumatlas {
@@ -20,7 +21,8 @@ struct SceneView {
   std::filesystem::path image;                       // the file
   CameraModel lens;                                  // as the model gives it
   Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
-  Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
+  Camera camera;                   // the pinhole view that the photograph is undistorted to; lens size = its size
+  LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.
@@ -41,9 +43,9 @@ struct SceneViews {
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 
-// The photograph as the view's pinhole camera would have taken it: undistorted (bilinear), with the border that the
-// lens did not see marked invalid. A view without distortion is returned unchanged, to the byte. Throws InputError if
-// the file cannot be read or has another size than the view's camera.
+// The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
+// the border that the lens did not see marked invalid. A view without either is returned unchanged, to the byte. Throws
+// InputError if the file cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).
