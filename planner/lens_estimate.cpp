@@ -150,9 +150,9 @@ double median_value(std::vector<Value>& values, std::array<TargetTerm, 2>& terms
 
 class Estimator {
  public:
-  Estimator(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
+  Estimator(const Atlas& atlas, std::span<const std::optional<ComparedView>> views, std::span<const Camera> given,
             std::span<const std::vector<SurfaceSample>> samples, const LensOptions& options)
-      : views_(views), parts_(views.size()), options_(options) {
+      : views_(views), given_(given), parts_(views.size()), options_(options) {
     find_lenses();
     unknowns_ = static_cast<Eigen::Index>(kShared * lenses_.size());
     column_.assign(views.size(), 0);
@@ -393,7 +393,23 @@ class Estimator {
       normal.H.diagonal().segment<kShared>(lens_column(lens)) += prior;
       normal.g.segment<kShared>(lens_column(lens)) += prior.cwiseProduct(state.shared[lens]);
     }
+    add_pulls(state, normal);
     return normal;
+  }
+
+  // As when views are aligned one by one. Without it, a change of the focal length for which all views move along their
+  // axes would cost nothing, and whoever draws from the given poses would see the loss.
+  void add_pulls(const State& state, Normal& normal) const {
+    for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
+      if (!views_[slot]) continue;
+      const double pull = pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
+      const auto [turn, shift] = motion_between(given_[slot], state.cameras[slot]);
+      const double depth = parts_[slot].depth;
+      Eigen::Matrix<double, kPose, 1> pose;
+      pose << turn.x, turn.y, turn.z, shift.x / depth, shift.y / depth, shift.z / depth;
+      normal.H.diagonal().segment<kPose>(column_[slot]).array() += pull * pull;
+      normal.g.segment<kPose>(column_[slot]) += pull * pull * pose;
+    }
   }
 
   // Without `shared` the lenses stay as they are.
@@ -565,6 +581,7 @@ class Estimator {
   }
 
   std::span<const std::optional<ComparedView>> views_;
+  std::span<const Camera> given_;
   std::vector<Part> parts_;  // by slot; no points: the view is left alone, but others are still compared with it
   LensOptions options_;
   std::vector<LensEstimate> lenses_;  // with their slots, and nothing estimated
@@ -584,16 +601,18 @@ bool LensEstimates::significant() const {
 }
 
 LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
-                              std::span<const std::vector<SurfaceSample>> samples, const LensOptions& options) {
+                              std::span<const Camera> given, std::span<const std::vector<SurfaceSample>> samples,
+                              const LensOptions& options) {
   constexpr Requirement require{"lenses"};
   require(options.most_points >= 1, "most_points", 0, "at least 1");
   require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  require.has_size(given.size(), atlas.capacity(), "given", "the atlas's capacity");
   require.has_size(samples.size(), atlas.capacity(), "samples", "the atlas's capacity");
   const std::size_t faces = atlas.surface().cells.cell_of_face.size();
   for (const std::vector<SurfaceSample>& of_view : samples) {
     for (const SurfaceSample& sample : of_view) require.is_below(sample.face, faces, "a sample's face", "the faces");
   }
-  return Estimator(atlas, views, samples, options).estimate();
+  return Estimator(atlas, views, given, samples, options).estimate();
 }
 
 }  // namespace lumatlas

@@ -20,6 +20,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/lens_correction.h"
+#include "planner/alignment.h"
 #include "planner/interruption.h"
 #include "planner/median_colors.h"
 #include "planner/surface_samples.h"
@@ -58,17 +59,19 @@ struct LensEstimates {
 };
 
 struct LensOptions {
+  AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
   InterruptionPoint interruption_point = {};
 };
 
-// `views` and `samples` by slot: the points at which the view there is compared with the views that a sample's cell
-// refers to. A view with fewer than kFewestAlignmentPoints points that others show takes no part; with no view that
-// does, the corrections are none, their deviations are 0 and they are not significant. Throws std::invalid_argument if
-// most_points is 0, if there are not as many views and lists of samples as the atlas has slots, or if a sample's face
-// is not in the mesh.
+// `views`, `given` (the poses that the views came with) and `samples` by slot: the points at which the view there is
+// compared with the views that a sample's cell refers to. A view with fewer than kFewestAlignmentPoints points that
+// others show takes no part; with no view that does, the corrections are none, their deviations are 0 and they are not
+// significant. Throws std::invalid_argument if most_points is 0, if there are not as many views, poses and lists of
+// samples as the atlas has slots, or if a sample's face is not in the mesh.
 [[nodiscard]] LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
+                                            std::span<const Camera> given,
                                             std::span<const std::vector<SurfaceSample>> samples,
                                             const LensOptions& options = {});
 

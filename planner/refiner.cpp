@@ -291,7 +291,8 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   });
   LensOptions interruptible = options;
   if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
-  return lumatlas::estimate_lenses(atlas_, views_, samples, interruptible);
+  interruptible.alignment = options_.alignment;
+  return lumatlas::estimate_lenses(atlas_, views_, given_, samples, interruptible);
 }
 
 void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,

@@ -124,8 +124,9 @@ TEST_CASE("median colours, trust masks and lens estimates refuse views that are 
   CHECK(trust(scene.visible, 3, 7) == "trust: grid_px is 7, must be at least 8");
   CHECK(trust({}, 3, 80) == "trust: visible.width is 0, must be at least 1, and so the height");
 
+  const std::vector<Camera> given(3, scene.camera);
   const auto lenses = [&](std::size_t views, const std::vector<std::vector<SurfaceSample>>& points) {
-    return complaint([&] { (void)estimate_lenses(scene.gallery.atlas, all.first(views), points); });
+    return complaint([&] { (void)estimate_lenses(scene.gallery.atlas, all.first(views), given, points); });
   };
   CHECK(lenses(3, {samples, {}, {}}) == "accepted");
   CHECK(lenses(2, {samples, {}, {}}) == "lenses: the size of views is 2, must be the atlas's capacity, 3");

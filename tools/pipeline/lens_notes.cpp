@@ -114,9 +114,12 @@ void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> 
 }
 
 void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
-  if (!notes.plan.is_object() || !notes.plan.contains("summary") || !notes.plan["summary"].contains("lenses")) return;
+  const json::json_pointer where("/summary/lenses");
+  if (!notes.plan.contains(where)) return;
   try {
-    for (const json& lens : notes.plan["summary"]["lenses"]) {
+    const json& lenses = notes.plan.at(where);
+    if (!lenses.is_array()) throw std::invalid_argument("a list is missing");
+    for (const json& lens : lenses) {
       if (!lens.at("applied").get<bool>()) continue;
       correct(views, camera_from(lens.at("camera")), correction_from(lens.at("correction")));
     }
