@@ -43,15 +43,8 @@ Camera moved_camera(const Frame& frame, const double* pose) {
 
 // The parameters that moved_camera() makes `camera` from.
 Eigen::Matrix<double, kPoseParameters, 1> pose_of(const Frame& frame, const Camera& camera) {
-  const glm::dmat3 rotation = camera.cam_from_world_rotation * glm::transpose(frame.camera.cam_from_world_rotation);
-  const glm::dquat turn = glm::quat_cast(rotation);
-  const glm::dvec3 axis(turn.x, turn.y, turn.z);
-  const double sine = glm::length(axis);
-  const double angle = 2 * std::atan2(sine, turn.w);
-  const glm::dvec3 vector = sine > 0 ? axis * (angle / sine) : glm::dvec3(0);
-  const glm::dvec3 shift =
-      (camera.cam_from_world_translation - rotation * frame.camera.cam_from_world_translation) / frame.depth;
-  return {vector.x, vector.y, vector.z, shift.x, shift.y, shift.z};
+  const auto [turn, shift] = motion_between(frame.camera, camera);
+  return {turn.x, turn.y, turn.z, shift.x / frame.depth, shift.y / frame.depth, shift.z / frame.depth};
 }
 
 bool inside(const Camera& camera, const glm::dvec2& image) {
@@ -67,8 +60,7 @@ class Disagreement {
   Disagreement(const Frame& frame, const glm::dvec3& gain, const Pyramid& photograph, const AlignmentTargets& targets,
                std::uint32_t level, const AlignmentOptions& options)
       : frame_(frame), gain_(gain), photograph_(photograph), targets_(targets), level_(level), options_(options) {
-    const double reach = options.max_move * std::max(frame.camera.width, frame.camera.height);
-    pull_ = std::sqrt(3 * options.prior * static_cast<double>(targets.positions.size())) * frame.camera.fx / reach;
+    pull_ = pose_pull(options, frame.camera, targets.positions.size());
   }
 
   [[nodiscard]] int NumResiduals() const {
@@ -416,6 +408,11 @@ void check(const AlignmentOptions& options) {
           "finite and not negative");
   require(options.levels >= 1, "levels", options.levels, "at least 1");
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
+}
+
+double pose_pull(const AlignmentOptions& options, const Camera& camera, std::size_t points) {
+  const double reach = options.max_move * std::max(camera.width, camera.height);
+  return std::sqrt(3 * options.prior * static_cast<double>(points)) * camera.fx / reach;
 }
 
 Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain, const Pyramid& photograph,

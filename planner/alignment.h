@@ -65,6 +65,10 @@ struct Alignment {
   std::optional<double> correlation;
 };
 
+// The weak pull towards the given pose: what residuals, in standard deviations, of six pose parameters (a rotation
+// vector and a translation in median depths of the points) are multiples of.
+[[nodiscard]] double pose_pull(const AlignmentOptions& options, const Camera& camera, std::size_t points);
+
 // The pose starts at `start`, the exposure at `gain`; pull and bound are towards and around the pose `given`. With
 // fewer than kFewestAlignmentPoints points the camera is the given one and the gain `gain`.
 //

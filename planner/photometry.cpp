@@ -28,6 +28,16 @@ Camera moved(Camera camera, const glm::dvec3& turn, const glm::dvec3& shift) {
   return camera;
 }
 
+CameraMotion motion_between(const Camera& from, const Camera& to) {
+  const glm::dmat3 rotation = to.cam_from_world_rotation * glm::transpose(from.cam_from_world_rotation);
+  const glm::dquat turn = glm::quat_cast(rotation);
+  const glm::dvec3 axis(turn.x, turn.y, turn.z);
+  const double sine = glm::length(axis);
+  const double angle = 2 * std::atan2(sine, turn.w);
+  return {sine > 0 ? axis * (angle / sine) : glm::dvec3(0),
+          to.cam_from_world_translation - rotation * from.cam_from_world_translation};
+}
+
 bool same_pose(const Camera& a, const Camera& b) {
   return a.cam_from_world_rotation == b.cam_from_world_rotation &&
          a.cam_from_world_translation == b.cam_from_world_translation;

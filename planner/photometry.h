@@ -29,4 +29,11 @@ struct Robust {
 // The camera frame is turned by `turn` (a rotation vector), then moved by `shift`, scene units.
 [[nodiscard]] Camera moved(Camera camera, const glm::dvec3& turn, const glm::dvec3& shift);
 
+// What moved() makes `to` from `from` with.
+struct CameraMotion {
+  glm::dvec3 turn{0.0};
+  glm::dvec3 shift{0.0};
+};
+[[nodiscard]] CameraMotion motion_between(const Camera& from, const Camera& to);
+
 }  // namespace lumatlas

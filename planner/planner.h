@@ -134,11 +134,13 @@ class Planner {
   void mask() { refiner_.mask(options_.validity); }
   // See Refiner::revisited().
   [[nodiscard]] std::uint64_t revisited() const { return refiner_.revisited(); }
-  // What the stored views say about their intrinsics, and the step that believes it: see Refiner.
-  [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const {
-    return refiner_.estimate_intrinsics(options);
+  // What the stored views say about their lenses, and the step that believes it: see Refiner.
+  [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const {
+    return refiner_.estimate_lenses(options);
   }
-  void set_cameras(const IntrinsicsEstimate& estimate) { refiner_.set_cameras(estimate, options_.validity); }
+  void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected) {
+    refiner_.correct_lenses(estimates, corrected, options_.validity);
+  }
 
   // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say
   // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it

@@ -79,16 +79,6 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
   return most;
 }
 
-// The given pose moves as the refined one does, and takes its intrinsics: what was learnt since is what pulls.
-Camera moved_along(const Camera& given, const Camera& from, const Camera& to) {
-  Camera result = to;
-  const glm::dmat3 turn = to.cam_from_world_rotation * glm::transpose(from.cam_from_world_rotation);
-  const glm::dvec3 shift = to.cam_from_world_translation - turn * from.cam_from_world_translation;
-  result.cam_from_world_rotation = turn * given.cam_from_world_rotation;
-  result.cam_from_world_translation = turn * given.cam_from_world_translation + shift;
-  return result;
-}
-
 PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
   PolishStep step;
   for (const std::optional<Refinement>& refinement : refinements) {
@@ -292,31 +282,48 @@ bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
   return compared;
 }
 
-IntrinsicsEstimate Refiner::estimate_intrinsics(const IntrinsicsOptions& options) const {
+LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   std::vector<std::vector<SurfaceSample>> samples(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
     samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
   });
-  IntrinsicsOptions interruptible = options;
+  LensOptions interruptible = options;
   if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
-  return lumatlas::estimate_intrinsics(atlas_, views_, samples, interruptible);
+  interruptible.alignment = options_.alignment;
+  return lumatlas::estimate_lenses(atlas_, views_, given_, samples, interruptible);
 }
 
-void Refiner::set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity) {
-  require.has_size(estimate.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (!views_[slot]) continue;
-    check(estimate.cameras[slot]);
-    require_photograph_of(views_[slot]->view->name, estimate.cameras[slot], views_[slot]->view->photograph);
+void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
+                             const ValidityOptions& validity) {
+  require.has_size(estimates.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
+  std::vector<std::pair<Camera, Camera>> before_and_after;
+  for (const LensEstimate& lens : estimates.lenses) {
+    for (const std::uint32_t slot : lens.slots) {
+      require.is_below(slot, views_.size(), "a lens's slot", "the atlas's capacity");
+      require(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
+      check(estimates.cameras[slot]);
+      require_photograph_of(views_[slot]->view->name, estimates.cameras[slot], views_[slot]->view->photograph);
+      if (lens.significant) before_and_after.emplace_back(views_[slot]->view->camera, estimates.cameras[slot]);
+    }
   }
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (!views_[slot]) continue;
-    may_interrupt(options_.interruption_point);
-    const Camera& camera = estimate.cameras[slot];
-    given_[slot] = moved_along(given_[slot], views_[slot]->view->camera, camera);
-    replace(slot, camera, views_[slot]->view->trust, validity);
+  if (before_and_after.empty()) return;
+  const RigidMotion common = common_motion(before_and_after, median_depth());
+  for (const LensEstimate& lens : estimates.lenses) {
+    for (const std::uint32_t slot : lens.slots) {
+      if (!lens.significant) break;
+      may_interrupt(options_.interruption_point);
+      const StoredView& old = *views_[slot]->view;
+      const Camera camera = without(common, estimates.cameras[slot]);
+      Photograph photograph = corrected(slot, old.name);
+      require_photograph_of(old.name, camera, photograph);
+      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), visibility_->trace(camera),
+                                        atlas_.surface().cells, atlas_.layout(), validity, old.trust);
+      atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
+      views_[slot]->view = atlas_.view(slot);
+      views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
+    }
   }
 }
 

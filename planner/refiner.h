@@ -5,8 +5,10 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -14,7 +16,7 @@
 #include "planner/alignment.h"
 #include "planner/exposure_graph.h"
 #include "planner/interruption.h"
-#include "planner/intrinsics.h"
+#include "planner/lens_estimate.h"
 #include "planner/median_colors.h"
 #include "planner/trust.h"
 
@@ -35,7 +37,7 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Of polish(), mask(), estimate_intrinsics(), set_cameras() and thin(), between one view and the next. Interrupted,
+  // Of polish(), mask(), estimate_lenses(), correct_lenses() and thin(), between one view and the next. Interrupted,
   // some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
 
@@ -63,6 +65,9 @@ struct PolishStep {
   // where they were given.
   double moved_px = 0;
 };
+
+// Gives the photograph of a stored view, by slot and name, as the corrected lens would have taken it.
+using CorrectedPhotograph = std::function<Photograph(std::uint32_t slot, const std::string& name)>;
 
 // Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
 class Refiner {
@@ -92,12 +97,15 @@ class Refiner {
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);
-  // What the stored views say about their intrinsics. Changes nothing.
-  [[nodiscard]] IntrinsicsEstimate estimate_intrinsics(const IntrinsicsOptions& options = {}) const;
-  // Gives all stored views the cameras of an estimate made since the last change, and depth and masks that fit them.
-  // Throws std::invalid_argument, and changes nothing, unless there is one for each slot, those of stored views of the
-  // photographs' sizes.
-  void set_cameras(const IntrinsicsEstimate& estimate, const ValidityOptions& validity);
+  // What the stored views say about their lenses. Changes nothing.
+  [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
+  // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
+  // photographs without what is wrong with their lens, which `corrected` makes from the originals; depth and masks
+  // follow. What these views have moved as a whole is taken back. Throws std::invalid_argument, and changes nothing,
+  // unless there is a camera for each slot, those of stored views of the photographs' sizes, and unless each slot of a
+  // lens holds a view; what `corrected` throws; and std::invalid_argument if it gives a photograph of another size.
+  void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
+                      const ValidityOptions& validity);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,

@@ -69,6 +69,19 @@ void spoil(AlignmentTargets& targets, double share) {
   }
 }
 
+TEST_CASE("the motion between two cameras moves the one to the other") {
+  const Camera from = moved({}, {0.3, -0.2, 0.1}, {1, 2, 3});
+  const Camera to = moved(from, {-0.01, 0.02, 0.5}, {0.1, -0.2, 0.3});
+  const auto [turn, shift] = motion_between(from, to);
+  const Camera back = moved(from, turn, shift);
+  CHECK(glm::distance(turn, glm::dvec3(-0.01, 0.02, 0.5)) < 1e-12);
+  CHECK(glm::distance(back.cam_from_world_translation, to.cam_from_world_translation) < 1e-12);
+  for (int axis = 0; axis < 3; ++axis) {
+    CHECK(glm::distance(back.cam_from_world_rotation[axis], to.cam_from_world_rotation[axis]) < 1e-12);
+  }
+  CHECK(motion_between(from, from).turn == glm::dvec3(0));
+}
+
 TEST_CASE("a disturbed pose comes back to a tenth of a pixel") {
   const Shot shot;
   for (const double px : {0.5, 2.0, 8.0}) {

@@ -99,7 +99,7 @@ TEST_CASE("surface samples refuse images without pixels and buffers that are not
   CHECK(complaint([] { (void)sampling_px(4, 0); }) == "surface samples: most_px is 0, must be at least 1");
 }
 
-TEST_CASE("median colours, trust masks and intrinsics refuse views that are not the atlas's, and unknown faces") {
+TEST_CASE("median colours, trust masks and lens estimates refuse views that are not the atlas's, and unknown faces") {
   Compared scene;
   const Pyramid pyramid(scene.photograph);
   const std::vector<SurfaceSample> samples = choose_surface_samples(scene.camera, pyramid, scene.visible, 100);
@@ -129,13 +129,14 @@ TEST_CASE("median colours, trust masks and intrinsics refuse views that are not 
   CHECK(trust(scene.visible, 3, 7) == "trust: grid_px is 7, must be at least 8");
   CHECK(trust({}, 3, 80) == "trust: visible.width is 0, must be at least 1, and so the height");
 
-  const auto intrinsics = [&](std::size_t views, const std::vector<std::vector<SurfaceSample>>& points) {
-    return complaint([&] { (void)estimate_intrinsics(scene.gallery.atlas, all.first(views), points); });
+  const std::vector<Camera> given(3, scene.camera);
+  const auto lenses = [&](std::size_t views, const std::vector<std::vector<SurfaceSample>>& points) {
+    return complaint([&] { (void)estimate_lenses(scene.gallery.atlas, all.first(views), given, points); });
   };
-  CHECK(intrinsics(3, {samples, {}, {}}) == "accepted");
-  CHECK(intrinsics(2, {samples, {}, {}}) == "intrinsics: the size of views is 2, must be the atlas's capacity, 3");
-  CHECK(intrinsics(3, {samples}) == "intrinsics: the size of samples is 1, must be the atlas's capacity, 3");
-  CHECK(intrinsics(3, {lost, {}, {}}).find("intrinsics: a sample's face is 1073741824, must be below") == 0);
+  CHECK(lenses(3, {samples, {}, {}}) == "accepted");
+  CHECK(lenses(2, {samples, {}, {}}) == "lenses: the size of views is 2, must be the atlas's capacity, 3");
+  CHECK(lenses(3, {samples}) == "lenses: the size of samples is 1, must be the atlas's capacity, 3");
+  CHECK(lenses(3, {lost, {}, {}}).find("lenses: a sample's face is 1073741824, must be below") == 0);
 }
 
 TEST_CASE("an exposure graph refuses slots that it does not have and ratios that are no numbers, and stays as it was") {
@@ -269,12 +270,21 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
   broken.fy = kNan;
   CHECK(complaint([&] { (void)refiner.refine(broken, photograph); }) ==
         "camera: fy is nan, must be finite and positive");
-  IntrinsicsEstimate estimate;
-  CHECK(complaint([&] { refiner.set_cameras(estimate, {}); }) ==
-        "refinement: the size of cameras is 0, must be the atlas's capacity, 2");
+  LensEstimates estimates;
+  const auto correct = [&](const Photograph& given) {
+    return complaint([&] { refiner.correct_lenses(estimates, [&](auto, const auto&) { return given; }, {}); });
+  };
+  CHECK(correct(photograph) == "refinement: the size of cameras is 0, must be the atlas's capacity, 2");
   refiner.stored(0, camera, {}, {});
-  estimate.cameras = {camera.scaled_to(120, 90), {}};
-  CHECK(complaint([&] { refiner.set_cameras(estimate, {}); }) != "accepted");
+  estimates.cameras = {camera.scaled_to(120, 90), {}};
+  estimates.lenses.push_back({{1}, {}, {}, {}, 0, true});
+  CHECK(correct(photograph) == "refinement: a lens's slot is 1, must be one that holds a view");
+  estimates.lenses[0].slots = {2};
+  CHECK(correct(photograph) == "refinement: a lens's slot is 2, must be below the atlas's capacity, 2");
+  estimates.lenses[0].slots = {0};
+  CHECK(correct(photograph) != "accepted");
+  estimates.cameras[0] = camera;
+  CHECK(correct(Photograph{1, 1, {0, 0, 0}, {}}) != "accepted");
   CHECK(planned.atlas.view(0)->camera.width == 240);
 }
 

@@ -491,7 +491,9 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   };
   Stream stream(8, options);
   const std::vector<Frame> frames = stream.offer_all(8, 4, 1);
-  const IntrinsicsEstimate estimate = stream.planner.estimate_intrinsics();
+  LensEstimates estimates = stream.planner.estimate_lenses();
+  for (LensEstimate& lens : estimates.lenses) lens.significant = true;
+  const auto as_it_is = [&](std::uint32_t slot, const std::string&) { return stream.atlas.view(slot)->photograph; };
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   for (const int calls : {0, 3, 8, 11}) {
     CAPTURE(calls);
@@ -500,9 +502,9 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
     calls_left = std::min(calls, 7);
     CHECK_THROWS_AS(stream.planner.mask(), Stop);
     calls_left = std::min(calls, 7);
-    CHECK_THROWS_AS(stream.planner.set_cameras(estimate), Stop);
+    CHECK_THROWS_AS(stream.planner.correct_lenses(estimates, as_it_is), Stop);
     calls_left = calls;
-    CHECK_THROWS_AS(stream.planner.estimate_intrinsics(), Stop);
+    CHECK_THROWS_AS(stream.planner.estimate_lenses(), Stop);
     for (const Frame& f : frames) {
       const auto view = stream.atlas.view(stream.slot_of(f.name).value());
       CHECK_NOTHROW(check(view->camera));

@@ -16,6 +16,7 @@
 #include "tools/cli/option_rules.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
 #include "tools/pipeline/save_model.h"
@@ -37,7 +38,7 @@ struct BuildFlags {
   bool whole_views = false;
   std::string budget_size;             // empty: unbounded
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
-  bool refine_intrinsics = false;
+  bool keep_lenses = false;
   bool paper = false;
   ImageCoding photograph_coding;
   bool json_output = false;
@@ -134,11 +135,10 @@ BuildOptions options_of(BuildFlags flags) {
   if (options.planner.max_loss_db && options.choice != ViewChoice::online) {
     throw CLI::ValidationError("--budget auto", "needs --choice online");
   }
-  if (options.refine == RefineMode::joint) {
-    options.intrinsics = flags.refine_intrinsics ? IntrinsicsUse::apply : IntrinsicsUse::report;
-  } else if (flags.refine_intrinsics) {
-    throw CLI::ValidationError("--refine-intrinsics", "needs --refine joint");
+  if (flags.keep_lenses && options.refine != RefineMode::joint) {
+    throw CLI::ValidationError("--keep-lenses", "needs --refine joint");
   }
+  options.refine_lenses = !flags.keep_lenses;
   check_usage(options);
   return options;
 }
@@ -190,10 +190,7 @@ void run(const BuildFlags& flags) {
   for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
   std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
-  if (result.intrinsics && !flags.quiet) {
-    const std::string advice = intrinsics_advice(*result.intrinsics, result.intrinsics_applied);
-    if (!advice.empty()) std::cerr << advice << '\n';
-  }
+  if (!flags.quiet) std::cerr << lenses_text(result.lenses);
   const json totals = save_model(result, output, photographs);
   if (flags.json_output) {
     print_json(totals);
@@ -325,8 +322,8 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
 void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
   RefinementOptions& refinement = flags.options.planner.refinement;
   begin_experiments(command, "refinement");
-  command.add_flag("--refine-intrinsics", flags.refine_intrinsics,
-                   "With --refine joint, correct focal length and principal point where the photographs ask for it");
+  command.add_flag("--keep-lenses", flags.keep_lenses,
+                   "With --refine joint, believe the given lenses, also where the photographs contradict them");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
   command

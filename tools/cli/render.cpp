@@ -26,6 +26,7 @@
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/path_file.h"
 #include "tools/picture/stored_depths.h"
+#include "tools/pipeline/lens_notes.h"
 
 namespace lumatlas {
 
@@ -78,7 +79,8 @@ struct Shot {
 };
 
 std::vector<Shot> shots_of_scene(const RenderFlags& flags, const Snapshot& snapshot, PictureOutput& output) {
-  const SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
+  SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
+  correct_lenses(scene.views, read_model_notes(flags.model), flags.model);
   std::vector<std::size_t> ranks(scene.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
   if (const auto protocol = flags.hold.protocol()) ranks = split_to_score(scene, *protocol).scored;

@@ -20,6 +20,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
+#include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/score/frame_time.h"
 #include "tools/score/report_refinements.h"
@@ -157,8 +158,12 @@ void run(const ValidateFlags& flags) {
   OutputFolder output(target, "validate");
   const Model model = read_model(flags.model);
   options.validity = model.validity;
-  const SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, flags.pictures.folders());
-  if (!flags.test.empty()) options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
+  SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, flags.pictures.folders());
+  correct_lenses(scene.views, notes, flags.model);
+  if (!flags.test.empty()) {
+    options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
+    correct_lenses(options.test->views, notes, flags.model);
+  }
   if (!flags.flicker.empty()) options.path = read_frames(flags.flicker, model.snapshot.surface->offset);
   const EglContext context;
   Report report = validate_model(model.snapshot, scene, context, options, output.path());

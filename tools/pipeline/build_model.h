@@ -30,9 +30,6 @@ enum class RefineMode {
   joint,     // and afterwards all stored views together, until they rest
 };
 
-// What to do about the intrinsics that the stored views ask for, after polishing.
-enum class IntrinsicsUse { ignore, report, apply };
-
 // Who chooses the views that are stored. All but the first are there to compare it with: they choose before anything is
 // stored.
 enum class ViewChoice {
@@ -55,9 +52,9 @@ struct BuildOptions {
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
-  RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
-  std::uint32_t max_polish_steps = 15;    // of RefineMode::joint, >= 1
-  IntrinsicsUse intrinsics = IntrinsicsUse::ignore;
+  RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
+  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1
+  bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
@@ -66,6 +63,14 @@ struct BuildOptions {
   // With another choice than online, planner.max_bytes counts as so many of the largest view.
   ViewChoice choice = ViewChoice::online;
   std::uint64_t seed = 0;  // of StreamOrder::shuffled and ViewChoice::random
+};
+
+// What the photographs say about a lens, and whether it was done.
+struct RefinedLens {
+  Camera camera;          // its size, focal lengths and principal point
+  std::size_t views = 0;  // stored ones
+  LensEstimate estimate;  // with all that was applied as its correction, and residuals from before to after
+  bool applied = false;   // the photographs were undistorted again
 };
 
 // What became of one view that was offered.
@@ -96,14 +101,13 @@ struct BuildResult {
   Snapshot snapshot;
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
-  BuildOptions options;                          // as they were given
-  std::vector<std::string> mesh_warnings;        // SurfaceInput::warnings
-  std::size_t views = 0, masked_views = 0;       // of the scene
-  PlannerOptions effective;                      // with every automatic value filled in
-  std::optional<OfflinePlan> offline;            // of ViewChoice::offline
-  std::optional<Parsimony> parsimony;            // of planner.max_loss_db
-  std::optional<IntrinsicsEstimate> intrinsics;  // none: ignored
-  bool intrinsics_applied = false;
+  BuildOptions options;                     // as they were given
+  std::vector<std::string> mesh_warnings;   // SurfaceInput::warnings
+  std::size_t views = 0, masked_views = 0;  // of the scene
+  PlannerOptions effective;                 // with every automatic value filled in
+  std::optional<OfflinePlan> offline;       // of ViewChoice::offline
+  std::optional<Parsimony> parsimony;       // of planner.max_loss_db
+  std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
   std::vector<PolishStep> polish;  // of RefineMode::joint

@@ -11,6 +11,7 @@
 
 #include "tools/base/percentile.h"
 #include "tools/pipeline/coverage_names.h"
+#include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/refinement_json.h"
 
 namespace lumatlas {
@@ -180,22 +181,6 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
           {"texels", against(holding.texels, p.texels)}};
 }
 
-json intrinsics_json(const BuildResult& result) {
-  if (!result.intrinsics) return nullptr;
-  const IntrinsicsEstimate& e = *result.intrinsics;
-  const auto parameters = [](const Intrinsics& i) -> json {
-    return {{"focal", i.focal}, {"principal_px", {i.principal.x, i.principal.y}}, {"radial", i.radial}};
-  };
-  return {{"correction", parameters(e.correction)},
-          {"deviation", parameters(e.deviation)},
-          {"residual", {{"before", e.residual_before}, {"after", e.residual_after}}},
-          {"corner_px", e.corner_px},
-          {"views", e.views},
-          {"points", e.points},
-          {"significant", e.significant},
-          {"applied", result.intrinsics_applied}};
-}
-
 std::string printed(const char* format, double value) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), format, value);
@@ -257,7 +242,7 @@ json coverage_options_json(const CoverageOptions& coverage) {
 
 json refinement_options_json(const RefinementOptions& refinement, const BuildOptions& options) {
   return {{"refine", name_of(options.refine)},
-          {"refine_intrinsics", options.intrinsics == IntrinsicsUse::apply},
+          {"refine_lenses", options.refine_lenses},
           {"white_balance", refinement.alignment.white_balance},
           {"masks", refinement.trust.enabled},
           {"refine_points", refinement.samples},
@@ -282,20 +267,6 @@ std::vector<std::size_t> cells_by_references(const ReferenceTable& references) {
     ++histogram[count];
   }
   return histogram;
-}
-
-std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied) {
-  if (!estimate.significant) return {};
-  const Intrinsics& c = estimate.correction;
-  const std::string radial = printed("%.4f", c.radial);
-  return "The photographs agree better with a focal length " + printed("%.2f %% ", 100 * std::abs(c.focal - 1)) +
-         (c.focal < 1 ? "shorter" : "longer") + ", the principal point moved by (" + printed("%.1f", c.principal.x) +
-         ", " + printed("%.1f", c.principal.y) + ") px and a radial coefficient of " + radial + " (a corner moves " +
-         printed("%.1f", estimate.corner_px) + " px; residual " + printed("%.4f", estimate.residual_before) + " -> " +
-         printed("%.4f", estimate.residual_after) + "): " +
-         (applied ? "focal length and principal point were applied, the radial coefficient was not, because the "
-                    "photographs would have to be undistorted again."
-                  : "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
 }
 
 std::string parsimony_text(const json& p) {
@@ -342,7 +313,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"summed_coverage", result.summed_coverage},
           {"offline", offline_json(result)},
           {"parsimony", parsimony_json(result, holding)},
-          {"intrinsics", intrinsics_json(result)},
+          {"lenses", lenses_json(result.lenses)},
           {"texels", {{"resident", holding.texels}, {"budget", or_null(holding.texels_budget)}}},
           {"bytes", bytes_json(result, holding)},
           {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};

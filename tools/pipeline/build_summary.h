@@ -36,7 +36,4 @@ namespace lumatlas {
 // One entry per offered view, in the order of the stream: its decision, gain and times, and scov afterwards.
 [[nodiscard]] nlohmann::json plan_json(const BuildResult& result);
 
-// One sentence, if the estimate is significant; else empty.
-[[nodiscard]] std::string intrinsics_advice(const IntrinsicsEstimate& estimate, bool applied);
-
 }  // namespace lumatlas

@@ -26,15 +26,16 @@ double largest_radius(const Camera& view) {
 // Where a pixel of a view finds its colour in the lens's photograph.
 class SourceOfPixel {
  public:
-  SourceOfPixel(const CameraModel& lens, const Camera& view)
-      : SourceOfPixel(lens, view, reach(lens, largest_radius(view))) {}
-  SourceOfPixel(const CameraModel& lens, const Camera& view, double lens_reach)
-      : lens_(lens), view_(view), squared_reach_(lens_reach * lens_reach) {}
+  SourceOfPixel(const CameraModel& lens, const Camera& view, const LensCorrection& correction = {})
+      : SourceOfPixel(lens, view, reach(lens, largest_radius(view)), correction) {}
+  SourceOfPixel(const CameraModel& lens, const Camera& view, double lens_reach, const LensCorrection& correction = {})
+      : lens_(lens), view_(view), correction_(correction), squared_reach_(lens_reach * lens_reach) {}
 
   // `margin`: how far inside the photograph's edges the place must be, pixels.
   [[nodiscard]] std::optional<glm::dvec2> operator()(const glm::dvec2& pixel, double margin = 0) const {
-    const double x = (pixel.x - view_.cx) / view_.fx;
-    const double y = (pixel.y - view_.cy) / view_.fy;
+    const glm::dvec2 given = uncorrected(correction_, view_, pixel);
+    const double x = (given.x - view_.cx) / view_.fx;
+    const double y = (given.y - view_.cy) / view_.fy;
     if (!(x * x + y * y <= squared_reach_)) {
       return std::nullopt;
     }
@@ -47,6 +48,7 @@ class SourceOfPixel {
  private:
   const CameraModel& lens_;
   const Camera& view_;
+  LensCorrection correction_;
   double squared_reach_;
 };
 
@@ -227,15 +229,17 @@ Camera pinhole_view(const CameraModel& lens) {
   return zoomed;
 }
 
-Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view) {
+Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
+                     const LensCorrection& correction) {
+  check(correction);
   require_size("photograph", photograph.width, photograph.height, lens);
   require_size("view", view.width, view.height, lens);
-  if (!is_distorted(lens)) {
+  if (!is_distorted(lens) && correction == LensCorrection{}) {
     return photograph;
   }
   const std::size_t pixels = std::size_t{view.width} * view.height;
   Photograph out{view.width, view.height, std::vector<std::uint8_t>(3 * pixels), std::vector<std::uint8_t>(pixels)};
-  const SourceOfPixel source(lens, view);
+  const SourceOfPixel source(lens, view, correction);
   std::vector<std::uint8_t> complete(view.height);
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, view.height, 8), [&](const auto& rows) {
     std::vector<Place> places(view.width);

@@ -4,6 +4,7 @@
 
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
+#include "mesh/lens_correction.h"
 #include "tools/scene/camera_model.h"
 
 namespace lumatlas {
@@ -22,7 +23,10 @@ inline constexpr double kLargestZoom = 1.1;
 // `photograph`, of the lens's size, resampled bilinearly to `view`, which is pinhole_view(lens) with any pose. Pixels
 // that the lens did not see, or sees only beyond a fold of its distortion, are black with valid = 0; `valid` is empty
 // if there are none. The mask of the photograph itself is honoured. Without distortion the photograph comes back as it
-// is. Throws std::invalid_argument if the photograph or the view has another size than the lens.
-[[nodiscard]] Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view);
+// is. `correction` says what is wrong with a picture that is undistorted by the lens alone: both are undone at once, so
+// that nothing is resampled twice. Throws std::invalid_argument if the photograph or the view has another size than the
+// lens, or if the correction does not pass check().
+[[nodiscard]] Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
+                                   const LensCorrection& correction = {});
 
 }  // namespace lumatlas

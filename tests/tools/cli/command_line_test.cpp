@@ -204,7 +204,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--max-views", "-3"},
       {"build", made().scene, "-o", out, "--max-views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
-      {"build", made().scene, "-o", out, "--refine", "all", "--refine-intrinsics"},
+      {"build", made().scene, "-o", out, "--refine", "all", "--keep-lenses"},
       {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
       {"build", made().scene, "-o", out, "--ideal-distance", "2"},
       {"build", made().scene, "-o", out, "--demand-prior", "-1"},

@@ -398,29 +398,10 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
                                 "outlier",
                                 "masks",
                                 "white_balance",
-                                "refine_intrinsics"}) {
+                                "refine_lenses"}) {
     CAPTURE(key);
     CHECK(effective.contains(key));
   }
-}
-
-TEST_CASE("what the photographs say about intrinsics is one sentence, and none if it is not significant") {
-  IntrinsicsEstimate estimate;
-  estimate.correction = {1.008, {-1.25, 0.5}, -0.0123};
-  estimate.residual_before = 0.043;
-  estimate.residual_after = 0.041;
-  estimate.corner_px = 2.6;
-  CHECK(intrinsics_advice(estimate, false).empty());
-  estimate.significant = true;
-  const std::string says =
-      "The photographs agree better with a focal length 0.80 % longer, the principal point moved by (-1.2, 0.5) px and "
-      "a radial coefficient of -0.0123 (a corner moves 2.6 px; residual 0.0430 -> 0.0410): ";
-  CHECK(intrinsics_advice(estimate, false) ==
-        says + "refine the cameras in the structure-from-motion program, or give --refine-intrinsics.");
-  CHECK(intrinsics_advice(estimate, true) ==
-        says +
-            "focal length and principal point were applied, the radial coefficient was not, because the photographs "
-            "would have to be undistorted again.");
 }
 
 TEST_CASE("a bound on the loss takes views away, tells which, and keeps the number of views if one is given") {

@@ -47,14 +47,14 @@ void check_same_on_any_threads(const std::filesystem::path& scene, const BuildOp
   const Built one = build_on(1, scene, options);
   REQUIRE_FALSE(one.result.polish.empty());
   REQUIRE(one.result.polish.front().views > 4);
-  REQUIRE(one.result.intrinsics);
-  REQUIRE(one.result.intrinsics->points > 0);
+  REQUIRE_FALSE(one.result.lenses.empty());
   for (const std::size_t threads : {2u, 8u}) {
     CAPTURE(threads);
     const Built many = build_on(threads, scene, options);
     CHECK((many.bytes == one.bytes));
-    CHECK(many.result.intrinsics->correction.focal == one.result.intrinsics->correction.focal);
-    CHECK(many.result.intrinsics->deviation.radial == one.result.intrinsics->deviation.radial);
+    REQUIRE(many.result.lenses.size() == one.result.lenses.size());
+    CHECK(many.result.lenses[0].estimate.correction == one.result.lenses[0].estimate.correction);
+    CHECK(many.result.lenses[0].estimate.deviation == one.result.lenses[0].estimate.deviation);
     REQUIRE(many.result.polish.size() == one.result.polish.size());
     CHECK(many.result.polish.back().residual_after == one.result.polish.back().residual_after);
     CHECK(many.result.summed_coverage == one.result.summed_coverage);
@@ -62,12 +62,11 @@ void check_same_on_any_threads(const std::filesystem::path& scene, const BuildOp
   }
 }
 
-TEST_CASE("a build with joint refinement and intrinsics writes the same bytes on 1, 2 and 8 threads") {
+TEST_CASE("a build with joint refinement and lenses writes the same bytes on 1, 2 and 8 threads") {
   const TemporaryFolder scene;
   write_disturbed_scene(scene.path());
   BuildOptions options;
   options.max_views = 12;  // fewer than are offered, so that views take others' places
-  options.intrinsics = IntrinsicsUse::apply;
   check_same_on_any_threads(scene.path(), options);
 }
 
@@ -78,7 +77,6 @@ TEST_CASE("a build with a bound on the loss writes the same bytes on 1, 2 and 8 
   options.planner.coverage = parsimony_coverage(options.planner.coverage);
   options.planner.max_loss_db = 0.5;
   options.max_views.reset();
-  options.intrinsics = IntrinsicsUse::report;
   check_same_on_any_threads(scene.path(), options);
 }
 

@@ -324,6 +324,25 @@ TEST_CASE("undistorting a distorted photograph of a pattern gives the pattern") 
   }
 }
 
+TEST_CASE("undistorting by a wrong lens and by what is wrong with it gives the pattern") {
+  const CameraModel lens = lens_of(LensModel::kOpenCv, 160, 120, {150, 150, 83, 58, -0.1, 0.02, 0.005, -0.004});
+  const LensCorrection correction{150 / 140.0, {3 / 160.0, -2 / 160.0}, -0.1, 0.02, 0.005, -0.004};
+  const CameraModel given = lens_of(LensModel::kPinhole, 160, 120, {140, 140, 80, 60});
+  const Camera view = pinhole_view(given);
+  const Photograph picture = undistort(distorted_photograph(lens), given, view, correction);
+  CHECK(valid_pixels(picture) > 160 * 120 * 9 / 10);
+  CHECK(largest_error(picture, view) <= 2.5);
+  LensCorrection broken;
+  broken.k1 = std::nan("");
+  CHECK_THROWS_AS(undistort(distorted_photograph(lens), given, view, broken), std::invalid_argument);
+
+  // A given distortion and one on top of it are undone at once.
+  const CameraModel half = lens_of(LensModel::kSimpleRadial, 160, 120, {150, 80, 60, -0.05});
+  const CameraModel whole = lens_of(LensModel::kSimpleRadial, 160, 120, {150, 80, 60, -0.1});
+  const Photograph both = undistort(distorted_photograph(whole), half, pinhole_view(half), {1, {0, 0}, -0.05, 0, 0, 0});
+  CHECK(largest_error(both, pinhole_view(half)) <= 6);  // to first order
+}
+
 TEST_CASE("a pinhole's photograph is returned untouched, and so is that of a lens whose coefficients are 0") {
   for (const CameraModel& lens : {lens_with(LensModel::kPinhole, {}), lens_with(LensModel::kSimplePinhole, {}),
                                   lens_with(LensModel::kOpenCv, {0, 0, 0, 0})}) {

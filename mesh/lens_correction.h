@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is wrong with the lens that a camera was given: the difference between the picture that the given lens makes and
+// the one that a pinhole camera would.
+#pragma once
+
+#include <glm/vec2.hpp>
+
+#include "mesh/camera.h"
+
+namespace lumatlas {
+
+// A point (x, y) of the plane z = 1 in the camera frame is seen, in the picture that is wrong, where the camera sees
+//
+//   focal * ((x, y) * (1 + k1 r^2 + k2 r^4) + (2 p1 xy + p2 (r^2 + 2 x^2), 2 p2 xy + p1 (r^2 + 2 y^2)))
+//
+// with r^2 = x^2 + y^2, moved by `principal` image widths. The terms are those of COLMAP's OPENCV model.
+struct LensCorrection {
+  double focal = 1;           // factor, > 0
+  glm::dvec2 principal{0.0};  // image widths
+  double k1 = 0, k2 = 0;      // radial
+  double p1 = 0, p2 = 0;      // tangential
+
+  friend bool operator==(const LensCorrection&, const LensCorrection&) = default;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule: `focal` finite and positive, all else finite.
+void check(const LensCorrection& correction);
+
+// Where the picture that is wrong shows what the camera sees at `image`; both in pixels of the camera.
+[[nodiscard]] glm::dvec2 uncorrected(const LensCorrection& correction, const Camera& camera, const glm::dvec2& image);
+
+// Whether two cameras have the same size, focal lengths and principal point, within 1e-9 of the width: then the same
+// lens took their photographs, as far as cameras tell.
+[[nodiscard]] bool share_a_lens(const Camera& a, const Camera& b);
+
+// By how many pixels the correction moves that corner of the camera's picture that it moves most.
+[[nodiscard]] double corner_move_px(const LensCorrection& correction, const Camera& camera);
+
+// About the correction that does what `first` and then `second` do: exact to first order, so that the products of two
+// distortions are missing.
+[[nodiscard]] LensCorrection combined(const LensCorrection& first, const LensCorrection& second);
+
+}  // namespace lumatlas

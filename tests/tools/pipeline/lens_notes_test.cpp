@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A lens that a scene states wrongly: the build finds it out, and scores of its model know it too.
+#include "tools/pipeline/lens_notes.h"
+
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+
+#include "mesh/base/errors.h"
+#include "tests/support/colmap_bytes.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/pipeline/save_model.h"
+#include "tools/synth/synth.h"
+
+namespace lumatlas {
+namespace {
+
+constexpr std::uint32_t kWidth = 200, kHeight = 150;
+
+double focal_length(const SynthOptions& options) {
+  return options.width / (2 * std::tan(options.fov_deg / 2 * 3.14159265358979 / 180));
+}
+
+// A synthetic scene, taken by pinholes, that says it was taken by a lens of the same focal length with
+// distortion `k1`. Not above 0: then undistortion keeps the focal length.
+void write_scene(const std::filesystem::path& folder, double k1) {
+  SynthOptions options;
+  options.views = 24;
+  options.width = kWidth;
+  options.height = kHeight;
+  options.samples = 4;
+  options.triangles = 4000;
+  write_synthetic_scene(options, folder);
+  test::Bytes bytes;
+  bytes.u64(1).camera(1, 2, kWidth, kHeight,
+                      {focal_length(options), kWidth / 2.0, kHeight / 2.0, k1});  // SIMPLE_RADIAL
+  std::ofstream(folder / "sparse" / "cameras.bin", std::ios::binary) << bytes.string();
+}
+
+double mean_difference(const Photograph& a, const Photograph& b) {
+  double sum = 0, count = 0;
+  for (std::size_t pixel = 0; pixel < a.rgb.size() / 3; ++pixel) {
+    if (!a.valid.empty() && a.valid[pixel] == 0) continue;
+    for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i) sum += std::abs(int{a.rgb[i]} - int{b.rgb[i]});
+    count += 3;
+  }
+  return sum / count;
+}
+
+TEST_CASE("a lens that a scene states wrongly is found, and photographs are undistorted as it says, then and later") {
+  const TemporaryFolder scene, out;
+  write_scene(scene.path(), -0.06);
+  BuildOptions options;
+  options.hold_out = HoldOut{6, 1};
+  options.planner.refinement.trust.enabled = false;
+  const BuildResult built = build_model(scene.path(), options);
+  REQUIRE(built.lenses.size() == 1);
+  const RefinedLens& lens = built.lenses.front();
+  CAPTURE(lens.estimate.correction.focal, lens.estimate.correction.k1, lens.estimate.corner_px);
+  CHECK(lens.applied);
+  CHECK(lens.estimate.residual.after < 0.85 * lens.estimate.residual.before);
+  CHECK(lens.estimate.correction.k1 == Approx(0.06).margin(0.01));
+
+  // Wrong lens and correction together are the pinhole that took the photographs.
+  SceneViews views = read_scene_views(scene.path(), built.snapshot.surface->offset);
+  const auto as_taken = [&](std::size_t i) { return read_photograph(views.views[i].image, Orientation::as_stored); };
+  const double wrong = mean_difference(load_photograph(views.views[0]), as_taken(0));
+  const auto path = out / "model";
+  (void)save_model(built, path, {.format = ImageFormat::png});
+  correct_lenses(views.views, read_model_notes(path), path);
+  for (const std::size_t held_out : {std::size_t{0}, std::size_t{6}}) {
+    CHECK(views.views[held_out].correction == lens.estimate.correction);
+    CHECK(mean_difference(load_photograph(views.views[held_out]), as_taken(held_out)) < 0.6 * wrong);
+  }
+  for (const auto& stored : built.snapshot.views) {
+    if (!stored) continue;
+    const auto same = std::find_if(views.views.begin(), views.views.end(),
+                                   [&](const SceneView& view) { return view.name == stored->name; });
+    CHECK(stored->photograph.rgb == load_photograph(*same).rgb);
+  }
+
+  options.refine_lenses = false;
+  CHECK(build_model(scene.path(), options).lenses.empty());
+}
+
+TEST_CASE("right lenses stay as they are, and their photographs are not touched") {
+  const TemporaryFolder scene;
+  write_scene(scene.path(), 0);
+  const BuildResult built = build_model(scene.path(), {});
+  REQUIRE(built.lenses.size() == 1);
+  CHECK_FALSE(built.lenses.front().applied);
+  CHECK(lenses_text(built.lenses).empty());
+  for (const auto& stored : built.snapshot.views) {
+    if (!stored) continue;
+    const auto file = scene.path() / "images" / stored->name;
+    CHECK(stored->photograph.rgb == read_photograph(file, Orientation::as_stored).rgb);
+  }
+}
+
+TEST_CASE("what was done to a lens is one line with the terms that can be seen") {
+  RefinedLens lens;
+  lens.camera.width = 640;
+  lens.camera.height = 480;
+  lens.camera.fx = lens.camera.fy = 500;
+  lens.camera.cx = 320;
+  lens.camera.cy = 240;
+  lens.views = 24;
+  lens.estimate.correction = {1.01, {0.005, 0}, -0.037, 0.00001, 0, 0};
+  lens.estimate.corner_px = 13.14;
+  CHECK(lenses_text({{lens}}).empty());
+  lens.applied = true;
+  CHECK(lenses_text({{lens}}) ==
+        "lens: focal length +1.00 %, principal point (+3.2, +0.0) px, k1 -0.0370, a corner moves 13.1 px; "
+        "24 photographs undistorted again\n");
+}
+
+TEST_CASE("notes about lenses that are none are refused, and those of other programs are passed over") {
+  std::vector<SceneView> views(1);
+  const auto refused = [&](const char* lenses) {
+    ModelNotes notes;
+    notes.plan = {{"summary", {{"lenses", nlohmann::json::parse(lenses)}}}};
+    try {
+      correct_lenses(views, notes, "model.glb");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  CHECK(refused("[]") == "accepted");
+  CHECK(refused(R"([{"applied": false}])") == "accepted");
+  for (const char* const lenses : {"5", "[5]", "[{}]", R"([{"applied": true}])", R"({"applied": 3})",
+                                   R"([{"applied": true, "camera": {"width": -1}}])"}) {
+    CAPTURE(lenses);
+    CHECK(refused(lenses).find("model.glb: its notes say of a lens what can") == 0);
+  }
+  CHECK_NOTHROW(correct_lenses(views, ModelNotes{}, "model.glb"));
+  ModelNotes foreign;
+  foreign.plan = {{"summary", 3}};
+  CHECK_NOTHROW(correct_lenses(views, foreign, "model.glb"));
+  CHECK(views[0].correction == LensCorrection{});
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/lens_notes.h"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "mesh/base/errors.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+json correction_json(const LensCorrection& c) {
+  return {{"focal", c.focal}, {"principal", {c.principal.x, c.principal.y}}, {"k1", c.k1}, {"k2", c.k2}, {"p1", c.p1},
+          {"p2", c.p2}};
+}
+
+LensCorrection correction_from(const json& value) {
+  LensCorrection correction{value.at("focal"), {value.at("principal").at(0), value.at("principal").at(1)},
+                            value.at("k1"),    value.at("k2"),
+                            value.at("p1"),    value.at("p2")};
+  check(correction);
+  return correction;
+}
+
+json camera_json(const Camera& camera) {
+  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},
+          {"fy", camera.fy},       {"cx", camera.cx},         {"cy", camera.cy}};
+}
+
+Camera camera_from(const json& value) {
+  Camera camera;
+  camera.width = value.at("width");
+  camera.height = value.at("height");
+  camera.fx = value.at("fx");
+  camera.fy = value.at("fy");
+  camera.cx = value.at("cx");
+  camera.cy = value.at("cy");
+  check(camera);
+  return camera;
+}
+
+void correct(std::vector<SceneView>& views, const Camera& camera, const LensCorrection& correction) {
+  for (SceneView& view : views) {
+    if (share_a_lens(view.camera, camera)) view.correction = correction;
+  }
+}
+
+std::string printed(const char* format, double value) {
+  std::array<char, 64> text{};
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+// Of a correction what moves a corner by a tenth of a pixel or more.
+std::string terms_text(const LensCorrection& c, const Camera& camera) {
+  constexpr double kWorthSaying = 0.1;
+  std::string text;
+  const auto add = [&](const LensCorrection& alone, const std::string& term) {
+    if (corner_move_px(alone, camera) < kWorthSaying) return;
+    text += (text.empty() ? "" : ", ") + term;
+  };
+  LensCorrection alone;
+  alone.focal = c.focal;
+  add(alone, "focal length " + printed("%+.2f %%", 100 * (c.focal - 1)));
+  alone = {};
+  alone.principal = c.principal;
+  add(alone, "principal point (" + printed("%+.1f", c.principal.x * camera.width) + ", " +
+                 printed("%+.1f", c.principal.y * camera.width) + ") px");
+  for (const auto& [field, name] : {std::pair(&LensCorrection::k1, "k1 "), std::pair(&LensCorrection::k2, "k2 "),
+                                    std::pair(&LensCorrection::p1, "p1 "), std::pair(&LensCorrection::p2, "p2 ")}) {
+    alone = {};
+    alone.*field = c.*field;
+    add(alone, name + printed("%.4f", c.*field));
+  }
+  return text;
+}
+
+}  // namespace
+
+json lenses_json(std::span<const RefinedLens> lenses) {
+  json list = json::array();
+  for (const RefinedLens& lens : lenses) {
+    list.push_back({{"camera", camera_json(lens.camera)},
+                    {"views", lens.views},
+                    {"correction", correction_json(lens.estimate.correction)},
+                    {"deviation", correction_json(lens.estimate.deviation)},
+                    {"residual", {{"before", lens.estimate.residual.before}, {"after", lens.estimate.residual.after}}},
+                    {"corner_px", lens.estimate.corner_px},
+                    {"applied", lens.applied}});
+  }
+  return list;
+}
+
+std::string lenses_text(std::span<const RefinedLens> lenses) {
+  std::string text;
+  for (const RefinedLens& lens : lenses) {
+    if (!lens.applied) continue;
+    text += "lens: " + terms_text(lens.estimate.correction, lens.camera) + ", a corner moves " +
+            printed("%.1f", lens.estimate.corner_px) + " px; " + std::to_string(lens.views) +
+            " photographs undistorted again\n";
+  }
+  return text;
+}
+
+void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> lenses) {
+  for (const RefinedLens& lens : lenses) {
+    if (lens.applied) correct(views, lens.camera, lens.estimate.correction);
+  }
+}
+
+void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
+  const json::json_pointer where("/summary/lenses");
+  if (!notes.plan.contains(where)) return;
+  try {
+    const json& lenses = notes.plan.at(where);
+    if (!lenses.is_array()) throw std::invalid_argument("a list is missing");
+    for (const json& lens : lenses) {
+      if (!lens.at("applied").get<bool>()) continue;
+      correct(views, camera_from(lens.at("camera")), correction_from(lens.at("correction")));
+    }
+  } catch (const json::exception& error) {
+    throw InputError(model.string() + ": its notes say of a lens what cannot be read (" + error.what() +
+                     "): build the model again");
+  } catch (const std::invalid_argument& error) {
+    throw InputError(model.string() + ": its notes say of a lens what cannot be (" + error.what() +
+                     "): build the model again");
+  }
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a build found wrong with lenses, as it stands in the model's notes, so that the photographs of the scene can be
+// undistorted as those in the model are.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tools/pipeline/build_model.h"
+#include "tools/pipeline/model_output.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+// A list, one entry a lens.
+[[nodiscard]] nlohmann::json lenses_json(std::span<const RefinedLens> lenses);
+
+// One line a lens whose photographs were undistorted again: "lens: k1 -0.037, a corner moves 13.1 px; ...".
+[[nodiscard]] std::string lenses_text(std::span<const RefinedLens> lenses);
+
+// Gives the views the corrections of their lenses that were applied.
+void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> lenses);
+
+// The same from the notes of a saved model; nothing if they are null or name no lens. Throws InputError, naming
+// `model`, if what stands there is no correction.
+void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model);
+
+}  // namespace lumatlas
