@@ -42,10 +42,10 @@ constexpr std::uint64_t kAlwaysPlausible = 16 << 20;  // bytes
   throw InputError(path.string() + ": " + reason);
 }
 
-// OpenImageIO's reason in brackets, on one line; it does not always give one.
+// OpenImageIO's first reason in brackets; it does not always give one, and it may give one for each row.
 std::string because(std::string reason) {
+  reason.resize(std::min(reason.size(), reason.find('\n')));
   while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) reason.pop_back();
-  std::replace(reason.begin(), reason.end(), '\n', ' ');
   return reason.empty() ? reason : " (" + reason + ")";
 }
 
@@ -275,9 +275,22 @@ std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
   return {static_cast<std::size_t>(named[0]), static_cast<std::size_t>(named[1]), static_cast<std::size_t>(named[2])};
 }
 
+// Rows in bands, so that damage ends the work where it is met: OpenImageIO 2.4 goes on to the last row, and ends the
+// program once what it says of each of them is more than 16 MB.
 void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, void* pixels) {
-  if (!reader.read_image(0, 0, 0, -1, type, pixels)) {
-    fail(path, "is damaged or cut off" + because(reader.geterror()));
+  // A damaged row of a TIFF may be told of once for each row before it.
+  const int rows = std::string_view(reader.format_name()) == "tiff" ? 1 : 256;
+  const OIIO::ImageSpec& spec = reader.spec();
+  const bool tiled = spec.tile_width > 0;
+  const int band = tiled ? (rows + spec.tile_height - 1) / spec.tile_height * spec.tile_height : rows;
+  const std::size_t row_bytes = static_cast<std::size_t>(spec.width) * spec.nchannels * type.size();
+  for (int row = 0; row < spec.height; row += std::min(band, spec.height - row)) {
+    const int first = spec.y + row, last = first + std::min(band, spec.height - row);
+    void* const to = static_cast<std::uint8_t*>(pixels) + row_bytes * static_cast<std::size_t>(row);
+    const bool is_read = tiled ? reader.read_tiles(0, 0, spec.x, spec.x + spec.width, first, last, spec.z, spec.z + 1,
+                                                   0, spec.nchannels, type, to)
+                               : reader.read_scanlines(0, 0, first, last, spec.z, 0, spec.nchannels, type, to);
+    if (!is_read) fail(path, "is damaged or cut off" + because(reader.geterror()));
   }
 }
 

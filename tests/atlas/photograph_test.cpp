@@ -494,6 +494,27 @@ TEST_CASE("an OpenEXR attribute that is not as large as its type is refused befo
   CHECK(photograph_size(folder.with_file("b.exr", with_attribute("ours", "any"))).width == 4);
 }
 
+// Found by fuzzing: OpenImageIO ended the program once what it said of each row was more than 16 MB.
+TEST_CASE("a TIFF in which tens of thousands of rows are damaged is refused in one sentence") {
+  const fs::path path = fs::path(LUMATLAS_FUZZED_PICTURES) / "many-errors-tif";
+  CHECK(photograph_size(path, Orientation::as_stored).height > 60000);
+  CHECK_THROWS_WITH(read_photograph(path), Catch::StartsWith(path.string() + ": is damaged or cut off ("));
+}
+
+TEST_CASE("a tiled TIFF of several bands of rows is read as it was written") {
+  const TemporaryFolder folder;
+  OIIO::ImageSpec spec(70, 700, 3, TypeDesc::UINT8);
+  spec.tile_width = 32;
+  spec.tile_height = 48;
+  std::vector<std::uint8_t> pixels;
+  for (std::size_t at = 0; at < std::size_t{3} * 70 * 700; ++at) pixels.push_back(static_cast<std::uint8_t>(at % 251));
+  const auto output = OIIO::ImageOutput::create("a.tif");
+  REQUIRE(output->open((folder / "a.tif").string(), spec));
+  REQUIRE(output->write_image(TypeDesc::UINT8, pixels.data()));
+  REQUIRE(output->close());
+  CHECK(read_photograph(folder / "a.tif").rgb == pixels);
+}
+
 TEST_CASE("more than 65536 pixels a side are refused") {
   const TemporaryFolder folder;
   const std::vector<std::uint8_t> row(3 * 65537, 9);
