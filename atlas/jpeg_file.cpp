@@ -22,8 +22,8 @@ namespace {
 // libjpeg's own limit for its tests; encoders write about ten.
 constexpr int kMostScans = 500;
 
-// Cameras pad coded data to a length that suits them; 16 bytes is the most that such a length needs. Of 1220
-// photographs that were garbled on purpose, those with anything left over had 23 bytes or more.
+// Cameras pad coded data to a length that suits them; 16 bytes is the most that such a length needs. In 2440
+// trials in which photographs were garbled on purpose, whatever was left over had 23 bytes or more.
 constexpr int kMostPadding = 16;  // bytes
 
 // libjpeg calls back where it fails; C code is left by longjmp, so that nothing between here and there may own
