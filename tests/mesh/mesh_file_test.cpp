@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -587,6 +588,45 @@ TEST_CASE("the meshes of real scenes load whole") {
     CHECK(soup.faces.size() == expected.faces);
     CHECK(soup.colors.size() == expected.colors);
   }
+}
+
+TEST_CASE("points of a PLY need no faces, and come with colours and normals where it has them") {
+  const std::string xyz =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\n";
+  const PointSoup plain = parse_ply_points(xyz + "end_header\n1 2 3\n4 5 nan\n", "m.ply");
+  REQUIRE(plain.positions.size() == 2);
+  CHECK(plain.positions[0] == glm::dvec3(1, 2, 3));
+  CHECK(std::isnan(plain.positions[1].z));
+  CHECK(plain.colors.empty());
+  CHECK(plain.normals.empty());
+  const PointSoup rich = parse_ply_points(
+      xyz +
+          "property float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\n"
+          "property uchar blue\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+          "1 2 3 0 0 -1 10 20 30\n4 5 6 0 1 0 0 0 0\n3 0 1 7\n",
+      "m.ply");  // its face is not looked at
+  CHECK(rich.normals.at(0) == glm::vec3(0, 0, -1));
+  CHECK(rich.colors.at(0) == glm::u8vec3(10, 20, 30));
+  CHECK_THROWS_WITH(parse_ply_points("ply\nformat ascii 1.0\nend_header\n", "m.ply"), "m.ply: has no vertices");
+  CHECK_THROWS_AS(parse_ply_points(xyz + "end_header\n1 2 3\n", "m.ply"), InputError);
+}
+
+TEST_CASE("a soup far from the origin is written to the last digit") {
+  const TriangleSoup soup{{{4.5e6 + 1e-9, -5.4e6, 200}, {4.5e6, -5.4e6 + 0.125, 200}, {4.5e6, -5.4e6, 200.0625}},
+                          {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}},
+                          {{0, 1, 2}}};
+  std::ostringstream file;
+  write_ply(file, soup);
+  const TriangleSoup read = ply(file.str());
+  CHECK(read.positions == soup.positions);
+  CHECK(read.colors == soup.colors);
+  CHECK(read.faces == soup.faces);
+  TriangleSoup wrong = soup;
+  wrong.colors.pop_back();
+  CHECK_THROWS_AS(write_ply(file, wrong), std::invalid_argument);
+  wrong = soup;
+  wrong.faces[0].z = 3;
+  CHECK_THROWS_AS(write_ply(file, wrong), std::invalid_argument);
 }
 
 }  // namespace

@@ -180,7 +180,7 @@ std::string nothing_stored_warning(const BuildResult& result) {
 void run(const BuildFlags& flags) {
   const BuildOptions options = options_of(flags);
   const ImageCoding photographs = flags.image_coding();
-  check_apart(flags.output, std::array{flags.scene, flags.mesh});
+  check_apart(flags.output, std::array{flags.scene, flags.mesh, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';

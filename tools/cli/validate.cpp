@@ -154,7 +154,7 @@ void run(const ValidateFlags& flags) {
   options.pictures = !flags.no_pictures;
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
-  check_apart(target, std::array{flags.model, flags.views, flags.flicker});
+  check_apart(target, std::array{flags.model, flags.views, flags.flicker, flags.pictures.images, flags.pictures.masks});
   OutputFolder output(target, "validate");
   const Model model = read_model(flags.model);
   options.validity = model.validity;
