@@ -45,8 +45,9 @@ static_assert(sizeof(PictureBlock) == 12 * sizeof(glm::vec4));
 // is reversed and a float, so its relative precision is the same however small this is.
 constexpr double kNearShare = 1e-8;
 
-// In the stencil: faces that are one cell's, faces that several share, and pixels that are means of samples.
-constexpr GLint kOneCell = 1, kSeveralCells = 2, kSampled = 4;
+// In the stencil: 1 + which of kCellsOfShader is for the face, and which pixels are means of samples.
+constexpr GLint kSampled = 4;
+static_assert(kCellsOfShader.size() < kSampled);
 
 // Where textures are bound to be made, so that this takes none away from the shaders.
 constexpr GLenum kSpareUnit = 15;
@@ -117,7 +118,7 @@ struct Renderer::State {
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
   GlTexture zones, cells, reference_lists, views;
   PhotographArray photographs;
-  GLsizei one_cell_indices = 0, indices = 0;
+  std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // of faces for each shader, one after the other
   double near_depth = 0;
   NearbyExposure nearby_exposure;
   // What load_zones() needs again for another width.
@@ -162,8 +163,9 @@ void Renderer::State::load_mesh(const ZoneMesh& copy) {
   shares = make_buffer(copy.shares);
   zone_numbers = make_buffer(copy.zones);
   faces = make_buffer(copy.faces);
-  one_cell_indices = static_cast<GLsizei>(3 * copy.one_cell_faces);
-  indices = static_cast<GLsizei>(3 * copy.faces.size());
+  for (std::size_t i = 0; i < index_counts.size(); ++i) {
+    index_counts.at(i) = static_cast<GLsizei>(3 * copy.face_counts.at(i));
+  }
   GLuint name = 0;
   glGenVertexArrays(1, &name);
   mesh = GlVertexArray(name);
@@ -216,7 +218,7 @@ void Renderer::State::bind_tables() const {
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
 
-// `across` texels a pixel; in the stencil, where there is one, whether faces are one cell's.
+// `across` texels a pixel; in the stencil, where there is one, which shader a face is for.
 void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t across) {
   constexpr std::array<GLuint, 4> kNoSurface{0xFFFFFFFFu, 0, 0, 0};
   glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
@@ -235,11 +237,13 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   glDepthFunc(GL_GREATER);
   glUseProgram(programs.get({.pass = Pass::surface}));
   glBindVertexArray(mesh.get());
-  if (marks) glStencilFunc(GL_ALWAYS, kOneCell, 0xFF);
-  glDrawElements(GL_TRIANGLES, one_cell_indices, GL_UNSIGNED_INT, nullptr);
-  if (marks) glStencilFunc(GL_ALWAYS, kSeveralCells, 0xFF);
-  glDrawElements(GL_TRIANGLES, indices - one_cell_indices, GL_UNSIGNED_INT,
-                 reinterpret_cast<const void*>(sizeof(GLuint) * static_cast<std::size_t>(one_cell_indices)));
+  std::size_t first = 0;
+  for (std::size_t i = 0; i < index_counts.size(); ++i) {
+    if (marks) glStencilFunc(GL_ALWAYS, static_cast<GLint>(i) + 1, 0xFF);
+    glDrawElements(GL_TRIANGLES, index_counts.at(i), GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(sizeof(GLuint) * first));
+    first += static_cast<std::size_t>(index_counts.at(i));
+  }
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_DEPTH_TEST);
   glBindVertexArray(0);
@@ -264,10 +268,12 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
   glClearBufferfv(GL_COLOR, 0, kEmpty.data());
   glEnable(GL_STENCIL_TEST);
   glStencilMask(0);  // then it is tested before a pixel is shaded
-  for (const auto& [stencil, of_zone] : {std::pair{kOneCell, 1u}, std::pair{kSeveralCells, 4u}}) {
-    glStencilFunc(GL_EQUAL, stencil, 0xFF);
-    draw_screen(programs.get({.pass = Pass::blend, .views = options.views, .cells = of_zone, .linear = linear}),
-                targets.middles);
+  for (std::size_t i = 0; i < kCellsOfShader.size(); ++i) {
+    if (index_counts.at(i) == 0) continue;
+    glStencilFunc(GL_EQUAL, static_cast<GLint>(i) + 1, 0xFF);
+    draw_screen(
+        programs.get({.pass = Pass::blend, .views = options.views, .cells = kCellsOfShader.at(i), .linear = linear}),
+        targets.middles);
   }
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);

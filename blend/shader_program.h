@@ -22,7 +22,7 @@ enum class Pass : std::uint8_t {
 struct ProgramKey {
   Pass pass;
   std::uint32_t views = 0;  // K
-  std::uint32_t cells = 0;  // of a zone, 1 or 4
+  std::uint32_t cells = 0;  // of a zone: 1, 2 or 4
   bool linear = false;      // linear light in place of sRGB
 
   [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;

@@ -20,6 +20,14 @@ bool of_one_cell(const CellShares::Zone& cells) {
   return cells[1] == kNoCell;
 }
 
+// The first in kCellsOfShader that is for so many cells.
+std::size_t shader_of(const CellShares::Zone& cells) {
+  const auto count = static_cast<std::size_t>(std::find(cells.begin(), cells.end(), kNoCell) - cells.begin());
+  std::size_t shader = 0;
+  while (kCellsOfShader.at(shader) < count) ++shader;
+  return shader;
+}
+
 // The zone of each face; cells of the zones are added to the mesh.
 std::vector<std::uint32_t> zones_of_faces(const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares,
                                           ZoneMesh& mesh) {
@@ -78,12 +86,13 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
     copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
     return found;
   };
-  for (const bool one_cell : {true, false}) {
+  for (std::size_t shader = 0; shader < kCellsOfShader.size(); ++shader) {
+    const std::size_t before = copy.faces.size();
     for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-      if (of_one_cell(copy.cells[zones[face]]) != one_cell) continue;
+      if (shader_of(copy.cells[zones[face]]) != shader) continue;
       copy.faces.emplace_back(copied(face, 0), copied(face, 1), copied(face, 2));
     }
-    if (one_cell) copy.one_cell_faces = copy.faces.size();
+    copy.face_counts.at(shader) = copy.faces.size() - before;
   }
   return copy;
 }

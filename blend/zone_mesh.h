@@ -3,6 +3,8 @@
 // common: the cells that share them, and the cell that they are of.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
@@ -15,15 +17,18 @@
 
 namespace lumatlas {
 
+// The shader is compiled for so many cells of a zone at most, because one for fewer is shorter.
+inline constexpr std::array<std::uint32_t, 3> kCellsOfShader{1, 2, 4};
+
 // The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
 // cells, and because a flat attribute tells the shader which zone a face has.
 struct ZoneMesh {
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colors;
-  std::vector<glm::u16vec4> shares;     // 65535 is 1
-  std::vector<std::uint32_t> zones;     // of each vertex
-  std::vector<glm::uvec3> faces;        // those that are one cell's first
-  std::size_t one_cell_faces = 0;       // how many these are
+  std::vector<glm::u16vec4> shares;  // 65535 is 1
+  std::vector<std::uint32_t> zones;  // of each vertex
+  std::vector<glm::uvec3> faces;     // by how many cells they have: kCellsOfShader
+  std::array<std::size_t, kCellsOfShader.size()> face_counts{};
   std::vector<CellShares::Zone> cells;  // by zone
   std::vector<std::uint32_t> cell;      // by zone, the one that its faces are of
 };

@@ -50,6 +50,7 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
     keys.push_back({.pass = Pass::diagnose, .views = views});
     for (const bool linear : {false, true}) {
       keys.push_back({.pass = Pass::blend, .views = views, .cells = 1, .linear = linear});
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 2, .linear = linear});
       keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .linear = linear});
       keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .linear = linear});
     }
