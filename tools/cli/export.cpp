@@ -167,7 +167,7 @@ void run(const ExportFlags& flags) {
   if (!flags.as_scene && !cameras.empty()) options.file_from_scene = upright(cameras, upward(cameras));
   options.notes = json_text({{"lumatlas", LUMATLAS_VERSION}, {"options", flags.effective()}});
   const TexturedMesh mesh(std::move(model.snapshot), flags.texture);
-  Progress progress("texture: pages", mesh.layout().pages, ProgressOptions::standard_error(flags.quiet));
+  Progress progress("texture: charts", mesh.charts().size(), ProgressOptions::standard_error(flags.quiet));
   const TextureFacts facts = output.write(mesh, options, [&] { progress.tick(); });
   output.commit();
   const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();

@@ -103,10 +103,10 @@ TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
         unseen_texels += unseen;
       };
       tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, place.height, 16), color_rows);
+      if (tick) tick();
     };
     tbb::parallel_for(std::size_t{0}, on_page.size(), color_chart);
     sink(page, filled.finish());
-    if (tick) tick();
   }
   facts.texels = texels;
   facts.unseen_texels = unseen_texels;

@@ -46,7 +46,7 @@ class TexturedMesh {
   [[nodiscard]] const TextureLayout& layout() const { return layout_; }
   [[nodiscard]] const std::vector<std::uint32_t>& chart_of_face() const { return chart_of_face_; }
 
-  // The pages in order, sRGB. `tick` is called once a page.
+  // The pages in order, sRGB. `tick` is called once a chart, from any thread.
   using PageSink = std::function<void(std::uint32_t page, const Photograph& picture)>;
   TextureFacts bake(const PageSink& sink, const Tick& tick = {}) const;
 

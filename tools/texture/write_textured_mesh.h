@@ -33,8 +33,8 @@ struct TexturedFileOptions {
 // along -z on average.
 [[nodiscard]] glm::dmat3 upright(std::span<const Camera> cameras, const glm::dvec3& up);
 
-// `tick` is called once a page. All throw InputError where a file cannot be written, or an image not be encoded.
-// scene.gltf, scene.bin and texture-0.png ... in `folder`, which must exist.
+// `tick` is as of TexturedMesh::bake(). All throw InputError where a file cannot be written, or an image not be
+// encoded. scene.gltf, scene.bin and texture-0.png ... in `folder`, which must exist.
 TextureFacts write_textured_gltf(const std::filesystem::path& folder, const TexturedMesh& mesh,
                                  const TexturedFileOptions& options, const Tick& tick = {});
 // The caller looks whether the stream has failed. Holds the encoded file in memory. InputError from 4 GiB on.
