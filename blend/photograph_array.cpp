@@ -11,6 +11,7 @@
 
 #include "atlas/texel_format.h"
 #include "blend/egl_context.h"
+#include "mesh/base/median.h"
 
 namespace lumatlas {
 
@@ -74,9 +75,7 @@ float depth_scale_of(const StoredView& view) {
     if (std::isfinite(depth) && depth > 0 && finite++ % kStride == 0) depths.push_back(depth);
   }
   if (depths.empty()) return 1;
-  const auto middle = depths.begin() + static_cast<std::ptrdiff_t>(depths.size() / 2);
-  std::nth_element(depths.begin(), middle, depths.end());
-  return std::exp2(std::floor(std::log2(*middle)));
+  return std::exp2(std::floor(std::log2(upper_median(depths))));
 }
 
 // In half precision, rounded up, so that what a view shows is never found behind itself.
