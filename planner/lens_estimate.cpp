@@ -28,10 +28,10 @@ constexpr double kRests = 2e-4;  // a round that changes the residual by less is
 constexpr std::array<std::uint32_t, 6> kMoreRounds = {0, 0, 0, 0, 0, 0};  // once a term has come or gone
 constexpr double kFixed = 1e6;       // times the normal matrix' trace: for parameters that stay
 constexpr std::size_t kHeldOut = 5;  // each such point is not fitted to
-
+// See LensEstimate::deviation and significant.
 constexpr double kCountedTwice = 2;
 constexpr double kChannels = 3;
-constexpr double kLeastImprovement = 0.01;
+constexpr double kLeastImprovement = 0.01;  // share of the residual
 constexpr double kLeastDeviations = 5;
 constexpr double kLeastCornerPx = 0.5;
 

@@ -105,8 +105,8 @@ void run(MeshFlags flags) {
 
 void add_experiments(CLI::App& command, CutOptions& cut) {
   begin_experiments(command, "how lines of sight are weighed");
-  const auto add = [&](const char* name, double& value, const char* placeholder, const char* help) {
-    command.add_option(name, value, help)->type_name(placeholder);
+  const auto add = [&](const char* name, double& value, const char* type, const char* help) {
+    command.add_option(name, value, help)->type_name(type);
   };
   add("--noise", cut.noise, "SHARE", "Of the points, in median edges between them: more gives fewer, smoother faces");
   add("--quality", cut.quality, "WEIGHT", "Of well-shaped faces, against one line of sight");

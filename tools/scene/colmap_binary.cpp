@@ -160,45 +160,40 @@ ColmapPoint read_point(Cursor& cursor, const Place& place) {
   return point;
 }
 
+// All records of a file. `records` and `record` are what they are called, and one of them where it stands; one takes at
+// least `smallest` bytes.
+template <typename Record>
+std::vector<Record> read_records(std::span<const std::byte> file, const std::filesystem::path& path,
+                                 const char* records, const char* record, std::size_t smallest,
+                                 Record (*read)(Cursor&, const Place&)) {
+  Cursor cursor(file);
+  const std::size_t count = read_count(cursor, path, records, smallest);
+  std::vector<Record> all;
+  all.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) all.push_back(read(cursor, {path, record, i}));
+  require_end(cursor, path, count, records);
+  return all;
+}
+
 }  // namespace
 
 std::vector<ColmapPoint> parse_points_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
   constexpr std::size_t kSmallestRecord = 8 + 3 * 8 + 3 + 8 + 8;
-  Cursor cursor(file);
-  const std::size_t count = read_count(cursor, path, "points", kSmallestRecord);
-  std::vector<ColmapPoint> points;
-  points.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    points.push_back(read_point(cursor, {path, "the point at index", i}));
-  }
-  require_end(cursor, path, count, "points");
-  return points;
+  return read_records(file, path, "points", "the point at index", kSmallestRecord, read_point);
 }
 
 std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
   constexpr std::size_t kSmallestRecord = 4 + 4 + 8 + 8 + 2 * 8;
-  Cursor cursor(file);
-  const std::size_t count = read_count(cursor, path, "cameras", kSmallestRecord);
-  std::vector<ColmapCamera> cameras;
-  cameras.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    cameras.push_back(read_camera(cursor, {path, "the camera at index", i}));
-  }
-  require_end(cursor, path, count, "cameras");
+  std::vector<ColmapCamera> cameras =
+      read_records(file, path, "cameras", "the camera at index", kSmallestRecord, read_camera);
   colmap::check_unique(cameras, path);
   return cameras;
 }
 
 std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
   constexpr std::size_t kSmallestRecord = 4 + 7 * 8 + 4 + 2 + 8;
-  Cursor cursor(file);
-  const std::size_t count = read_count(cursor, path, "images", kSmallestRecord);
-  std::vector<ColmapImage> images;
-  images.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    images.push_back(read_image(cursor, {path, "the image at index", i}));
-  }
-  require_end(cursor, path, count, "images");
+  std::vector<ColmapImage> images =
+      read_records(file, path, "images", "the image at index", kSmallestRecord, read_image);
   colmap::check_unique(images, path);
   return images;
 }
