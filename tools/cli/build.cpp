@@ -36,7 +36,8 @@ struct BuildFlags {
   CoverageFlags coverage;
   double loss_db = 0.1;
   bool whole_views = false;
-  std::string budget_size;             // empty: unbounded
+  std::string budget_size;  // empty: unbounded
+  std::string faces;
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   bool keep_lenses = false;
   bool paper = false;
@@ -64,8 +65,11 @@ struct BuildFlags {
 
 const Names<ValidityOptions::Edges> kEdges(kEdgesByName.begin(), kEdgesByName.end());
 
-// Of --budget: as little as a bound on the loss allows.
+// Of --budget: as little as a bound on the loss allows. Of --faces: as few as move no picture by more than
+// kFacesPixels.
 constexpr const char* kAuto = "auto";
+constexpr const char* kKeep = "keep";
+constexpr double kFacesPixels = 0.5;
 
 // Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
 std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
@@ -120,6 +124,16 @@ void follow_paper(BuildFlags& flags) {
   if (flags.refine->count() == 0) flags.options.refine = RefineMode::all;
 }
 
+FaceOptions faces_of(const std::string& text) {
+  FaceOptions faces;
+  if (text == kAuto) {
+    faces.pixels = kFacesPixels;
+  } else if (text != kKeep) {
+    faces.faces = std::stoull(text);
+  }
+  return faces;
+}
+
 BuildOptions options_of(BuildFlags flags) {
   if (flags.paper) follow_paper(flags);
   BuildOptions options = flags.options;
@@ -127,6 +141,7 @@ BuildOptions options_of(BuildFlags flags) {
   options.pictures = flags.pictures.folders();
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
+  options.faces = faces_of(flags.faces);
   flags.coverage.apply(options.planner);
   set_budget(flags, options);
   if (flags.seed->count() > 0 && options.order != StreamOrder::shuffled && options.choice != ViewChoice::random) {
@@ -231,10 +246,6 @@ void add_stream_options(CLI::App& command, BuildFlags& flags) {
   begin_group(command, "Photographs");
   flags.pictures.add_to(command);
   flags.hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
-  add_choice(command, "--order", flags.options.order, kOrders, "In which photographs are offered; given: by name");
-  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")
-                   ->type_name("N")
-                   ->transform(whole_number(0));
 }
 
 void add_model_options(CLI::App& command, BuildFlags& flags) {
@@ -257,6 +268,10 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                    ->check(finite_not_negative());
   flags.coverage.add_references_to(command);
   flags.cells.add_size_to(command);
+  command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
+      ->type_name("N")
+      ->transform(count_or({kAuto, kKeep}))
+      ->default_str(kKeep);
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected in photographs: gain, pose, masks; joint: all of it, then all of them "
                             "together");
@@ -287,6 +302,10 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
       ->type_name("N")
       ->transform(whole_number(0, 1u << 20));
   begin_experiments(command, "who chooses, and what is seen");
+  add_choice(command, "--order", flags.options.order, kOrders, "In which photographs are offered; given: by name");
+  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")
+                   ->type_name("N")
+                   ->transform(whole_number(0));
   add_choice(command, "--choice", flags.options.choice, kChoices,
              "The planner, photograph by photograph, or, to compare with, one that sees all cameras first, even "
              "spacing, chance");

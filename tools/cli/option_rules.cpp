@@ -87,6 +87,17 @@ CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
   return {check, from + " to " + to};
 }
 
+CLI::Validator count_or(const std::vector<std::string>& words) {
+  const CLI::Validator count = whole_number(1);
+  return {[=](std::string& text) -> std::string {
+            if (std::find(words.begin(), words.end(), text) != words.end()) return {};
+            const std::string complaint = count(text);
+            return complaint.empty() ? complaint
+                                     : text + " is neither a whole number of 1 or more nor " + in_words(words);
+          },
+          ""};
+}
+
 CLI::Validator number_between(double least, double most) {
   const std::string range = text_of(least) + " to " + text_of(most);
   return number_rule(range, "a number from " + range, [=](double value) { return value >= least && value <= most; });

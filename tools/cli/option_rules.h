@@ -25,6 +25,9 @@ namespace lumatlas {
 [[nodiscard]] CLI::Validator whole_number(std::uint64_t least,
                                           std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
 
+// A whole number of at least 1, or one of the `words`.
+[[nodiscard]] CLI::Validator count_or(const std::vector<std::string>& words);
+
 // A finite number from `least` to `most`.
 [[nodiscard]] CLI::Validator number_between(double least, double most);
 

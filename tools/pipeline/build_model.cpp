@@ -319,6 +319,7 @@ void finish(Planner& planner, std::vector<SceneView>& views, const BuildOptions&
 
 void check(const BuildOptions& options) {
   check(options.cells);
+  check(options.faces);
   PlannerOptions planner = options.planner;
   if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
   check(planner);
@@ -344,10 +345,8 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   check(options);
   BuildResult result;
   result.options = options;
-  const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
-  result.mesh_file = input.mesh_file;
-  result.mesh_warnings = input.warnings;
-  SceneViews views = read_scene_views(scene, input.surface->offset, options.pictures);
+  MeshInput mesh = load_mesh(scene, options.mesh);
+  SceneViews views = read_scene_views(scene, mesh.offset, options.pictures);
   result.views = views.views.size();
   result.masked_views = masked_views(views);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
@@ -355,6 +354,12 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_names_that_a_model_can_hold(stream);
   require_room_for_each(stream, options);
+  const SurfaceInput input =
+      make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
+  result.mesh_file = input.mesh_file;
+  result.mesh_warnings = input.warnings;
+  result.simplified_faces = input.simplified_faces;
+  result.simplified_distance = input.simplified_distance;
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   require_seen(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   result.effective = options.planner;

@@ -18,6 +18,7 @@
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
+#include "tools/scene/surface_input.h"
 
 namespace lumatlas {
 
@@ -49,6 +50,7 @@ struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
+  FaceOptions faces;  // of the mesh that are kept
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
@@ -103,6 +105,8 @@ struct BuildResult {
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given
   std::vector<std::string> mesh_warnings;   // SurfaceInput::warnings
+  std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
+  double simplified_distance = 0;           // its distance
   std::size_t views = 0, masked_views = 0;  // of the scene
   PlannerOptions effective;                 // with every automatic value filled in
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline

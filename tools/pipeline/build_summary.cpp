@@ -201,6 +201,14 @@ std::string views_line(const json& s) {
   return line;
 }
 
+// Empty where no face was taken away.
+std::string faces_line(const json& s) {
+  const json& faces = s["faces"];
+  if (faces["taken_away"] == 0) return "";
+  return faces["kept"].dump() + " faces, " + faces["taken_away"].dump() + " taken away, by which the surface moved " +
+         printed("%.2g", faces["moved"].get<double>()) + "\n  ";
+}
+
 std::string cells_line(const json& s) {
   return s["cells"].dump() + " cells: " + s["cells_referenced"].dump() + " referenced, " +
          s["cells_not_referenced"].dump() + " seen but not referenced, " + s["cells_never_seen"].dump() +
@@ -302,6 +310,10 @@ json summary(const BuildResult& result, const BuildOptions& options) {
             {"rejected", count(result.planned, Decision::rejected)},
             {"outliers", count(result.planned, Decision::outlier)}}},
           {"refinement", refinement_summary(result, options.refine)},
+          {"faces",
+           {{"kept", result.snapshot.surface->mesh.faces.size()},
+            {"taken_away", result.simplified_faces},
+            {"moved", result.simplified_distance}}},
           {"cells", cells},
           {"cells_seen", seen},
           {"cells_referenced", referenced},
@@ -321,7 +333,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
 
 std::string summary_text(const json& s, const std::string& name) {
   const std::string parsimony = s["parsimony"].is_null() ? "" : parsimony_text(s["parsimony"]) + "\n  ";
-  return name + ": " + views_line(s) + "\n  " + parsimony + cells_line(s) + "\n  " + times_line(s) + "\n";
+  return name + ": " + views_line(s) + "\n  " + parsimony + faces_line(s) + cells_line(s) + "\n  " + times_line(s) +
+         "\n";
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {
@@ -343,6 +356,8 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},
+              {"faces", options.faces.faces ? json(*options.faces.faces) : json()},
+              {"faces_pixels", options.faces.pixels},
               {"normal_weight", options.cells.normal_weight},
               {"min_view_gain", planner.min_view_gain},
               {"min_exchange_gain", planner.min_exchange_gain},

@@ -12,6 +12,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
+#include "mesh/simplification.h"
 #include "tools/base/interrupt.h"
 #include "tools/scene/scene.h"
 
@@ -126,7 +127,32 @@ Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path&
   }
 }
 
+// Where cameras come nearest, pixels are finer than what few photographs show: so much of the surface does not count.
+constexpr double kNearestShare = 0.05;
+
+void simplify(Mesh& mesh, const FaceOptions& faces, std::span<const Camera> cameras, SurfaceInput& result) {
+  SimplificationBound bound;
+  if (faces.faces) {
+    bound.faces = *faces.faces;
+  } else {
+    bound.distance = faces.pixels > 0 ? faces.pixels * pixel_size(mesh, cameras, kNearestShare) : 0;
+    if (!std::isfinite(bound.distance)) return;  // nothing is seen, which others tell
+  }
+  SimplifiedMesh fewer = simplified(mesh, bound);
+  result.simplified_faces = mesh.faces.size() - fewer.mesh.faces.size();
+  result.simplified_distance = fewer.distance;
+  mesh = std::move(fewer.mesh);
+}
+
 }  // namespace
+
+void check(const FaceOptions& options) {
+  if (options.faces == std::size_t{0}) throw std::invalid_argument("faces: faces is 0, must be at least 1");
+  if (!(options.pixels >= 0 && std::isfinite(options.pixels))) {
+    throw std::invalid_argument("faces: pixels is " + std::to_string(options.pixels) +
+                                ", must be finite and not negative");
+  }
+}
 
 glm::dvec3 scene_origin(const TriangleSoup& soup) {
   const Bounds box = finite_bounds(soup);
@@ -137,33 +163,47 @@ glm::dvec3 scene_origin(const TriangleSoup& soup) {
   return longest_side(box) > kMostStray * longest_side(bulk) ? middle(bulk) : middle(box);
 }
 
+MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file) {
+  MeshInput input;
+  SurfaceInput& facts = input.facts;
+  facts.mesh_file = find_mesh(scene, mesh_file);
+  const TriangleSoup soup = read_triangle_soup(facts.mesh_file);
+  facts.file_vertices = soup.positions.size();
+  facts.file_faces = soup.faces.size();
+  facts.file_has_colors = !soup.colors.empty();
+  input.offset = scene_origin(soup);
+  try {
+    RepairedMesh repaired = repair(soup, input.offset, throw_if_interrupted);
+    input.mesh = std::move(repaired.mesh);
+    facts.repair = repaired.report;
+  } catch (const InputError& error) {
+    throw InputError(facts.mesh_file.string() + ": " + error.what());
+  }
+  input.strays = stray_faces_warning(input.mesh, input.offset, facts.mesh_file);
+  if (input.strays) facts.warnings.push_back(*input.strays);
+  return input;
+}
+
+SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions& faces,
+                          std::span<const Camera> cameras) {
+  check(cells);
+  check(faces);
+  SurfaceInput result = std::move(input.facts);
+  cells.size = cell_size(input.mesh, cells, result.mesh_file);
+  simplify(input.mesh, faces, cameras, result);
+  const auto surface = std::make_shared<Surface>();
+  surface->offset = input.offset;
+  surface->mesh = split_for_cells(input.mesh, cells.size, result.mesh_file, input.strays);
+  result.split_faces = surface->mesh.faces.size() - input.mesh.faces.size();
+  surface->cells = make_cells(surface->mesh, cells, throw_if_interrupted);
+  result.surface = surface;
+  return result;
+}
+
 SurfaceInput load_surface(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
                           CellOptions options) {
   check(options);
-  SurfaceInput input;
-  input.mesh_file = find_mesh(scene, mesh_file);
-  const TriangleSoup soup = read_triangle_soup(input.mesh_file);
-  input.file_vertices = soup.positions.size();
-  input.file_faces = soup.faces.size();
-  input.file_has_colors = !soup.colors.empty();
-  const auto surface = std::make_shared<Surface>();
-  surface->offset = scene_origin(soup);
-  RepairedMesh repaired;
-  try {
-    repaired = repair(soup, surface->offset, throw_if_interrupted);
-  } catch (const InputError& error) {
-    throw InputError(input.mesh_file.string() + ": " + error.what());
-  }
-  input.repair = repaired.report;
-  options.size = cell_size(repaired.mesh, options, input.mesh_file);
-  const std::optional<std::string> strays = stray_faces_warning(repaired.mesh, surface->offset, input.mesh_file);
-  if (strays) input.warnings.push_back(*strays);
-  const std::size_t faces_before = repaired.mesh.faces.size();
-  surface->mesh = split_for_cells(repaired.mesh, options.size, input.mesh_file, strays);
-  input.split_faces = surface->mesh.faces.size() - faces_before;
-  surface->cells = make_cells(surface->mesh, options, throw_if_interrupted);
-  input.surface = surface;
-  return input;
+  return make_surface(load_mesh(scene, mesh_file), options);
 }
 
 }  // namespace lumatlas

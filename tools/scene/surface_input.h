@@ -7,10 +7,12 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/camera.h"
 #include "mesh/cells.h"
 #include "mesh/repair.h"
 
@@ -23,8 +25,10 @@ struct SurfaceInput {
   std::uint64_t file_faces = 0;
   bool file_has_colors = false;
   RepairReport repair;
-  std::uint64_t split_faces = 0;      // faces added by splitting those that were larger than a cell
-  std::vector<std::string> warnings;  // what a user should know of the mesh, in sentences
+  std::uint64_t simplified_faces = 0;  // taken away because no camera shows what they add
+  double simplified_distance = 0;      // that the surface moved by it, scene units, estimated
+  std::uint64_t split_faces = 0;       // added by splitting those that were larger than a cell
+  std::vector<std::string> warnings;   // what a user should know of the mesh, in sentences
 };
 
 // What is subtracted from all coordinates before they become floats: the middle of the box of the faces whose corners
@@ -32,8 +36,35 @@ struct SurfaceInput {
 // box of all but the outermost hundredth of the corners on each side. The coordinates' origin if there is no such face.
 [[nodiscard]] glm::dvec3 scene_origin(const TriangleSoup& soup);
 
-// Reads, centres (the offset is scene_origin()), repairs, splits faces larger than a cell, makes cells. Throws
-// InputError, and Interrupted soon after a signal.
+// How many faces of a mesh are kept.
+struct FaceOptions {
+  std::optional<std::size_t> faces;  // about so many at most, >= 1
+  // How far the surface may move for having fewer, in pixels of the cameras that come near it, >= 0; at 0, or where
+  // `faces` is given, it is not asked for.
+  double pixels = 0;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const FaceOptions& options);
+
+// The mesh of a scene, before anything is known of its cells.
+struct MeshInput {
+  Mesh mesh;                          // repaired, less the offset
+  glm::dvec3 offset{0};               // scene_origin()
+  SurfaceInput facts;                 // without surface
+  std::optional<std::string> strays;  // the warning of faces that cannot belong to the bulk, if there are any
+};
+
+// Reads, centres and repairs. Throws InputError, and Interrupted soon after a signal.
+[[nodiscard]] MeshInput load_mesh(const std::filesystem::path& scene,
+                                  const std::optional<std::filesystem::path>& mesh_file);
+
+// Takes faces away, which depends on the cameras where `faces` says pixels, splits those larger than a cell, and makes
+// cells. Throws std::invalid_argument for bad options, InputError, and Interrupted soon after a signal.
+[[nodiscard]] SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions& faces = {},
+                                        std::span<const Camera> cameras = {});
+
+// Both, with all faces.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
                                         const std::optional<std::filesystem::path>& mesh_file, CellOptions options);
 

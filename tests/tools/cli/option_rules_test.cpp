@@ -30,6 +30,12 @@ TEST_CASE("whole numbers are decimal digits within their bounds, and nothing els
   CHECK(whole_number(1).get_description().empty());
 }
 
+TEST_CASE("a count may be a word instead") {
+  CHECK(judged(count_or({"auto", "keep"}), "keep") == "keep");
+  CHECK(judged(count_or({"auto", "keep"}), "007") == "7");
+  CHECK(judged(count_or({"auto", "keep"}), "0") == "0 is neither a whole number of 1 or more nor auto or keep");
+}
+
 TEST_CASE("numbers are finite and within their bounds, which are printed as they would be typed") {
   CHECK(number_between(1e-6, 0.5).get_description() == "1e-06 to 0.5");
   CHECK(judged(number_between(0, 1), "0.25") == "0.25");

@@ -98,6 +98,12 @@ TEST_CASE("options that break a rule are refused before anything is read") {
   options.cells.size = std::numeric_limits<double>::infinity();
   CHECK(complaint(options) == "cells: size is inf, must be finite and not negative");
   options = {};
+  options.faces.pixels = kNan;
+  CHECK(complaint(options) == "faces: pixels is nan, must be finite and not negative");
+  options = {};
+  options.faces.faces = 0;
+  CHECK(complaint(options) == "faces: faces is 0, must be at least 1");
+  options = {};
   options.max_views = 0;
   CHECK(complaint(options) == "build: max_views is 0, must be at least 1");
   options = {};
@@ -314,6 +320,29 @@ TEST_CASE("the summary adds up") {
   CHECK_THAT(text, Catch::StartsWith("out: 6 of 24 views stored (") && Catch::Contains(": 0.2 MB of 0.2\n") &&
                        Catch::Contains(" seen but not referenced, ") && Catch::Contains("visibility ") &&
                        !Catch::Contains("refine "));
+}
+
+TEST_CASE("a model of fewer faces says how many were taken away and how far the surface moved") {
+  const auto faces_of = [](const FaceOptions& faces) {
+    BuildOptions options = options_for(6);
+    options.cells.size = 10;  // so that no face is split for its cell
+    options.faces = faces;
+    const BuildResult result = build_model(small_scene(), options);
+    const nlohmann::json totals = summary(result, options);
+    CHECK(totals["faces"]["kept"] == result.snapshot.surface->mesh.faces.size());
+    const bool told = summary_text(totals, "out").find("taken away, by which the surface moved ") != std::string::npos;
+    CHECK(told == (totals["faces"]["taken_away"] > 0));
+    return totals["faces"];
+  };
+  const nlohmann::json all = faces_of({}), few = faces_of({.faces = 500, .pixels = 0}),
+                       finely = faces_of({.faces = {}, .pixels = 0.1}), coarsely = faces_of({.faces = {}, .pixels = 2});
+  CHECK(all["taken_away"] == 0);
+  CHECK(all["moved"] == 0);
+  CHECK(few["kept"] <= 500);
+  CHECK(few["kept"].get<int>() + few["taken_away"].get<int>() == all["kept"].get<int>());
+  CHECK(finely["kept"] < all["kept"]);
+  CHECK(coarsely["kept"] < finely["kept"]);
+  CHECK(coarsely["moved"] > finely["moved"]);
 }
 
 TEST_CASE("the plan tells the coverage after each view, which without demand never falls") {
