@@ -38,3 +38,11 @@ lumatlas_consumer_test(scene ARGUMENTS ${consumer_scene} WITHOUT CLI11 epoxy Cer
 lumatlas_consumer_test(pipeline WITH score ARGUMENTS ${consumer_scene} ${CMAKE_CURRENT_BINARY_DIR}/consumer/model
   WITHOUT CLI11)
 lumatlas_consumer_test(score WITHOUT CLI11)
+
+# The Python module, from where Debian's package puts it.
+if(LUMATLAS_PYTHON)
+  add_test(NAME "package: python" COMMAND ${CMAKE_COMMAND} -E env
+    PYTHONPATH=${consumer_prefix}/${LUMATLAS_PYTHON_DIR} ${Python3_EXECUTABLE} -c
+    "import lumatlas, os; scene = lumatlas.load_scene('${consumer_scene}'); assert len(scene) == 24; folder = os.path.dirname(lumatlas.__file__); assert folder.startswith('${consumer_prefix}'); assert {'py.typed', '__init__.pyi'} <= set(os.listdir(folder))")
+  set_tests_properties("package: python" PROPERTIES FIXTURES_REQUIRED "lumatlas_installed;lumatlas_scene")
+endif()

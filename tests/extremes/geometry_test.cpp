@@ -224,7 +224,7 @@ TEST_CASE("a small face far from all that is seen costs the picture nothing, how
 TEST_CASE("one stray vertex costs the picture no more than its own faces, and the build says so") {
   const BuildResult whole = built(six_views(), plain_build());
   const Rendering without = pictured(whole, novel_camera());
-  CHECK(whole.mesh_warnings.empty());
+  CHECK(whole.warnings.empty());
   for (const double far : {1e3, 1e8, 1e10}) {
     CAPTURE(far);
     EdgeScene scene = six_views();
@@ -232,8 +232,8 @@ TEST_CASE("one stray vertex costs the picture no more than its own faces, and th
     const BuildResult result = built(scene, plain_build());
     CHECK(result.snapshot.surface->cells.size == Approx(whole.snapshot.surface->cells.size).epsilon(0.1));
     CHECK(share_different(pictured(result, novel_camera()), without, 12) < 0.05);
-    REQUIRE(result.mesh_warnings.size() == 1);
-    CHECK_THAT(result.mesh_warnings[0], Contains("mesh.ply") && Contains("faces reach further than 4 times"));
+    REQUIRE(result.warnings.size() == 1);
+    CHECK_THAT(result.warnings[0], Contains("mesh.ply") && Contains("faces reach further than 4 times"));
   }
 }
 

@@ -37,7 +37,7 @@ constexpr int kCannotStart = 127;
   sigprocmask(SIG_SETMASK, &none, nullptr);
   const int in = open("/dev/null", O_RDONLY);
   const int out = open(child.out.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
-  const int err = open(child.err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  const int err = child.err == child.out ? out : open(child.err.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
   if (in < 0 || out < 0 || err < 0) _exit(kCannotStart);
   dup2(in, STDIN_FILENO);
   dup2(out, STDOUT_FILENO);
@@ -46,7 +46,7 @@ constexpr int kCannotStart = 127;
   _exit(kCannotStart);
 }
 
-int wait_for(pid_t child) {
+int wait_for(pid_t child, const std::function<void()>& while_waiting) {
   constexpr auto kPause = std::chrono::milliseconds(5);
   int status = 0;
   while (true) {
@@ -55,7 +55,8 @@ int wait_for(pid_t child) {
     if (ended < 0 && errno != EINTR) throw InputError(std::string("a program was lost: ") + std::strerror(errno));
     try {
       throw_if_interrupted();
-    } catch (const Interrupted&) {
+      if (while_waiting) while_waiting();
+    } catch (...) {
       kill(child, SIGTERM);
       waitpid(child, &status, 0);
       throw;
@@ -75,7 +76,7 @@ std::string quoted(const std::string& word) {
 
 }  // namespace
 
-int run_to_end(const ChildProcess& child) {
+int run_to_end(const ChildProcess& child, const std::function<void()>& while_waiting) {
   std::vector<std::string> texts{child.program.string()};
   texts.insert(texts.end(), child.arguments.begin(), child.arguments.end());
   std::vector<char*> argv;
@@ -86,7 +87,7 @@ int run_to_end(const ChildProcess& child) {
   const pid_t started = fork();
   if (started == 0) become(child, argv.data(), parent);
   if (started < 0) throw InputError(child.program.string() + ": cannot be started: " + std::strerror(errno));
-  const int status = wait_for(started);
+  const int status = wait_for(started, while_waiting);
   throw_if_interrupted();  // Ctrl-C on a terminal goes to both
   if (status == kCannotStart) throw InputError(child.program.string() + ": cannot be started");
   return status;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace lumatlas {
 
-// An absolute or relative path, or a name that PATH has. Its standard input is empty, its outputs go to these files.
+// An absolute or relative path, or a name that PATH has. Its standard input is empty, its outputs go to these files,
+// which may be one and the same.
 struct ChildProcess {
   std::filesystem::path program;
   std::vector<std::string> arguments;
@@ -17,8 +19,9 @@ struct ChildProcess {
 
 // Waits for it and returns its exit status, or minus the signal that ended it. It ends with this program, too. Throws
 // InputError where it cannot be started, and Interrupted, once it has ended, where the user has asked this program to
-// stop. From any thread.
-[[nodiscard]] int run_to_end(const ChildProcess& child);
+// stop. `while_waiting` is called again and again, many times a second; what that throws ends the other program, and is
+// thrown on. From any thread.
+[[nodiscard]] int run_to_end(const ChildProcess& child, const std::function<void()>& while_waiting = {});
 
 // The first of PATH's programs of this name; empty: none.
 [[nodiscard]] std::filesystem::path find_program(const std::string& name);

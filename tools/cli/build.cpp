@@ -39,6 +39,7 @@ struct BuildFlags {
   std::string budget_size;  // empty: unbounded
   std::string faces;
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
+  bool skip_bad = false;
   bool keep_lenses = false;
   bool paper = false;
   ImageCoding photograph_coding;
@@ -139,6 +140,7 @@ BuildOptions options_of(BuildFlags flags) {
   BuildOptions options = flags.options;
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
   options.pictures = flags.pictures.folders();
+  options.pictures.skip_bad = flags.skip_bad;
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   options.faces = faces_of(flags.faces);
@@ -192,6 +194,15 @@ std::string nothing_stored_warning(const BuildResult& result) {
   return sentence.str();
 }
 
+// A line that counts them, and one for each.
+std::string skipped_text(const BuildResult& result) {
+  if (result.skipped.empty()) return "";
+  std::string lines = "warning: " + std::to_string(result.skipped.size()) + " of " + std::to_string(result.views) +
+                      " photographs are left out\n";
+  for (const SkippedView& view : result.skipped) lines += "  " + view.why + '\n';
+  return lines;
+}
+
 void run(const BuildFlags& flags) {
   const BuildOptions options = options_of(flags);
   const ImageCoding photographs = flags.image_coding();
@@ -202,7 +213,8 @@ void run(const BuildFlags& flags) {
   if (!flags.quiet && result.masked_views > 0) {
     std::cerr << "masks: of " << result.masked_views << " of " << result.views << " photographs\n";
   }
-  for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
+  std::cerr << skipped_text(result);
+  for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
   std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
   if (!flags.quiet) std::cerr << lenses_text(result.lenses);
@@ -245,6 +257,7 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
 void add_stream_options(CLI::App& command, BuildFlags& flags) {
   begin_group(command, "Photographs");
   flags.pictures.add_to(command);
+  command.add_flag("--skip-bad", flags.skip_bad, "Go on without those that are missing or damaged, and name them");
   flags.hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
 }
 
@@ -306,9 +319,15 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
   flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")
                    ->type_name("N")
                    ->transform(whole_number(0));
+  command.add_flag("--any-mesh", flags.options.any_mesh,
+                   "Build also where most photographs see next to nothing of the mesh, rather than refuse");
   add_choice(command, "--choice", flags.options.choice, kChoices,
              "The planner, photograph by photograph, or, to compare with, one that sees all cameras first, even "
              "spacing, chance");
+  add_choice(command, "--order", flags.options.order, kOrders, "In which photographs are offered; given: by name");
+  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")
+                   ->type_name("N")
+                   ->transform(whole_number(0));
   command.add_option("--visibility", planner.visibility_px, "Longer side of the image that cells are counted in")
       ->type_name("PX")
       ->transform(whole_number(1, 65536));

@@ -18,6 +18,7 @@
 namespace lumatlas {
 
 void add_inspect_command(CLI::App& program);
+void add_capture_command(CLI::App& program);
 void add_mesh_command(CLI::App& program);
 void add_build_command(CLI::App& program);
 void add_render_command(CLI::App& program);

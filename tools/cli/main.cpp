@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   program.set_version_flag("--version", "lumatlas " LUMATLAS_VERSION, "Print the version");
   program.option_defaults()->always_capture_default();
   program.require_subcommand(1);
+  lumatlas::add_capture_command(program);
   lumatlas::add_inspect_command(program);
   lumatlas::add_mesh_command(program);
   lumatlas::add_build_command(program);

@@ -13,10 +13,10 @@
 #include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
 #include "tools/base/output_folder.h"
-#include "tools/base/progress.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
+#include "tools/cli/stage_bars.h"
 #include "tools/meshing/scene_mesh.h"
 
 namespace lumatlas {
@@ -32,13 +32,6 @@ struct MeshFlags {
   bool json_output = false;
   bool quiet = false;
 };
-
-StageProgress bars_on_standard_error(bool quiet) {
-  return [quiet](const std::string& stage, std::size_t steps) {
-    const auto bar = std::make_shared<Progress>(stage, steps, ProgressOptions::standard_error(quiet));
-    return [bar](std::size_t done) { bar->tick(done); };
-  };
-}
 
 void check_is_ply(const std::filesystem::path& output) {
   std::string ending = output.extension().string();

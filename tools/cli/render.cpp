@@ -17,6 +17,7 @@
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
+#include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/percentile.h"
 #include "tools/base/progress.h"
@@ -24,7 +25,9 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/render_flags.h"
 #include "tools/paths/camera_tours.h"
+#include "tools/paths/kept_path.h"
 #include "tools/paths/path_file.h"
+#include "tools/picture/photographed_share.h"
 #include "tools/picture/stored_depths.h"
 #include "tools/pipeline/lens_notes.h"
 
@@ -79,11 +82,15 @@ struct Shot {
 };
 
 std::vector<Shot> shots_of_scene(const RenderFlags& flags, const Snapshot& snapshot, PictureOutput& output) {
-  SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset);
-  correct_lenses(scene.views, read_model_notes(flags.model), flags.model);
+  const ModelNotes notes = read_model_notes(flags.model);
+  PictureFolders pictures;
+  pictures.skip_bad = skips_bad(notes);
+  SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset, pictures);
+  correct_lenses(scene.views, notes, flags.model);
   std::vector<std::size_t> ranks(scene.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
   if (const auto protocol = flags.hold.protocol()) ranks = split_to_score(scene, *protocol).scored;
+  leave_out_bad(scene, ranks);
   std::vector<Shot> shots;
   for (const std::size_t rank : ranks) {
     const SceneView& view = scene.views[rank];
@@ -105,30 +112,65 @@ std::vector<Camera> stored_cameras(const Snapshot& snapshot) {
   return cameras;
 }
 
-std::vector<Vantage> tour(const RenderFlags& flags, const Snapshot& snapshot) {
+// What became of a path that keeps to the photographs, for people.
+std::string kept_text(const KeptPath& kept, std::size_t frames) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(0) << "path: " << 100 * kept.covered << "% of the frames show about as much "
+       << "as photographs do";
+  if (kept.arc_deg < 360) {
+    text << "; it swings to and fro over " << kept.arc_deg << " degrees, for of a full circle it would be "
+         << 100 * kept.covered_before << "%";
+  } else if (kept.moved > 0) {
+    text << "; " << kept.moved << " of " << frames << " were moved towards these, before it was "
+         << 100 * kept.covered_before << "%";
+  }
+  text << '\n';
+  return text.str();
+}
+
+// Orbits and Hilbert flights, which know nothing of what is where they lead.
+KeptPath laid_tour(const RenderFlags& flags, const Snapshot& snapshot, const std::vector<Camera>& stored,
+                   double depth) {
+  const auto visibility = make_ray_visibility(snapshot.surface->mesh);
+  const PhotographedShare share = [&](const Vantage& vantage) {
+    throw_if_interrupted();
+    return photographed_share(snapshot, *visibility, camera_at(vantage, flags.width, flags.height));
+  };
+  const std::vector<Vantage> laid =
+      flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
+                  : hilbert_flight(snapshot.surface->mesh, stored, flags.hilbert_order, flags.frames, flags.fov_deg);
+  KeptPath kept = flags.orbit ? kept_orbit(stored, depth, flags.frames, flags.fov_deg, share)
+                              : keep_to_photographs(laid, stored, upward(stored), depth, false, share);
+  if (!flags.anywhere) return kept;
+  return {laid, kept.covered_before, kept.covered_before, 0};
+}
+
+KeptPath tour(const RenderFlags& flags, const Snapshot& snapshot) {
   const std::vector<Camera> stored = stored_cameras(snapshot);
   if (stored.empty() && flags.path.empty()) {
     throw InputError(flags.model.string() + ": holds no views that say where to fly: give key frames (--path)");
   }
+  KeptPath result;
   if (!flags.path.empty()) {
     PathDefaults defaults;
     defaults.offset = snapshot.surface->offset;
     if (!stored.empty()) defaults.up = upward(stored);
     defaults.fov_deg = flags.fov_deg;
-    return CameraPath(read_path(flags.path, defaults)).evenly(flags.frames);
-  }
-  if (flags.hilbert) {
-    return hilbert_flight(snapshot.surface->mesh, stored, flags.hilbert_order, flags.frames, flags.fov_deg);
+    result.vantages = CameraPath(read_path(flags.path, defaults)).evenly(flags.frames);
+    return result;
   }
   std::vector<double> depths = sampled_depths(snapshot);
   const double depth = depths.empty() ? 1 : percentile(std::move(depths), 0.5);
-  return flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
-                     : walk(stored, depth, flags.frames, flags.fov_deg);
+  if (flags.walk) {
+    result.vantages = walk(stored, depth, flags.frames, flags.fov_deg);
+    return result;
+  }
+  return laid_tour(flags, snapshot, stored, depth);
 }
 
-std::vector<Shot> shots_of_path(const RenderFlags& flags, const Snapshot& snapshot, const PictureOutput& output) {
+std::vector<Shot> shots_of_path(const RenderFlags& flags, const KeptPath& path, const PictureOutput& output) {
   std::vector<Shot> shots;
-  for (const Vantage& vantage : tour(flags, snapshot)) {
+  for (const Vantage& vantage : path.vantages) {
     shots.push_back({camera_at(vantage, flags.width, flags.height), output.file_for_frame(shots.size(), flags.frames),
                      std::nullopt});
   }
@@ -166,8 +208,11 @@ void run(const RenderFlags& flags) {
   const Model model = read_model(flags.model);
   const Snapshot& snapshot = model.snapshot;
   first.has_read(model.times);
+  const bool is_laid = flags.orbit || flags.hilbert;
+  const KeptPath path = flags.views.empty() ? tour(flags, snapshot) : KeptPath();
+  if (is_laid && !flags.quiet) std::cerr << kept_text(path, flags.frames);
   const std::vector<Shot> shots =
-      flags.views.empty() ? shots_of_path(flags, snapshot, output) : shots_of_scene(flags, snapshot, output);
+      flags.views.empty() ? shots_of_path(flags, path, output) : shots_of_scene(flags, snapshot, output);
   std::optional<EglContext> context;
   std::optional<Renderer> renderer;
   first.begins_to_load();
@@ -187,6 +232,7 @@ void run(const RenderFlags& flags) {
                 {"pictures", shots.size()},
                 {"mode", flags.mode_name()},
                 {"format", flags.format_name()},
+                {"path", is_laid ? nlohmann::json{{"covered", path.covered}, {"moved", path.moved}} : nlohmann::json()},
                 {"renderer", context ? nlohmann::json(context->description()) : nlohmann::json()},
                 {"time_ms", {{"total", ms_since(start)}, {"first_picture", first.total_ms()}}}});
     return;

@@ -95,6 +95,8 @@ void RenderFlags::add_experiments_to(CLI::App& command) {
       ->type_name("N")
       ->transform(whole_number(1, kMostHilbertOrder))
       ->needs(along_hilbert_);
+  command.add_flag("--anywhere", anywhere,
+                   "Lay --orbit and --hilbert also past what nobody photographed, rather than near the photographs");
   blend.add_experiments_to(command);
   begin_experiments(command, "time");
   command.add_flag("--verbose", verbose, "Tell where the time until the first picture went");
@@ -169,6 +171,7 @@ nlohmann::json RenderFlags::json() const {
   }
   options["cameras"] = !path.empty() ? "path" : orbit ? "orbit" : walk ? "walk" : "hilbert";
   if (!path.empty()) options["path"] = path.string();
+  if (orbit || hilbert) options["anywhere"] = anywhere;
   if (hilbert) options["hilbert_order"] = hilbert_order;
   options["frames"] = frames;
   options["width"] = width;

@@ -22,6 +22,7 @@ struct RenderFlags {
   std::filesystem::path views, path;
   bool orbit = false, walk = false, hilbert = false;
   HoldFlags hold;
+  bool anywhere = false;
   std::uint32_t hilbert_order = 3;
   std::size_t frames = 120;
   std::uint32_t width = 1280, height = 720;  // pixels

@@ -53,18 +53,9 @@ std::filesystem::path report_of(const std::filesystem::path& model) {
 }
 
 // The protocol that was asked for, else the one that the model was built with: none if it was built from every view.
-std::optional<HoldOut> protocol(const ValidateFlags& flags, const json& built) {
+std::optional<HoldOut> protocol(const ValidateFlags& flags, const ModelNotes& notes) {
   if (const std::optional<HoldOut> asked = flags.hold.protocol()) return asked;
-  if (!built.contains("hold_out")) {
-    throw InputError(flags.model.string() +
-                     ": does not say which views were held out: name a model that `lumatlas build` wrote, or give the "
-                     "--hold that it was built with");
-  }
-  const json& recorded = built["hold_out"];
-  if (recorded.is_object() && recorded.value("hold", json()).is_number_unsigned() &&
-      recorded.value("block", json()).is_number_unsigned()) {
-    return HoldOut{recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
-  }
+  if (const std::optional<HoldOut> built = hold_out_of(notes, flags.model)) return built;
   if (!flags.test.empty()) return std::nullopt;
   throw InputError(
       flags.model.string() +
@@ -143,7 +134,7 @@ void run(const ValidateFlags& flags) {
   options.blend = flags.blend.options();
   const ModelNotes notes = read_model_notes(flags.model);
   const json& built = notes.options;
-  options.protocol = protocol(flags, built);
+  options.protocol = protocol(flags, notes);
   const auto wants = [&](const char* name) {
     return std::find(flags.baselines.begin(), flags.baselines.end(), name) != flags.baselines.end();
   };
@@ -158,7 +149,9 @@ void run(const ValidateFlags& flags) {
   OutputFolder output(target, "validate");
   const Model model = read_model(flags.model);
   options.validity = model.validity;
-  SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, flags.pictures.folders());
+  PictureFolders pictures = flags.pictures.folders();
+  pictures.skip_bad = skips_bad(notes);
+  SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, pictures);
   correct_lenses(scene.views, notes, flags.model);
   if (!flags.test.empty()) {
     options.test = read_scene_views(flags.test, model.snapshot.surface->offset);

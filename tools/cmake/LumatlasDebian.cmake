@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# `cpack --config build/release/CPackConfig.cmake` makes two Debian packages in the folder it is called from: lumatlas, the
-# program with its manual, and liblumatlas-dev, the CMake package's libraries and headers. Which libraries the program
+# `cpack --config build/release/CPackConfig.cmake` makes Debian packages in the folder it is called from: lumatlas, the
+# program with its manual, liblumatlas-dev, the CMake package's libraries and headers, and python3-lumatlas. Which libraries the program
 # needs dpkg-shlibdeps finds out; what it loads while it runs, and what the headers include, is named here.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME lumatlas)
@@ -28,4 +28,16 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Static libraries, headers and the CMake package of lumatlas")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
   "libceres-dev, libcgal-dev, libeigen3-dev, libembree-dev, libepoxy-dev, libglm-dev, libjpeg-dev, libopenimageio-dev, libopenmesh-dev, libtbb-dev, nlohmann-json3-dev")
+
+if(LUMATLAS_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  math(EXPR next_python "${Python3_VERSION_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-lumatlas)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The Python module of lumatlas")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  # The compiled part is for one version of Python.
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy, libegl1, libgl1-mesa-dri, libopengl0")
+endif()
 include(CPack)

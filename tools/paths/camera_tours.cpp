@@ -172,6 +172,13 @@ dvec3 upward(std::span<const Camera> stored) {
 }
 
 std::vector<Vantage> orbit(std::span<const Camera> stored, double depth, std::size_t frames, double fov_deg) {
+  std::vector<double> turns;
+  for (std::size_t i = 0; i < frames; ++i) turns.push_back(static_cast<double>(i) / static_cast<double>(frames));
+  return orbit_at(stored, depth, turns, fov_deg);
+}
+
+std::vector<Vantage> orbit_at(std::span<const Camera> stored, double depth, std::span<const double> turns,
+                              double fov_deg) {
   const dvec3 up = upward(stored);
   const dvec3 target = looked_at(stored, depth);
   const auto height = [&](const Camera& camera) { return glm::dot(camera.center() - target, up); };
@@ -183,8 +190,8 @@ std::vector<Vantage> orbit(std::span<const Camera> stored, double depth, std::si
   const dvec3 u = glm::length(first) > 1e-6 * depth ? glm::normalize(first) : across(up);
   const dvec3 v = glm::cross(up, u);
   std::vector<Vantage> vantages;
-  for (std::size_t i = 0; i < frames; ++i) {
-    const double angle = 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(frames);
+  for (const double turn : turns) {
+    const double angle = 2 * std::numbers::pi * turn;
     const dvec3 position = target + above * up + radius * (std::cos(angle) * u + std::sin(angle) * v);
     vantages.push_back({position, look_at(position, target, up), fov_deg});
   }

@@ -25,6 +25,10 @@ namespace lumatlas {
 [[nodiscard]] std::vector<Vantage> orbit(std::span<const Camera> stored, double depth, std::size_t frames,
                                          double fov_deg);
 
+// The same at these turns of it, 1 being once around.
+[[nodiscard]] std::vector<Vantage> orbit_at(std::span<const Camera> stored, double depth, std::span<const double> turns,
+                                            double fov_deg);
+
 // Through the cameras in their order, each a key frame; at a pace at which moving by `depth` takes as long as turning
 // by a radian.
 [[nodiscard]] std::vector<Vantage> walk(std::span<const Camera> stored, double depth, std::size_t frames,

@@ -15,6 +15,7 @@
 #include "planner/tile_choice.h"
 #include "tools/base/interrupt.h"
 #include "tools/pipeline/lens_notes.h"
+#include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
@@ -35,6 +36,7 @@ std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optio
   } else {
     for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
   }
+  leave_out_bad(scene, ranks);
   if (ranks.empty()) {
     throw InputError(scene.root.string() + ": none of its " + std::to_string(scene.views.size()) +
                      " views is left to build from: check --hold and --block");
@@ -114,26 +116,50 @@ double median_distance(const std::filesystem::path& mesh_file, const std::vector
   }
 }
 
-// A mesh in other coordinates, or of another scene, is seen by chance. Of many cameras some are looked through, evenly.
-void require_seen(const std::filesystem::path& mesh_file, const std::vector<Camera>& cameras,
-                  const Visibility& visibility) {
+// Views that see next to nothing of the mesh.
+struct BlindViews {
+  std::size_t looks = 0, blind = 0;
+  std::string first;  // by name
+};
+
+// Of many views some are looked through, evenly.
+BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
+                       const Visibility& visibility) {
   constexpr std::size_t kMostLooks = 100;
   constexpr std::uint32_t kGlancePx = 160;  // longer side of the pictures
-  constexpr double kLittleSeen = 0.01;      // of a picture
-  const std::size_t step = (cameras.size() + kMostLooks - 1) / kMostLooks;
-  std::size_t looks = 0, blind = 0;
+  const std::size_t step = (ranks.size() + kMostLooks - 1) / kMostLooks;
+  BlindViews result;
   VisibilityBuffer buffer;
-  for (std::size_t i = 0; i < cameras.size(); i += step, ++looks) {
+  for (std::size_t i = 0; i < ranks.size(); i += step, ++result.looks) {
     throw_if_interrupted();
-    visibility.trace(cameras[i].shrunk_to(kGlancePx), buffer);
+    const SceneView& view = views[ranks[i]];
+    visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
     const auto empty = static_cast<std::size_t>(std::count(buffer.face.begin(), buffer.face.end(), kNoFace));
     const std::size_t seen = buffer.face.size() - empty;
-    if (static_cast<double>(seen) < kLittleSeen * static_cast<double>(buffer.face.size())) ++blind;
+    if (static_cast<double>(seen) >= kLittleSeen * static_cast<double>(buffer.face.size())) continue;
+    if (result.blind++ == 0) result.first = view.name;
   }
-  if (4 * blind <= 3 * looks) return;
-  throw InputError(mesh_file.string() + ": " + std::to_string(blind) + " of " + std::to_string(looks) +
+  return result;
+}
+
+// A mesh in other coordinates, or of another scene, is seen by chance.
+void require_seen(const std::filesystem::path& mesh_file, const BlindViews& views) {
+  if (4 * views.blind <= 3 * views.looks) return;
+  throw InputError(mesh_file.string() + ": " + std::to_string(views.blind) + " of " + std::to_string(views.looks) +
                    " views that were looked through see next to nothing of it: mesh and cameras are in different "
-                   "coordinates, or the mesh is the wrong one (see lumatlas inspect)");
+                   "coordinates, or the mesh is the wrong one (see lumatlas inspect; --any-mesh builds all the same)");
+}
+
+void add_warning(const std::string& sentence, BuildResult& result) {
+  if (!sentence.empty()) result.warnings.push_back(sentence);
+}
+
+std::vector<SkippedView> skipped_views(const SceneViews& scene) {
+  std::vector<SkippedView> skipped;
+  for (const SceneView& view : scene.views) {
+    if (!view.bad.empty()) skipped.push_back({view.name, view.bad});
+  }
+  return skipped;
 }
 
 void restrict(RefinementOptions& refinement, RefineMode mode) {
@@ -349,6 +375,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   SceneViews views = read_scene_views(scene, mesh.offset, options.pictures);
   result.views = views.views.size();
   result.masked_views = masked_views(views);
+  result.skipped = skipped_views(views);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
@@ -357,11 +384,13 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const SurfaceInput input =
       make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
   result.mesh_file = input.mesh_file;
-  result.mesh_warnings = input.warnings;
+  result.warnings = input.warnings;
   result.simplified_faces = input.simplified_faces;
   result.simplified_distance = input.simplified_distance;
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
-  require_seen(result.mesh_file, cameras_of(views.views, ranks), *visibility);
+  const BlindViews blind = blind_views(views.views, ranks, *visibility);
+  if (!options.any_mesh) require_seen(result.mesh_file, blind);
+  add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
   result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);
   result.effective.refinement.interruption_point = throw_if_interrupted;
@@ -381,6 +410,9 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.stored_bytes = planner.stored_bytes();
   result.snapshot = atlas.snapshot();
   result.snapshot.cell_coverage = planner.cell_coverage();
+  const auto& seen = result.snapshot.cell_seen;
+  add_warning(unseen_cells_warning(static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 0)), seen.size()),
+              result);
   result.total_ms = ms_since(start);
   return result;
 }

@@ -61,6 +61,7 @@ struct BuildOptions {
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
   std::optional<HoldOut> hold_out;               // none: every view is offered
+  bool any_mesh = false;  // build also where most views see next to nothing of the mesh, which is refused otherwise
   StreamOrder order = StreamOrder::given;
   // With another choice than online, planner.max_bytes counts as so many of the largest view.
   ViewChoice choice = ViewChoice::online;
@@ -73,6 +74,11 @@ struct RefinedLens {
   std::size_t views = 0;  // stored ones
   LensEstimate estimate;  // with all that was applied as its correction, and residuals from before to after
   bool applied = false;   // the photographs were undistorted again
+};
+
+// A photograph that was left out because it is bad, and why: see PictureFolders::skip_bad.
+struct SkippedView {
+  std::string name, why;
 };
 
 // What became of one view that was offered.
@@ -104,9 +110,10 @@ struct BuildResult {
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given
-  std::vector<std::string> mesh_warnings;   // SurfaceInput::warnings
   std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;           // its distance
+  std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences
+  std::vector<SkippedView> skipped;         // by name
   std::size_t views = 0, masked_views = 0;  // of the scene
   PlannerOptions effective;                 // with every automatic value filled in
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline

@@ -265,6 +265,12 @@ json budget_of(const BuildOptions& options) {
   return bytes > 0 ? json(bytes) : json();
 }
 
+json skipped_names(const BuildResult& result) {
+  json names = json::array();
+  for (const SkippedView& view : result.skipped) names.push_back(view.name);
+  return names;
+}
+
 }  // namespace
 
 std::vector<std::size_t> cells_by_references(const ReferenceTable& references) {
@@ -306,6 +312,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
            {{"offered", result.planned.size()},
             {"stored", holding.views},
             {"kept", count(result.planned, Decision::kept)},
+            {"skipped", skipped_names(result)},
             {"replaced", count(result.planned, Decision::replaced)},
             {"rejected", count(result.planned, Decision::rejected)},
             {"outliers", count(result.planned, Decision::outlier)}}},
@@ -344,6 +351,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
   json all = {{"command", "build"},
               {"mesh", result.mesh_file.string()},
               {"hold_out", hold_out},
+              {"skip_bad", options.pictures.skip_bad},
               {"order", name_of(options.order)},
               {"choice", name_of(options.choice)},
               {"seed", options.seed},

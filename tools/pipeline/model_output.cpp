@@ -57,6 +57,25 @@ ModelNotes read_model_notes(const fs::path& model) {
   return {object_in(object_of_file(folder / kMarkerFile), "options"), object_of_file(folder / kPlanFile)};
 }
 
+std::optional<HoldOut> hold_out_of(const ModelNotes& notes, const fs::path& model) {
+  if (!notes.options.contains("hold_out")) {
+    throw InputError(model.string() +
+                     ": does not say which views were held out: name a model that `lumatlas build` wrote, or give the "
+                     "--hold that it was built with");
+  }
+  const json& recorded = notes.options["hold_out"];
+  if (!recorded.is_object() || !recorded.value("hold", json()).is_number_unsigned() ||
+      !recorded.value("block", json()).is_number_unsigned()) {
+    return std::nullopt;
+  }
+  return HoldOut{recorded["hold"].get<std::size_t>(), recorded["block"].get<std::size_t>()};
+}
+
+bool skips_bad(const ModelNotes& notes) {
+  const json recorded = notes.options.is_object() ? notes.options.value("skip_bad", json()) : json();
+  return recorded.is_boolean() && recorded.get<bool>();
+}
+
 ModelOutput::ModelOutput(const fs::path& path) {
   if (path.extension() == ".glb") {
     check_replaceable_glb(path);

@@ -5,9 +5,11 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "atlas/model_file.h"
 #include "tools/base/output_folder.h"
+#include "tools/scene/scene.h"
 
 namespace lumatlas {
 
@@ -20,6 +22,13 @@ struct ModelNotes {
 // Of a model's folder, its .gltf file, or a .glb. Throws InputError if there is no such model; notes that another
 // program wrote, or nobody, are null.
 [[nodiscard]] ModelNotes read_model_notes(const std::filesystem::path& model);
+
+// Which views a model was built without; none: it was built from every one. Throws InputError, naming `model`, where
+// its notes do not say.
+[[nodiscard]] std::optional<HoldOut> hold_out_of(const ModelNotes& notes, const std::filesystem::path& model);
+
+// Whether it was built without photographs that were bad: PictureFolders::skip_bad.
+[[nodiscard]] bool skips_bad(const ModelNotes& notes);
 
 // Complete or not at all, as OutputFolder and AtomicFile.
 class ModelOutput {

@@ -36,6 +36,8 @@ Split split(std::size_t view_count, const HoldOut& protocol) {
 
 Split split_to_score(const SceneViews& scene, const HoldOut& protocol) {
   Split result = split(scene.views.size(), protocol);
+  leave_out_bad(scene, result.input);
+  leave_out_bad(scene, result.scored);
   if (result.scored.empty()) {
     throw InputError(scene.root.string() + ": the protocol scores none of its " + std::to_string(scene.views.size()) +
                      " views: check --hold and --block");

@@ -21,7 +21,6 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint32_t kGlancePx = 160;  // longer side of the images that are looked at
-constexpr double kLittleSeen = 0.01;      // a view with less of its image on the mesh is called blind
 
 json repairs_json(const RepairReport& repair) {
   return {{"vertices that were not finite", repair.non_finite_vertices},
@@ -92,17 +91,10 @@ std::map<std::string, std::size_t> lenses_of(const SceneViews& scene) {
 
 json warnings(const Glance& seen, const SceneViews& scene, const SurfaceInput& input) {
   json list = input.warnings;
-  const std::size_t cells = input.surface->cells.cells.size();
-  if (!seen.blind.empty()) {
-    list.push_back(std::to_string(seen.blind.size()) + " of " + std::to_string(scene.views.size()) +
-                   " views see next to nothing of the mesh, the first is " + seen.blind.front() +
-                   (seen.blind.size() == scene.views.size()
-                        ? ": mesh and cameras are in different coordinates, or the mesh is the wrong one"
-                        : ": their poses may be wrong, or the mesh is incomplete"));
-  }
-  if (2 * seen.unseen_cells > cells) {
-    list.push_back(std::to_string(seen.unseen_cells) + " of " + std::to_string(cells) +
-                   " cells are seen by no view: much of the mesh will have no photograph");
+  const std::string first = seen.blind.empty() ? "" : seen.blind.front();
+  for (const std::string& sentence : {blind_views_warning(seen.blind.size(), scene.views.size(), first),
+                                      unseen_cells_warning(seen.unseen_cells, input.surface->cells.cells.size())}) {
+    if (!sentence.empty()) list.push_back(sentence);
   }
   return list;
 }
@@ -128,6 +120,20 @@ json inspect_views(const std::filesystem::path& scene_path) {
 }
 
 }  // namespace
+
+std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first) {
+  if (blind == 0) return {};
+  return std::to_string(blind) + " of " + std::to_string(views) +
+         " views see next to nothing of the mesh, the first is " + first +
+         (blind == views ? ": mesh and cameras are in different coordinates, or the mesh is the wrong one"
+                         : ": their poses may be wrong, or the mesh is incomplete");
+}
+
+std::string unseen_cells_warning(std::size_t unseen, std::size_t cells) {
+  if (2 * unseen <= cells) return {};
+  return std::to_string(unseen) + " of " + std::to_string(cells) +
+         " cells are seen by no view: much of the mesh will have no photograph";
+}
 
 json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,
                    const CellOptions& options, bool quiet) {

@@ -89,6 +89,18 @@ Orientation orientation_of(const SceneView& view, const std::string& namer, cons
                    ": put the photographs that the model was made from there");
 }
 
+// What the task throws is the caller's, or, where bad views are to be skipped, what is bad about this one.
+template <typename Task>
+void look_at_photograph(bool skip_bad, SceneView& view, const Task& task) {
+  if (!view.bad.empty()) return;
+  try {
+    task();
+  } catch (const InputError& error) {
+    if (!skip_bad) throw;
+    view.bad = error.what();
+  }
+}
+
 // x_cam = R x + t = R (x - offset) + (t + R offset).
 // Of a ColmapImage or a TransformsFrame.
 template <typename Posed>
@@ -177,9 +189,12 @@ SceneViews colmap_views(const fs::path& scene, const glm::dvec3& offset, const P
   }
   for_each_index(result.views.size(), [&](std::size_t i) {
     const ColmapImage& image = model.images[i];
-    result.views[i].orientation =
-        orientation_of(result.views[i], "image " + std::to_string(image.id) + " of " + model.images_path.string(),
-                       "camera " + std::to_string(image.camera_id) + " of " + model.cameras_path.string());
+    SceneView& view = result.views[i];
+    look_at_photograph(folders.skip_bad, view, [&] {
+      view.orientation =
+          orientation_of(view, "image " + std::to_string(image.id) + " of " + model.images_path.string(),
+                         "camera " + std::to_string(image.camera_id) + " of " + model.cameras_path.string());
+    });
   });
   return result;
 }
@@ -214,9 +229,27 @@ SceneViews transforms_views(const fs::path& scene, const glm::dvec3& offset, con
     result.views.push_back(std::move(view));
   }
   for_each_index(result.views.size(), [&](std::size_t i) {
-    result.views[i].orientation = orientation_of(result.views[i], path.string(), "its camera in " + path.string());
+    SceneView& view = result.views[i];
+    look_at_photograph(folders.skip_bad, view, [&] {
+      view.orientation = orientation_of(view, path.string(), "its camera in " + path.string());
+    });
   });
   return result;
+}
+
+// Decodes every photograph and mask: damage behind a header shows in no other way.
+void find_bad(SceneViews& scene) {
+  for_each_index(scene.views.size(), [&](std::size_t i) {
+    SceneView& view = scene.views[i];
+    look_at_photograph(true, view, [&] {
+      (void)read_photograph(view.image, view.orientation);
+      if (view.mask) (void)pixels_of_mask(view);
+    });
+  });
+  const auto is_bad = [](const SceneView& view) { return !view.bad.empty(); };
+  if (!std::all_of(scene.views.begin(), scene.views.end(), is_bad)) return;
+  throw InputError(scene.root.string() + ": none of its " + std::to_string(scene.views.size()) +
+                   " photographs can be used; the first: " + scene.views.front().bad);
 }
 
 }  // namespace
@@ -225,7 +258,12 @@ SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, con
   SceneViews result =
       is_transforms_scene(scene) ? transforms_views(scene, offset, folders) : colmap_views(scene, offset, folders);
   find_masks(folders.masks.value_or(scene / "masks"), folders.masks.has_value(), result.views);
+  if (folders.skip_bad) find_bad(result);
   return result;
+}
+
+void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks) {
+  std::erase_if(ranks, [&](std::size_t rank) { return !scene.views[rank].bad.empty(); });
 }
 
 std::size_t masked_views(const SceneViews& scene) {

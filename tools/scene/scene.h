@@ -24,6 +24,7 @@ struct SceneView {
   Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
+  std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.
@@ -32,11 +33,17 @@ struct SceneViews {
   std::vector<SceneView> views;  // by name, in byte order
 };
 
-// Where a scene's pictures are, if not where they usually are.
+// Where a scene's pictures are, if not where they usually are, and what to do about bad ones.
 struct PictureFolders {
   std::optional<std::filesystem::path> images;  // none: SCENE/images
   std::optional<std::filesystem::path> masks;   // none: SCENE/masks, if there is such a folder
+  // Views whose photograph or mask is missing, damaged or of another size keep their rank, so that the same others are
+  // held out, and are marked as SceneView::bad, rather than refused. Every photograph is then decoded once to find out.
+  bool skip_bad = false;
 };
+
+// Takes those of bad views away.
+void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 
 // How many views have a mask.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
@@ -47,7 +54,7 @@ struct PictureFolders {
 // A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
 // that does not fit its camera's size but the upright one does, it is turned. The mask of NAME.jpg is NAME.jpg.png, as
 // COLMAP has it, or NAME.png; a photograph need not have one. Throws InputError: file, index, value, what to do, also
-// where folders.masks has no mask of any photograph.
+// where folders.masks has no mask of any photograph, and with skip_bad where all are bad.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
                                           const PictureFolders& folders = {});
 
@@ -82,7 +89,7 @@ struct Split {
 };
 [[nodiscard]] Split split(std::size_t view_count, const HoldOut& protocol);
 
-// split() of a scene's views for scoring. Throws InputError if the protocol scores none of them.
+// split() of a scene's views for scoring, without bad ones. Throws InputError if the protocol scores none of them.
 [[nodiscard]] Split split_to_score(const SceneViews& scene, const HoldOut& protocol);
 
 }  // namespace lumatlas

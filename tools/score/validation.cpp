@@ -35,8 +35,10 @@ Split parts_of(const SceneViews& scene, const ValidationOptions& options) {
   Split parts;
   if (options.protocol) parts.input = split(scene.views.size(), *options.protocol).input;
   for (std::size_t rank = 0; !options.protocol && rank < scene.views.size(); ++rank) parts.input.push_back(rank);
+  leave_out_bad(scene, parts.input);
   parts.scored.resize(options.test->views.size());
   std::iota(parts.scored.begin(), parts.scored.end(), std::size_t{0});
+  leave_out_bad(*options.test, parts.scored);
   return parts;
 }
 

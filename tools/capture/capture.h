@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The whole way from a folder of photographs to a saved model, in steps that are not done twice.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "tools/capture/colmap_program.h"
+#include "tools/meshing/scene_mesh.h"
+#include "tools/pipeline/build_model.h"
+
+namespace lumatlas {
+
+struct CaptureOptions {
+  ColmapOptions colmap;
+  SceneMeshOptions mesh;  // points and pictures are the capture's own
+  BuildOptions build;     // mesh and pictures too
+  ImageCoding photographs;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule.
+void check(const CaptureOptions& options);
+
+// How the caller follows the work. Any may be empty.
+struct CaptureListener {
+  std::function<void(const std::string& sentence)> say;  // what begins, what was done before, what to know
+  StageProgress stage;                                   // of all steps but the build
+  BuildCallback build;
+};
+
+struct CaptureStep {
+  std::string name;  // "features", "matching", "mapping", "mesh" or "build"
+  bool done_before;  // by an earlier run, with the same inputs
+  double time_ms;    // wall time now
+};
+
+struct CaptureResult {
+  std::size_t photographs = 0;      // in the folder
+  std::vector<std::string> missed;  // those that COLMAP did not place, by name
+  std::size_t reconstructions = 0;  // that do not hang together; the one of most photographs was taken
+  std::vector<CaptureStep> steps;
+  std::vector<std::string> warnings;  // reasons not to trust the mesh, in sentences; none where it was made before
+  nlohmann::json summary;             // of the build: tools/pipeline/build_summary.h
+};
+
+// Features, matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads:
+// images (a link to the photographs), sparse/0/, mesh.ply; beside these stand COLMAP's database, its other
+// reconstructions, its logs, and capture.json, which tells what is done. A step whose inputs (names, sizes and times of
+// files, options, the steps before) and outputs are as an earlier run left them is passed over; features and matching
+// that were broken off, or have got more photographs, go on where they were.
+//
+// Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
+// photographs, and where `work` holds something else; Interrupted, with what is done kept.
+[[nodiscard]] CaptureResult capture(const std::filesystem::path& photographs, const std::filesystem::path& work,
+                                    const std::filesystem::path& model, const CaptureOptions& options,
+                                    const CaptureListener& listener);
+
+}  // namespace lumatlas

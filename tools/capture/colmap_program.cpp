@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/capture/colmap_program.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <regex>
+#include <sstream>
+#include <utility>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/whole_file.h"
+#include "tools/base/child_process.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// The end of a file, which another program may be writing.
+std::string last_bytes(const fs::path& file, std::streamoff count) {
+  std::ifstream stream(file, std::ios::binary | std::ios::ate);
+  if (!stream) return {};
+  const std::streamoff size = stream.tellg();
+  stream.seekg(std::max<std::streamoff>(0, size - count));
+  std::ostringstream text;
+  text << stream.rdbuf();
+  return text.str();
+}
+
+std::string last_line(const std::string& text) {
+  std::istringstream lines(text);
+  std::string last;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find_first_not_of(" \t\r=") != std::string::npos) last = line;
+  }
+  return last;
+}
+
+// The last match of the pattern, if there is one.
+std::smatch last_match(const std::string& text, const std::regex& pattern) {
+  std::smatch last;
+  for (auto at = std::sregex_iterator(text.begin(), text.end(), pattern); at != std::sregex_iterator(); ++at)
+    last = *at;
+  return last;
+}
+
+std::size_t number(const std::ssub_match& match) {
+  return static_cast<std::size_t>(std::strtoull(match.str().c_str(), nullptr, 10));
+}
+
+// The whole name of the option whose name ends so: newer COLMAPs have moved some from one group to another. Empty:
+// there is none.
+std::string option_named(const std::string& help, const std::string& ending) {
+  std::smatch found;
+  return std::regex_search(help, found, std::regex("--([A-Za-z.]+\\." + ending + ")\\b")) ? "--" + found[1].str() : "";
+}
+
+void add_gpu(const std::string& help, bool use_gpu, std::vector<std::string>& arguments) {
+  const std::string option = option_named(help, "use_gpu");
+  if (!option.empty()) arguments.insert(arguments.end(), {option, use_gpu ? "1" : "0"});
+}
+
+// COLMAP tells how far it is after each block of photographs, and its own blocks of 50 are most captures as a whole.
+std::string block_size(std::size_t photographs) {
+  constexpr std::size_t kBlocks = 8, kSmallest = 4, kLargest = 50;
+  return std::to_string(std::clamp(photographs / kBlocks, kSmallest, kLargest));
+}
+
+// The block that COLMAP named last is done now; photographs without a place stay so.
+void show_end(const ColmapState& state, const ColmapProgress& progress) {
+  if (progress) progress(state.counts_places ? state.done : state.of, state.of);
+}
+
+}  // namespace
+
+Matching matching_for(std::size_t photographs, Matching wanted) {
+  if (wanted != Matching::automatic) return wanted;
+  return photographs <= kMostForExhaustive ? Matching::exhaustive : Matching::sequential;
+}
+
+ColmapState colmap_state(const std::string& log, std::size_t photographs) {
+  static const std::regex kRegistered(R"(Registering image #\d+ \((?:num_reg_frames=)?(\d+)\))");
+  static const std::regex kBlocks(R"(\[(\d+)/(\d+), (\d+)/(\d+)\])");
+  static const std::regex kFiles(R"(\[(\d+)/(\d+)\])");
+  if (const std::smatch match = last_match(log, kRegistered); !match.empty())
+    return {number(match[1]), photographs, true};
+  // The block that is named is at work.
+  if (const std::smatch match = last_match(log, kBlocks); !match.empty()) {
+    const std::size_t before = (std::max<std::size_t>(number(match[1]), 1) - 1) * number(match[4]) + number(match[3]);
+    return {std::max<std::size_t>(before, 1) - 1, number(match[2]) * number(match[4])};
+  }
+  if (const std::smatch match = last_match(log, kFiles); !match.empty()) return {number(match[1]), number(match[2])};
+  return {};
+}
+
+fs::path ColmapProgram::database(const fs::path& work) {
+  return work / "database.db";
+}
+
+fs::path ColmapProgram::reconstructions(const fs::path& work) {
+  return work / "reconstructions";
+}
+
+fs::path ColmapProgram::log(const fs::path& work, const std::string& step) {
+  return work / "log" / (step + ".txt");
+}
+
+ColmapProgram::ColmapProgram(fs::path work) : program_(find_program("colmap")), work_(std::move(work)) {
+  if (!program_.empty()) return;
+  throw InputError(
+      "colmap: no such program in PATH, and the poses of photographs are found by it: install COLMAP (on Debian "
+      "`apt install colmap`)");
+}
+
+std::string ColmapProgram::help_of(const std::string& command) const {
+  const fs::path text = log(work_, command + "-help");
+  (void)run_to_end({program_, {command, "-h"}, text, text});
+  return last_bytes(text, 1 << 16);
+}
+
+void ColmapProgram::run(const std::string& step, const std::vector<std::string>& arguments, std::size_t photographs,
+                        const ColmapProgress& progress) const {
+  constexpr auto kBetweenLooks = std::chrono::milliseconds(200);
+  constexpr std::streamoff kTail = 1 << 14;
+  const fs::path words = log(work_, step);
+  auto next_look = std::chrono::steady_clock::now();
+  const auto look = [&] {
+    if (std::chrono::steady_clock::now() < next_look) return;
+    next_look = std::chrono::steady_clock::now() + kBetweenLooks;
+    const ColmapState state = colmap_state(last_bytes(words, kTail), photographs);
+    if (progress) progress(state.done, state.of);
+  };
+  const int status = run_to_end({program_, arguments, words, words}, look);
+  if (status == 0) return show_end(colmap_state(last_bytes(words, kTail), photographs), progress);
+  const std::string how = status < 0 ? "was ended by signal " + std::to_string(-status)
+                                     : "failed with exit status " + std::to_string(status);
+  const std::string said = last_line(last_bytes(words, kTail));
+  throw InputError("colmap " + arguments.front() + " " + how + (said.empty() ? "" : " and said '" + said + "'") +
+                   ": see " + words.string());
+}
+
+void ColmapProgram::extract_features(const CapturedPhotographs& photographs, bool one_lens,
+                                     const ColmapOptions& options, const ColmapProgress& progress) const {
+  const fs::path list = work_ / "photographs.txt";
+  std::string names;
+  for (const std::string& name : photographs.names) names += name + '\n';
+  write_whole_file(list, names);
+  std::vector<std::string> arguments{"feature_extractor",
+                                     "--database_path",
+                                     database(work_).string(),
+                                     "--image_path",
+                                     photographs.folder.string(),
+                                     "--image_list_path",
+                                     list.string(),
+                                     "--ImageReader.single_camera",
+                                     one_lens ? "1" : "0"};
+  add_gpu(help_of("feature_extractor"), options.use_gpu, arguments);
+  run("features", arguments, photographs.names.size(), progress);
+}
+
+void ColmapProgram::match(std::size_t photographs, const ColmapOptions& options, const ColmapProgress& progress) const {
+  const bool exhaustive = matching_for(photographs, options.matching) == Matching::exhaustive;
+  const std::string command = exhaustive ? "exhaustive_matcher" : "sequential_matcher";
+  std::vector<std::string> arguments{command, "--database_path", database(work_).string()};
+  const std::string help = help_of(command);
+  add_gpu(help, options.use_gpu, arguments);
+  if (const std::string option = option_named(help, "block_size"); exhaustive && !option.empty()) {
+    arguments.insert(arguments.end(), {option, block_size(photographs)});
+  }
+  run("matching", arguments, photographs, progress);
+}
+
+void ColmapProgram::map(const CapturedPhotographs& photographs, const ColmapProgress& progress) const {
+  run("mapping",
+      {"mapper", "--database_path", database(work_).string(), "--image_path", photographs.folder.string(),
+       "--output_path", reconstructions(work_).string()},
+      photographs.names.size(), progress);
+}
+
+}  // namespace lumatlas

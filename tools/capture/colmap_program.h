@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The COLMAP that is installed, as a program of its own: from photographs to poses and points.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tools/capture/captured_photographs.h"
+
+namespace lumatlas {
+
+// Which photographs are compared with which.
+enum class Matching {
+  automatic,   // exhaustive up to kMostForExhaustive photographs, else sequential
+  exhaustive,  // each with each
+  sequential,  // each with its neighbours by name: of a video or a walk
+};
+inline constexpr std::size_t kMostForExhaustive = 200;
+
+struct ColmapOptions {
+  Matching matching = Matching::automatic;
+  bool use_gpu = false;  // COLMAP must have been built for one, and find it
+};
+
+// Called with how many of all steps of a command are done, as COLMAP's own words tell.
+using ColmapProgress = std::function<void(std::size_t done, std::size_t of)>;
+
+class ColmapProgram {
+ public:
+  // `work` is the folder of database.db, reconstructions/ and log/. Throws InputError where PATH has no `colmap`,
+  // saying how to install it.
+  explicit ColmapProgram(std::filesystem::path work);
+
+  // The three commands, each with its arguments beyond those that name files. They throw InputError, with the last
+  // line that COLMAP wrote and its log, where COLMAP fails, and Interrupted, once it has ended.
+  void extract_features(const CapturedPhotographs& photographs, bool one_lens, const ColmapOptions& options,
+                        const ColmapProgress& progress) const;
+  void match(std::size_t photographs, const ColmapOptions& options, const ColmapProgress& progress) const;
+  void map(const CapturedPhotographs& photographs, const ColmapProgress& progress) const;
+
+  [[nodiscard]] static std::filesystem::path database(const std::filesystem::path& work);
+  [[nodiscard]] static std::filesystem::path reconstructions(const std::filesystem::path& work);
+  // Of "features", "matching" or "mapping".
+  [[nodiscard]] static std::filesystem::path log(const std::filesystem::path& work, const std::string& step);
+
+ private:
+  [[nodiscard]] std::string help_of(const std::string& command) const;
+  void run(const std::string& step, const std::vector<std::string>& arguments, std::size_t photographs,
+           const ColmapProgress& progress) const;
+
+  std::filesystem::path program_, work_;
+};
+
+// The matching that is meant for so many photographs: exhaustive or sequential.
+[[nodiscard]] Matching matching_for(std::size_t photographs, Matching wanted);
+
+// How far a command has come by its log: the last "[3/16]", the last "[2/4, 1/4]" or the largest "Registering image
+// #12 (3)" of it; 0 of 0: it says nothing yet. `photographs` is what the last one is out of.
+struct ColmapState {
+  std::size_t done = 0, of = 0;
+  bool counts_places = false;  // of photographs that were placed, which need not become all
+};
+[[nodiscard]] ColmapState colmap_state(const std::string& log, std::size_t photographs);
+
+}  // namespace lumatlas

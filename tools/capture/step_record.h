@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which steps of a long piece of work are done, and from what, so that it can be taken up again where it ended.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+
+namespace lumatlas {
+
+// Size and time of last change of a file, by which another one under its name is told. Null: there is no such file.
+[[nodiscard]] nlohmann::json file_state(const std::filesystem::path& file);
+
+// A JSON file that is written anew, in one step, whenever a step begins or ends.
+class StepRecord {
+ public:
+  // Reads what an earlier run wrote; an empty record where there is no such file. Throws InputError for a file that is
+  // no record.
+  explicit StepRecord(std::filesystem::path file);
+
+  // Whether it was finished with these inputs, and its outputs are still as it left them.
+  [[nodiscard]] bool is_done(const std::string& step, const nlohmann::json& inputs) const;
+  // What the step was last begun with; null: it never was.
+  [[nodiscard]] nlohmann::json inputs(const std::string& step) const;
+  // Different after each time that the step was finished: an input of the steps after it. Null: it is not finished.
+  [[nodiscard]] nlohmann::json stamp(const std::string& step) const;
+
+  void forget(const std::string& step);
+  void begin(const std::string& step, const nlohmann::json& inputs);
+  void finish(const std::string& step, std::span<const std::filesystem::path> outputs);
+
+ private:
+  [[nodiscard]] nlohmann::json entry(const std::string& step) const;
+  void write() const;
+
+  std::filesystem::path file_;
+  nlohmann::json steps_ = nlohmann::json::object();
+};
+
+}  // namespace lumatlas

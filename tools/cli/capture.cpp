@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/capture/capture.h"
+
+#include <array>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tools/base/child_process.h"
+#include "tools/base/output_folder.h"
+#include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
+#include "tools/cli/option_rules.h"
+#include "tools/cli/stage_bars.h"
+#include "tools/pipeline/build_summary.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+struct CaptureFlags {
+  std::filesystem::path photographs, output, work;
+  CaptureOptions options;
+  HoldFlags hold;
+  bool json_output = false;
+  bool quiet = false;
+};
+
+// "office-capture" beside "office", "office/" and "office.glb".
+std::filesystem::path beside_model(std::filesystem::path model, const char* ending) {
+  if (!model.has_filename()) model = model.parent_path();
+  if (model.extension() == ".glb") model.replace_extension();
+  model += ending;
+  return model;
+}
+
+json steps_json(const CaptureResult& result) {
+  json steps = json::array();
+  for (const CaptureStep& step : result.steps) {
+    steps.push_back({{"name", step.name}, {"done_before", step.done_before}, {"ms", step.time_ms}});
+  }
+  return steps;
+}
+
+json result_json(const CaptureResult& result, const CaptureFlags& flags) {
+  return {{"output", flags.output.string()},
+          {"scene", flags.work.string()},
+          {"photographs", {{"count", result.photographs}, {"missed", result.missed}}},
+          {"reconstructions", result.reconstructions},
+          {"steps", steps_json(result)},
+          {"warnings", result.warnings}};
+}
+
+std::string advice(const CaptureFlags& flags) {
+  const std::string model = flags.output.string();
+  std::string lines =
+      "look at it: " +
+      shell_line("lumatlas", {"render", model, "--orbit", "-o", beside_model(flags.output, "-orbit").string()}) + '\n';
+  if (flags.hold.protocol()) {
+    lines += "score it:   " + shell_line("lumatlas", {"validate", model, "--views", flags.work.string()}) + '\n';
+  }
+  return lines;
+}
+
+void run(CaptureFlags flags) {
+  if (flags.work.empty()) flags.work = beside_model(flags.output, "-capture");
+  flags.options.build.hold_out = flags.hold.protocol();
+  check_usage(flags.options);
+  check_apart(flags.output, std::array{flags.photographs, flags.work});
+  const bool quiet = flags.quiet;
+  const auto say = [quiet](const std::string& sentence) {
+    if (!quiet) std::cerr << sentence << '\n';
+  };
+  const CaptureResult result = capture(flags.photographs, flags.work, flags.output, flags.options,
+                                       {say, bars_on_standard_error(quiet), progress_on_standard_error(quiet)});
+  for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
+  if (flags.json_output) {
+    print_json(result_json(result, flags));
+    return;
+  }
+  if (result.summary.is_object()) std::cout << summary_text(result.summary, flags.output.string());
+  if (!quiet) std::cerr << advice(flags);
+}
+
+}  // namespace
+
+void add_capture_command(CLI::App& program) {
+  auto flags = std::make_shared<CaptureFlags>();
+  CLI::App* command =
+      program.add_subcommand("capture", "From photographs alone to a model: COLMAP's poses, a mesh, and a build");
+  add_file(*command, "PHOTOGRAPHS", flags->photographs, "PHOTOGRAPHS", "Folder of overlapping photographs of a place")
+      ->required();
+  begin_group(*command, "Files");
+  add_file(*command, "-o,--output", flags->output, "MODEL",
+           "Folder, or one file that ends in .glb; an earlier model there is replaced")
+      ->required();
+  add_file(*command, "--work", flags->work, "DIR",
+           "Poses, mesh and COLMAP's logs, which other commands read as a SCENE; what is done there is not done again; "
+           "MODEL-capture unless given");
+  begin_group(*command, "Poses");
+  add_choice(
+      *command, "--matching", flags->options.colmap.matching,
+      {{"automatic", Matching::automatic}, {"exhaustive", Matching::exhaustive}, {"sequential", Matching::sequential}},
+      "Compare each photograph with each, or with its neighbours by name, as in a video; automatic: each with "
+      "each up to " +
+          std::to_string(kMostForExhaustive));
+  command->add_flag("--gpu", flags->options.colmap.use_gpu, "Let COLMAP use a GPU, if it is built for one");
+  begin_group(*command, "Model");
+  flags->hold.add_to(*command, "Leave out every H-th by name, for `lumatlas validate` to score");
+  command->add_option("--max-views", flags->options.build.max_views, "Photographs that it may hold")
+      ->type_name("N")
+      ->transform(whole_number(1, 1u << 20))
+      ->default_str(std::to_string(*flags->options.build.max_views));
+  begin_group(*command, "Messages");
+  add_json(*command, flags->json_output);
+  add_quiet(*command, flags->quiet);
+  command->callback([flags] { run(*flags); });
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The Python module's parts, one file a subject. What Python sees is in the coordinates of the scene, its offset not
+// subtracted. InputError and GlError become RuntimeError, std::invalid_argument becomes ValueError, with the same
+// sentence. Whatever takes long runs without Python's lock.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+
+#include "mesh/camera.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas::python {
+
+void bind_camera(pybind11::module_& module);
+void bind_scene(pybind11::module_& module);
+void bind_model(pybind11::module_& module);
+void bind_build(pybind11::module_& module);
+
+// A scene that was looked at once: where it is, and its views in its own coordinates.
+struct Scene {
+  std::filesystem::path path;
+  PictureFolders pictures;
+  SceneViews views;
+};
+
+// The camera in the scene's coordinates of one whose coordinates have `offset` subtracted, and the other way round.
+[[nodiscard]] Camera in_scene(Camera camera, const glm::dvec3& offset);
+[[nodiscard]] Camera in_model(Camera camera, const glm::dvec3& offset);
+
+// Dicts, lists, numbers and None. Needs Python's lock.
+[[nodiscard]] pybind11::object to_python(const nlohmann::json& value);
+
+// None for both: nothing is held out. Throws std::invalid_argument for a block without hold.
+[[nodiscard]] std::optional<HoldOut> protocol_of(std::optional<std::size_t> hold, std::size_t block);
+
+}  // namespace lumatlas::python
