@@ -307,7 +307,7 @@ void SiteWriter::write_view(std::size_t slot, const StoredView& view) {
 
 // Of scripts and pictures of the site's own alone.
 constexpr std::string_view kFolderPolicy =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'";
 // All is inside; nothing is asked of anybody.
 constexpr std::string_view kOnePagePolicy =

@@ -14,9 +14,11 @@ import {SiteFiles} from './site_files.js';
 const MEBIBYTE = 1 << 20;
 const AT_ONCE = 4;         // views that are fetched at the same time
 const STILL_AFTER_MS = 250;
-const SLOW_MS = 45;        // a frame that takes longer makes the next one smaller
-const FAST_MS = 20;
+const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
+const FAST_MS = 15;
 const LEAST_SHARE = 0.2;   // of the canvas' pixels along a side
+const FIRST_SHARE = 0.5;
+const MOST_CHANGE = 1.6;   // of the share, from one picture to the next
 const MOST_PIXELS = 2.1e6;
 
 // Of GPU memory for photographs: what a phone gives a page without closing others.
@@ -38,7 +40,9 @@ export class Viewer {
     this.memory = options.memory;
     this.mode = 'picture';
     this.quality = 'auto';
-    this.share = 1;
+    this.share = FIRST_SHARE;
+    this.gl.clearColor(0.25, 0.27, 0.3, 1);
+    this.gl.clear(this.gl.COLOR_BUFFER_BIT);
     this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
     this.changed = () => {};  // after each change of the view
     this.progressed = () => {};
@@ -109,7 +113,6 @@ export class Viewer {
 
   moved() {
     this.invalidate();
-    this.moving = true;
     this.changed();
   }
 
@@ -135,7 +138,7 @@ export class Viewer {
         const seconds = (now - last) / 1000;
         last = now;
         if (this.navigation.advance(now) || advance(seconds)) this.moved();
-        this.step(now, 1000 * seconds);
+        this.step(now);
       } catch (error) {
         this.failed(error);
         throw error;
@@ -144,25 +147,40 @@ export class Viewer {
     requestAnimationFrame(frame);
   }
 
-  step(now, sinceLastMs) {
-    if (!this.hasMesh || this.gl.isContextLost()) return;
+  // Nothing new is asked of the GPU before it has done what it was asked for.
+  step(now) {
+    if (!this.hasMesh || this.gl.isContextLost() || this.busy(now)) return;
     if (this.dirty) {
-      if (this.drewLast && this.moving) this.adapt(sinceLastMs);
       this.drawNow();
-      this.drewLast = true;
-      return;
+      this.watch(now, true);
+    } else if (now - this.changedAt > STILL_AFTER_MS) {
+      this.refine();
+      this.watch(now, false);
     }
-    this.drewLast = false;
-    if (now - this.changedAt < STILL_AFTER_MS) return;
-    this.moving = false;
-    this.refine();
   }
 
-  // Fewer pixels where frames come late.
+  watch(now, adapts) {
+    this.fence = this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.gl.flush();
+    this.asked = {now, adapts: adapts && this.shown.pictures};
+  }
+
+  busy(now) {
+    const {gl} = this;
+    if (!this.fence) return false;
+    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
+    gl.deleteSync(this.fence);
+    this.fence = null;
+    if (this.asked.adapts) this.adapt(now - this.asked.now);
+    return false;
+  }
+
+  // Fewer pixels where the GPU is slow. The first picture, for which programs are made ready, says nothing.
   adapt(ms) {
-    if (QUALITIES[this.quality].share !== null) return;
-    if (ms > SLOW_MS) this.share = Math.max(LEAST_SHARE, this.share * 0.85);
-    if (ms < FAST_MS) this.share = Math.min(1, this.share * 1.05);
+    this.pictures = (this.pictures ?? 0) + 1;
+    if (QUALITIES[this.quality].share !== null || this.pictures < 2) return;
+    const change = ms > SLOW_MS ? Math.sqrt(SLOW_MS / ms) : ms < FAST_MS ? MOST_CHANGE : 1;
+    this.share = Math.max(LEAST_SHARE, Math.min(1, this.share * Math.max(1 / MOST_CHANGE, change)));
   }
 
   drawNow() {
@@ -254,8 +272,8 @@ function save(blob, name) {
 
 // Address and view follow each other, without an entry in the history for each movement.
 function linkAddress(viewer, page) {
-  const read = () => {
-    const state = parseAddress(location.hash);
+  const read = (address) => {
+    const state = parseAddress(new URL(address).hash);
     if (!state) return false;
     viewer.navigation.set(state.pose, state.fov);
     viewer.setMode(state.mode);
@@ -268,12 +286,12 @@ function linkAddress(viewer, page) {
     const {navigation, mode} = viewer;
     history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
   };
-  read();
+  read(location.href);
   viewer.changed = () => {
     timer ||= setTimeout(write, 200);
   };
-  addEventListener('hashchange', () => {
-    if (read()) viewer.invalidate();
+  addEventListener('hashchange', (event) => {
+    if (read(event.newURL)) viewer.invalidate();
   });
 }
 
