@@ -33,10 +33,8 @@ namespace {
 using nlohmann::json;
 
 enum class ExportFormat { glb, gltf, obj, web };
-const Names<ExportFormat> kFormats{{"glb", ExportFormat::glb},
-                                   {"gltf", ExportFormat::gltf},
-                                   {"obj", ExportFormat::obj},
-                                   {"web", ExportFormat::web}};
+const Names<ExportFormat> kFormats{
+    {"glb", ExportFormat::glb}, {"gltf", ExportFormat::gltf}, {"obj", ExportFormat::obj}, {"web", ExportFormat::web}};
 const Names<ImageFormat> kImages{{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
 
 struct ExportFlags {
@@ -207,7 +205,7 @@ json web_summary(const ExportFlags& flags, const SiteFacts& facts, double total_
           {"scale", facts.scale},
           {"bytes",
            {{"all", facts.bytes()},
-            {"page", facts.page_bytes},
+            {"first", facts.page_bytes + facts.scene_bytes},
             {"mesh", facts.mesh_bytes},
             {"tables", facts.table_bytes},
             {"photographs", facts.photograph_bytes},
@@ -224,8 +222,8 @@ void print_web_result(const json& summary) {
        << megabytes("mesh") << " MB the mesh and " << megabytes("masks") << " MB masks\n";
   const double scale = summary["scale"].get<double>();
   if (scale < 1) {
-    text << "photographs are scaled to " << std::setprecision(0) << 100 * scale << " %, for a side of "
-         << kMostSidePx << " pixels is what every browser takes\n";
+    text << "photographs are scaled to " << std::setprecision(0) << 100 * scale << " %, for a side of " << kMostSidePx
+         << " pixels is what every browser takes\n";
   }
   std::cout << text.str();
 }
@@ -292,8 +290,10 @@ void add_export_command(CLI::App& program) {
       "export", "A model as a page for browsers, or as a plain textured mesh for other programs");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
   begin_group(*command, "Files");
-  add_choice(*command, "--to", flags->format, kFormats, "One glTF file, a folder with scene.gltf or scene.obj, or a page");
-  add_file(*command, "-o,--output", flags->output, "PATH", "An earlier export there is replaced; --to web writes a folder, or one file NAME.html")
+  add_choice(*command, "--to", flags->format, kFormats,
+             "One glTF file, a folder with scene.gltf or scene.obj, or a page");
+  add_file(*command, "-o,--output", flags->output, "PATH",
+           "An earlier export there is replaced; --to web writes a folder, or one file NAME.html")
       ->required();
   flags->image_option =
       add_choice(*command, "--image", flags->image.format, kImages, "How the texture is kept; --to web: jpeg");

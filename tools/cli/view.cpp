@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
 
@@ -15,6 +16,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/json_output.h"
 #include "tools/viewer/site.h"
 #include "tools/viewer/site_server.h"
 
@@ -26,6 +28,7 @@ struct ViewFlags {
   std::filesystem::path model;
   ServerOptions server;
   bool no_browser = false;
+  bool json_output = false;
   bool quiet = false;
 };
 
@@ -64,7 +67,12 @@ void run(const ViewFlags& flags) {
         model.snapshot, local_site(flags.model), [&](SiteFile file) { server.add(std::move(file)); },
         [&] { progress.tick(); });
   }
-  std::cout << server.address() << std::endl;
+  if (flags.json_output) {
+    print_json({{"address", server.address()}});
+  } else {
+    std::cout << server.address() << '\n';
+  }
+  std::cout.flush();  // whoever reads it waits for it
   if (!flags.quiet) std::cerr << "Ctrl-C ends it.\n";
   if (!flags.no_browser) open_browser(server.address());
   server.serve([] {
@@ -87,6 +95,7 @@ void add_view_command(CLI::App& program) {
       ->transform(whole_number(0, 65535));
   command->add_flag("--no-browser", flags->no_browser, "Only print the address");
   begin_group(*command, "Messages");
+  add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
   command->callback([flags] { run(*flags); });
 }

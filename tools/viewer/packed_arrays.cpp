@@ -111,7 +111,8 @@ std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
     result.insert(result.end(), buffer.begin(), buffer.end() - stream.avail_out);
   } while (status == Z_OK);
   deflateEnd(&stream);
-  if (status != Z_STREAM_END) throw std::runtime_error("zlib cannot deflate " + std::to_string(bytes.size()) + " bytes");
+  if (status != Z_STREAM_END)
+    throw std::runtime_error("zlib cannot deflate " + std::to_string(bytes.size()) + " bytes");
   return result;
 }
 

@@ -36,8 +36,7 @@ std::vector<Span> spans(std::uint32_t pixels, std::uint32_t scaled, double facto
 
 class Scaling {
  public:
-  Scaling(const StoredView& view, double factor, bool by_validity)
-      : view_(view), by_validity_(by_validity) {
+  Scaling(const StoredView& view, double factor, bool by_validity) : view_(view), by_validity_(by_validity) {
     result_.width = static_cast<std::uint32_t>(std::ceil(view.camera.width * factor));
     result_.height = static_cast<std::uint32_t>(std::ceil(view.camera.height * factor));
     across_ = spans(view.camera.width, result_.width, factor);
@@ -87,8 +86,8 @@ class Scaling {
     for (std::size_t channel = 0; channel < 3; ++channel) {
       result_.photograph.rgb[3 * pixel + channel] = srgb8_from_linear(valid.at(channel) / valid[3]);
     }
-    const std::size_t middle = (down.first + down.shares.size() / 2) * view_.camera.width +
-                               across.first + across.shares.size() / 2;
+    const std::size_t middle =
+        (down.first + down.shares.size() / 2) * view_.camera.width + across.first + across.shares.size() / 2;
     result_.rim[pixel] = view_.at_rim(middle) ? 1 : 0;
   }
 

@@ -40,6 +40,9 @@ constexpr double kNearShare = 1e-8;
 // Tiles of a page where the model has none.
 constexpr std::uint32_t kTilePx = 64;
 
+// Of the mesh that the first picture is of.
+constexpr std::size_t kCoarseFaces = 60000;
+
 constexpr std::uint32_t kThumbnailPx = 128;
 constexpr std::uint32_t kPosterPx = 640;
 constexpr ImageCoding kSmallPictures{ImageFormat::jpeg, 80};
@@ -74,10 +77,11 @@ json json_of(const BlendOptions& options) {
 }
 
 json shaders() {
-  return {{"surface.vert", k_surface_vert}, {"surface.frag", k_surface_frag},         {"screen.vert", k_screen_vert},
-          {"blend.frag", k_blend_frag},     {"silhouettes.frag", k_silhouettes_frag}, {"diagnose.frag", k_diagnose_frag},
-          {"depth.frag", k_depth_frag},     {"photograph.frag", k_photograph_frag},   {"present.frag", k_present_frag},
-          {"modes.frag", k_modes_frag}};
+  return {
+      {"surface.vert", k_surface_vert}, {"surface.frag", k_surface_frag},         {"screen.vert", k_screen_vert},
+      {"blend.frag", k_blend_frag},     {"silhouettes.frag", k_silhouettes_frag}, {"diagnose.frag", k_diagnose_frag},
+      {"depth.frag", k_depth_frag},     {"photograph.frag", k_photograph_frag},   {"present.frag", k_present_frag},
+      {"modes.frag", k_modes_frag}};
 }
 
 std::vector<Camera> cameras_of(const Snapshot& snapshot) {
@@ -88,17 +92,13 @@ std::vector<Camera> cameras_of(const Snapshot& snapshot) {
   return cameras;
 }
 
-// Where a visitor begins: at the photograph that shows most of what may be shown.
+// Where a visitor begins: at the photograph that most cells refer to, which gives the widest view.
 std::size_t first_view(const Snapshot& snapshot) {
+  std::vector<std::size_t> cells(snapshot.views.size(), 0);
+  for (const std::uint32_t slot : snapshot.references.views) ++cells[slot];
   std::size_t best = 0;
-  double most = -1;
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (!snapshot.views[slot]) continue;
-    const auto& validity = snapshot.views[slot]->validity;
-    const auto valid = static_cast<double>(std::count_if(validity.begin(), validity.end(), [](auto v) { return v > 127; }));
-    const double share = valid / static_cast<double>(std::max<std::size_t>(validity.size(), 1));
-    if (share > most) best = slot;
-    most = std::max(most, share);
+  for (std::size_t slot = 0; slot < cells.size(); ++slot) {
+    if (snapshot.views[slot] && (!snapshot.views[best] || cells[slot] > cells[best])) best = slot;
   }
   return best;
 }
@@ -138,8 +138,7 @@ class SiteWriter {
   }
 
   void write_surface();
-  void write_tables(const ZoneReferences& lists);
-  void write_scene(const PackedMesh& mesh, const PackedArrays& tables, std::uint64_t mesh_bytes);
+  void write_scene(const PackedMesh& mesh, const PackedMesh& coarse, const PackedArrays& tables);
   void write_views();
   void write_view(std::size_t slot, const StoredView& view);
   [[nodiscard]] json view_json(std::size_t slot) const;
@@ -221,14 +220,25 @@ void SiteWriter::write_surface() {
   tables.add("cells", flat(lists.cells, 3), 3, PackedCoding::difference);
   tables.add("references", lists.references, 1, PackedCoding::difference);
   tables.add("resident", resident_tiles(snapshot_, tile_px_), 1, PackedCoding::plain);
-  std::vector<std::uint8_t> mesh_file = packed.arrays.deflated();
-  write_scene(packed, tables, mesh_file.size());
-  put({"mesh.bin", "application/octet-stream", std::move(mesh_file)}, facts_.mesh_bytes);
+  const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
+  write_scene(packed, coarse, tables);
+  if (coarse.corner_counts[0] > 0) {
+    put({"coarse.bin", "application/octet-stream", coarse.arrays.deflated()}, facts_.scene_bytes);
+  }
+  put({"mesh.bin", "application/octet-stream", packed.arrays.deflated()}, facts_.mesh_bytes);
   put({"tables.bin", "application/octet-stream", tables.deflated()}, facts_.table_bytes);
   step();
 }
 
-void SiteWriter::write_scene(const PackedMesh& mesh, const PackedArrays& tables, std::uint64_t mesh_bytes) {
+json mesh_json(const PackedMesh& mesh, const char* file) {
+  return {{"file", file},
+          {"arrays", mesh.arrays.description()},
+          {"corner_counts", mesh.corner_counts},
+          {"origin", json_of(mesh.grid.origin)},
+          {"step", mesh.grid.step}};
+}
+
+void SiteWriter::write_scene(const PackedMesh& mesh, const PackedMesh& coarse, const PackedArrays& tables) {
   const Surface& surface = *snapshot_.surface;
   const Bounds box = bounds(surface.mesh);
   const SceneExtent extent = scene_extent(surface.mesh);
@@ -236,35 +246,28 @@ void SiteWriter::write_scene(const PackedMesh& mesh, const PackedArrays& tables,
   json views = json::array();
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) views.push_back(view_json(slot));
   const TileOptions& tiles = snapshot_.tiles.options;
-  const json scene = {
-      {"lumatlas", LUMATLAS_VERSION},
-      {"format", 1},
-      {"title", options_.title},
-      {"shaders", shaders()},
-      {"definitions", shared_definitions()},
-      {"blend", json_of(options_.blend)},
-      {"mesh",
-       {{"file", "mesh.bin"},
-        {"bytes", mesh_bytes},
-        {"arrays", mesh.arrays.description()},
-        {"corner_counts", mesh.corner_counts},
-        {"origin", json_of(mesh.grid.origin)},
-        {"step", mesh.grid.step}}},
-      {"tables", {{"file", "tables.bin"}, {"arrays", tables.description()}}},
-      {"tile", scaled_tile_px_},
-      {"levels", levels_of_gutter(tiles.gutter_px)},
-      {"cubic_levels", cubic_levels(tiles)},
-      {"near_depth", kNearShare * glm::length(box.max - box.min)},
-      {"inverse_depth", NearbyExposure(snapshot_).per_depth()},
-      {"up", json_of(upward(cameras))},
-      {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
-      {"first_view", first_view(snapshot_)},
-      {"poster", "poster.jpg"},
-      {"views", std::move(views)}};
-  put({"scene.json", "application/json", bytes_of_text(json_text(scene))}, facts_.mesh_bytes);
+  const json scene = {{"lumatlas", LUMATLAS_VERSION},
+                      {"format", 1},
+                      {"title", options_.title},
+                      {"shaders", shaders()},
+                      {"definitions", shared_definitions()},
+                      {"blend", json_of(options_.blend)},
+                      {"mesh", mesh_json(mesh, "mesh.bin")},
+                      {"coarse", coarse.corner_counts[0] > 0 ? mesh_json(coarse, "coarse.bin") : json()},
+                      {"tables", {{"file", "tables.bin"}, {"arrays", tables.description()}}},
+                      {"tile", scaled_tile_px_},
+                      {"levels", levels_of_gutter(tiles.gutter_px)},
+                      {"cubic_levels", cubic_levels(tiles)},
+                      {"near_depth", kNearShare * glm::length(box.max - box.min)},
+                      {"inverse_depth", NearbyExposure(snapshot_).per_depth()},
+                      {"up", json_of(upward(cameras))},
+                      {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
+                      {"first_view", first_view(snapshot_)},
+                      {"poster", "poster.jpg"},
+                      {"views", std::move(views)}};
+  put({"scene.json", "application/json", bytes_of_text(json_text(scene))}, facts_.scene_bytes);
   const StoredView& first = *snapshot_.views[first_view(snapshot_)];
-  put({"poster.jpg", "image/jpeg", encode_image(small_picture(first, kPosterPx), kSmallPictures)},
-      facts_.photograph_bytes);
+  put({"poster.jpg", "image/jpeg", encode_image(small_picture(first, kPosterPx), kSmallPictures)}, facts_.scene_bytes);
 }
 
 void SiteWriter::write_views() {

@@ -35,8 +35,9 @@ struct SiteFile {
 
 // What became of a model.
 struct SiteFacts {
-  std::uint64_t page_bytes = 0;        // HTML, script, style
-  std::uint64_t mesh_bytes = 0;        // all that the first picture needs beside the page
+  std::uint64_t page_bytes = 0;   // HTML, script, style
+  std::uint64_t scene_bytes = 0;  // what the scene says of itself, and a coarse mesh: the first picture
+  std::uint64_t mesh_bytes = 0;
   std::uint64_t table_bytes = 0;       // references
   std::uint64_t photograph_bytes = 0;  // photographs and thumbnails
   std::uint64_t mask_bytes = 0;
@@ -44,7 +45,7 @@ struct SiteFacts {
   double scale = 1;  // of the photographs, where one was longer than a texture of every browser may be
 
   [[nodiscard]] std::uint64_t bytes() const {
-    return page_bytes + mesh_bytes + table_bytes + photograph_bytes + mask_bytes;
+    return page_bytes + scene_bytes + mesh_bytes + table_bytes + photograph_bytes + mask_bytes;
   }
 };
 

@@ -81,7 +81,7 @@ SiteServer::SiteServer(const ServerOptions& options) : state_(std::make_unique<S
     const int yes = 1;
     setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   });
-  state.port = options.port == 0 ? state.server.bind_to_any_port(options.host)
+  state.port = options.port == 0                                       ? state.server.bind_to_any_port(options.host)
                : state.server.bind_to_port(options.host, options.port) ? options.port
                                                                        : -1;
   if (state.port <= 0) {

@@ -14,7 +14,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kStepsPerPixel = 16;
+constexpr double kStepsPerPixel = 64;
 constexpr double kStepsPerCell = 100;
 constexpr double kMostSteps = 1 << 24;
 
@@ -83,6 +83,37 @@ PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid) {
   packed.arrays.add("shares", shares, 3, PackedCoding::difference);
   packed.arrays.add("zones", zones, 1, PackedCoding::difference);
   return packed;
+}
+
+ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces) {
+  constexpr float kMostError = 0.02F;  // of the mesh's extent
+  const Mesh& mesh = snapshot.surface->mesh;
+  ZoneMesh coarse;
+  if (mesh.faces.size() <= 2 * faces) return coarse;
+  std::vector<std::uint32_t> corners;
+  for (const glm::uvec3& face : mesh.faces) corners.insert(corners.end(), {face.x, face.y, face.z});
+  const std::vector<std::uint32_t> all = corners;
+  const float* positions = &mesh.positions[0].x;
+  corners.resize(meshopt_simplify(corners.data(), all.data(), all.size(), positions, mesh.positions.size(),
+                                  sizeof(glm::vec3), 3 * faces, kMostError, 0, nullptr));
+  // A surface in many small pieces, or with many borders, has edges that may not go.
+  if (corners.size() > 6 * faces) {
+    corners.resize(all.size());
+    corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), positions, mesh.positions.size(),
+                                          sizeof(glm::vec3), 3 * faces, kMostError, nullptr));
+  }
+  const std::vector<std::uint32_t> used = by_first_corner(corners, mesh.positions.size());
+  for (const std::uint32_t vertex : used) {
+    coarse.positions.push_back(mesh.positions[vertex]);
+    coarse.colors.push_back(snapshot.vertex_colors[vertex]);
+  }
+  coarse.shares.resize(used.size());
+  coarse.zones.resize(used.size());
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    coarse.faces.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
+  }
+  coarse.face_counts[0] = coarse.faces.size();
+  return coarse;
 }
 
 }  // namespace lumatlas

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (blend/zone_mesh.h), with positions on
-// a grid that is finer than any photograph can tell, and in an order that packs well.
+// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (blend/zone_mesh.h), with positions
+// on a grid that is finer than any photograph can tell, and in an order that packs well.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct PositionGrid {
   double step = 1;  // scene units, > 0
 };
 
-// Steps of a sixteenth of what a pixel of a stored photograph covers at its view's median depth, the least over the
+// Steps of a 64th of what a pixel of a stored photograph covers at its view's median depth, the least over the
 // views, but no more than a hundredth of a cell, and no finer than 2^24 steps across the mesh, which a float resolves.
 [[nodiscard]] PositionGrid position_grid(const Snapshot& snapshot);
 
@@ -31,5 +31,9 @@ struct PackedMesh {
 
 // Changes the order of the mesh's vertices, and that of the faces within each of its groups.
 [[nodiscard]] PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid);
+
+// The mesh with its vertex colours alone, in few enough faces to be there at once: at most so many, or what can be made
+// without closing its holes. Empty where it has no more than twice as many.
+[[nodiscard]] ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces);
 
 }  // namespace lumatlas

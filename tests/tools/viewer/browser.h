@@ -17,8 +17,8 @@ namespace lumatlas {
 using Said = std::map<std::string, std::string>;
 
 // Serves the files, opens `start` (a path on that server, or a whole URL in which {{server}} is its address), and waits
-// until something is posted to /said/done, or the time is over. Skips the test case, and says nothing, where there is no
-// Chromium.
+// until something is posted to /said/done, or the time is over. Skips the test case, and says nothing, where there is
+// no Chromium.
 [[nodiscard]] Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width = 640,
                                    int height = 480);
 

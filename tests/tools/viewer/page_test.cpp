@@ -55,7 +55,7 @@ json camera_json(const Camera& camera) {
     for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
   }
   const glm::dvec3& t = camera.cam_from_world_translation;
-  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},         {"fy", camera.fy},
+  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},      {"fy", camera.fy},
           {"cx", camera.cx},       {"cy", camera.cy},         {"rotation", rotation}, {"translation", {t.x, t.y, t.z}}};
 }
 
@@ -76,8 +76,8 @@ std::vector<SiteFile> site_and_test() {
 }
 
 struct Agreement {
-  double psnr = 0;      // over pixels that both say are surface, dB
-  double other = 0;     // share of pixels that only one of the two says are surface
+  double psnr = 0;   // over pixels that both say are surface, dB
+  double other = 0;  // share of pixels that only one of the two says are surface
 };
 
 Agreement agreement(const std::vector<Rendering>& expected, const Said& said) {
@@ -92,7 +92,8 @@ Agreement agreement(const std::vector<Rendering>& expected, const Said& said) {
       if (surface != (pixels[4 * i + 3] != 0)) ++other;
       if (!surface) continue;
       for (std::size_t channel = 0; channel < 3; ++channel) {
-        const double difference = static_cast<std::uint8_t>(pixels[4 * i + channel]) - rendering.picture.rgb[3 * i + channel];
+        const double difference =
+            static_cast<std::uint8_t>(pixels[4 * i + channel]) - rendering.picture.rgb[3 * i + channel];
         squares += difference * difference;
       }
       ++compared;

@@ -12,12 +12,12 @@ export async function loadScene(files) {
   return scene;
 }
 
-// Arrays as the renderer takes them.
-export async function loadMesh(files, scene) {
-  const packed = unpack(await inflated(await files.array(scene.mesh.file)), scene.mesh.arrays);
+// Arrays as the renderer takes them. `mesh`: the scene's own, or its coarse one.
+export async function loadMesh(files, mesh) {
+  const packed = unpack(await inflated(await files.array(mesh.file)), mesh.arrays);
   const positions = new Float32Array(packed.positions.length);
   for (let i = 0; i < positions.length; ++i) {
-    positions[i] = scene.mesh.origin[i % 3] + scene.mesh.step * packed.positions[i];
+    positions[i] = mesh.origin[i % 3] + mesh.step * packed.positions[i];
   }
   return {
     positions,
@@ -25,7 +25,7 @@ export async function loadMesh(files, scene) {
     shares: fourBytes(packed.shares),
     zones: packed.zones,
     corners: packed.corners,
-    counts: scene.mesh.corner_counts,
+    counts: mesh.corner_counts,
   };
 }
 

@@ -10,6 +10,8 @@ const CELLS_OF_SHADER = [1, 2, 4];  // kCellsOfShader of blend/zone_mesh.h
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;
+const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
+const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 
 // Still pictures are drawn in parts of about so many pixels a side: the targets of their samples are then small, and a
 // slow GPU gets no task that takes long.
@@ -29,13 +31,19 @@ export class Renderer {
     this.photographs = null;
   }
 
+  // In place of an earlier one.
   setMesh(mesh) {
     const {gl} = this;
+    for (const buffer of this.buffers ?? []) gl.deleteBuffer(buffer);
+    if (this.mesh) gl.deleteVertexArray(this.mesh);
+    this.buffers = [];
+    this.meshBytes = 0;
     this.counts = mesh.counts;
     this.mesh = gl.createVertexArray();
     gl.bindVertexArray(this.mesh);
     const buffer = (target, data) => {
-      gl.bindBuffer(target, gl.createBuffer());
+      this.buffers.push(gl.createBuffer());
+      gl.bindBuffer(target, this.buffers.at(-1));
       gl.bufferData(target, data, gl.STATIC_DRAW);
       this.meshBytes += data.byteLength;
     };
@@ -70,6 +78,13 @@ export class Renderer {
 
   readyForStills() {
     return [['silhouettes', 0], ['samples', 4]].map(([pass, cells]) => this.programs.ready(pass, cells)).every(Boolean);
+  }
+
+  // What targets take for a canvas of that size, when both a moving and a still picture were drawn.
+  bytesToDraw(width, height) {
+    const part = Math.min(width, PART_PX + 2 * AROUND_PX) * Math.min(height, PART_PX + 2 * AROUND_PX);
+    const samples = this.scene.blend.supersample ** 2;
+    return width * height * (PICTURE_BYTES + 4) + part * (PICTURE_BYTES + samples * SURFACE_BYTES);
   }
 
   // Bytes on the GPU, as they were asked for.
@@ -143,7 +158,7 @@ export class Renderer {
       const colour = picture ? makeTexture(gl, gl.RGBA8, width, height) : null;
       const target = {
         surface, colour, pass: framebuffer(surface), blend: picture ? framebuffer(colour) : null,
-        bytes: width * height * (16 + (picture ? 8 + 4 : 4)),
+        bytes: width * height * (picture ? PICTURE_BYTES : SURFACE_BYTES),
       };
       target.release = () => {
         gl.deleteTexture(surface);

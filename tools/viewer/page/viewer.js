@@ -12,6 +12,7 @@ import {Renderer} from './renderer.js';
 import {SiteFiles} from './site_files.js';
 
 const MEBIBYTE = 1 << 20;
+const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 4;  // of each mebibyte
 const AT_ONCE = 4;         // views that are fetched at the same time
 const STILL_AFTER_MS = 250;
 const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
@@ -21,7 +22,7 @@ const FIRST_SHARE = 0.5;
 const MOST_CHANGE = 1.6;   // of the share, from one picture to the next
 const MOST_PIXELS = 2.1e6;
 
-// Of GPU memory for photographs: what a phone gives a page without closing others.
+// Of GPU memory: what a phone gives a page without closing others.
 const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
 
 const QUALITIES = {
@@ -63,18 +64,28 @@ export class Viewer {
   // Resolves when all is there. Photographs that are near what is looked at come first.
   async load() {
     const {scene, files, gl, renderer} = this;
-    renderer.setMesh(await loadMesh(files, scene));
-    this.hasMesh = true;
-    this.invalidate();
+    for (const mesh of [scene.coarse, scene.mesh]) {
+      if (!mesh) continue;
+      renderer.setMesh(await loadMesh(files, mesh));
+      this.hasMesh = true;
+      this.invalidate();
+    }
     const tables = await loadTables(files, scene);
     renderer.setTables(tables);
-    const layout = makeLayout(scene, this.memory * MEBIBYTE);
+    const layout = makeLayout(scene, this.forPhotographs());
     renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
     const waiting = new Set(scene.views.map((view, slot) => view && slot).filter((slot) => slot !== null));
     this.progress = {done: 0, total: waiting.size};
     await Promise.all(Array.from({length: AT_ONCE}, () => this.loadViews(waiting)));
     renderer.dropTarget('view');
     this.progressed();
+  }
+
+  // Of the memory, bytes: what is left by the mesh, and by what pictures are drawn to.
+  forPhotographs() {
+    const {canvas, renderer} = this;
+    const drawnTo = renderer.bytesToDraw(canvas.width, canvas.height);
+    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - drawnTo);
   }
 
   async loadViews(waiting) {
