@@ -68,7 +68,8 @@ class TestServer {
     }
     const auto listen = [this](const httplib::Request& request, httplib::Response& response) {
       const std::lock_guard lock(mutex_);
-      said_[request.matches[1]] += request.body;
+      // A page from a disk may post nothing, but it may ask for an address.
+      said_[request.matches[1]] += request.method == "GET" ? request.target : request.body;
       response.set_content("heard", "text/plain");
       heard_.notify_all();
     };

@@ -142,7 +142,6 @@ const tell = setInterval(() => {
   const state = document.documentElement.dataset.state;
   if (!state) return;
   clearInterval(tell);
-  const canvas = document.getElementById('picture');
   location = 'SERVER/said/done?' + state + document.documentElement.dataset.photographs;
 }, 100);
 </script>)";
@@ -161,7 +160,8 @@ TEST_CASE("one file is the whole site, opened from a disk") {
   const auto file = folder.with_file("model.html", page.str() + tells);
   const Said said = said_in_browser({}, "file://" + file.string() + "#server={{server}}");
   if (said.empty()) return;
-  CHECK(said.contains("done"));
+  REQUIRE(said.contains("done"));
+  CHECK_THAT(said.at("done"), Catch::Contains("?complete12/12"));
 }
 
 }  // namespace
