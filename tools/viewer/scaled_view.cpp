@@ -15,6 +15,9 @@ namespace lumatlas {
 
 namespace {
 
+// Of a size that is a whole number but for rounding; the page takes off the same (page/model.js).
+constexpr double kRounding = 1e-9;
+
 // The pixels that one of a scaled picture covers along an axis, and how much of each.
 struct Span {
   std::uint32_t first = 0;
@@ -37,8 +40,8 @@ std::vector<Span> spans(std::uint32_t pixels, std::uint32_t scaled, double facto
 class Scaling {
  public:
   Scaling(const StoredView& view, double factor, bool by_validity) : view_(view), by_validity_(by_validity) {
-    result_.width = static_cast<std::uint32_t>(std::ceil(view.camera.width * factor));
-    result_.height = static_cast<std::uint32_t>(std::ceil(view.camera.height * factor));
+    result_.width = static_cast<std::uint32_t>(std::ceil(view.camera.width * factor - kRounding));
+    result_.height = static_cast<std::uint32_t>(std::ceil(view.camera.height * factor - kRounding));
     across_ = spans(view.camera.width, result_.width, factor);
     down_ = spans(view.camera.height, result_.height, factor);
     result_.photograph.width = result_.width;

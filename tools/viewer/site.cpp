@@ -117,7 +117,7 @@ class SiteWriter {
     std::uint32_t longest = 1;
     for (const Camera& camera : cameras_of(snapshot)) longest = std::max({longest, camera.width, camera.height});
     // A whole number of pixels a tile, so that tiles stay tiles.
-    scaled_tile_px_ = std::max(1u, std::min(tile_px_, kMostSidePx * tile_px_ / longest));
+    scaled_tile_px_ = std::max(1u, std::min(tile_px_, options.most_side_px * tile_px_ / longest));
     facts_.scale = static_cast<double>(scaled_tile_px_) / tile_px_;
   }
 

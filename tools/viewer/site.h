@@ -15,6 +15,7 @@
 #include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 #include "mesh/tick.h"
+#include "tools/viewer/scaled_view.h"
 
 namespace lumatlas {
 
@@ -25,6 +26,7 @@ struct SiteOptions {
   std::string title = "lumatlas";
   ImageCoding photographs{ImageFormat::jpeg, 90};
   BlendOptions blend;
+  std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
 };
 
 struct SiteFile {

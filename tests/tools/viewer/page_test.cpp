@@ -164,5 +164,27 @@ TEST_CASE("one file is the whole site, opened from a disk") {
   CHECK_THAT(said.at("done"), Catch::Contains("?complete12/12"));
 }
 
+TEST_CASE("photographs that are too large for a texture are scaled, and a browser takes what comes of it") {
+  std::vector<SiteFile> files;
+  SiteOptions options;
+  options.most_side_px = 61;  // of 96: tiles of 16 pixels become 10, photographs 60 x 45
+  const SiteFacts facts = write_site(model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
+  CHECK(facts.scale == 0.625);
+  SiteFile& page = files.front();
+  REQUIRE(page.name == "index.html");
+  std::string tells = kTellsTheEnd;
+  tells.replace(tells.find("'SERVER"), 7, "'");
+  // The page's own policy allows no script within it.
+  page.name = "other.html";
+  std::string html(page.bytes.begin(), page.bytes.end());
+  html.replace(html.find("script-src"), 10, "script-src 'unsafe-inline'");
+  html += tells;
+  page.bytes.assign(html.begin(), html.end());
+  const Said said = said_in_browser(files, "/other.html");
+  if (said.empty()) return;
+  REQUIRE(said.contains("done"));
+  CHECK_THAT(said.at("done"), Catch::Contains("?complete12/12"));
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a link restores, as the address after its '#': where the camera is, how it is turned, its field of view, and what
-// is shown. Printing and parsing undo each other, but for digits beyond the seventh.
+// What a link restores, as the address after its '#': where the camera is, how it is turned, its field of view, and
+// what is shown. Printing and parsing undo each other, but for digits beyond the seventh.
 import {quaternionOf, rotationOf} from './camera.js';
 
 export const MODES = ['picture', 'winner', 'weights', 'coverage', 'geometry', 'colours'];
@@ -23,7 +23,8 @@ export function parseAddress(text) {
   const position = numbers('at', 3);
   const quaternion = numbers('turned', 4);
   const fov = numbers('fov', 1);
-  if (!position || !quaternion || !fov || !(fov[0] > 0 && fov[0] < 170) || Math.hypot(...quaternion) < 1e-3) return null;
+  if (!position || !quaternion || Math.hypot(...quaternion) < 1e-3) return null;
+  if (!fov || !(fov[0] > 0 && fov[0] < 170)) return null;
   const mode = MODES.includes(fields.get('mode')) ? fields.get('mode') : 'picture';
   return {pose: {position, rotation: rotationOf(quaternion)}, fov: fov[0], mode};
 }

@@ -15,13 +15,15 @@ const MOVES = {
 const TURNS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
 
 export class Controls {
-  // `pick(x, y)`: depth of the surface at a place of the canvas, in its CSS pixels, or 0. `moved()` is called after each
-  // change.
+  // `pick(x, y)`: depth of the surface at a place of the canvas, in its CSS pixels, or 0. `moved()` is called after
+  // each change.
   constructor(canvas, navigation, pick, moved) {
     Object.assign(this, {canvas, navigation, pick, moved});
     this.pointers = new Map();
     this.keys = new Set();
-    const listen = (name, handle, options) => canvas.addEventListener(name, (event) => handle.call(this, event), options);
+    const listen = (name, handle, options) => {
+      canvas.addEventListener(name, (event) => handle.call(this, event), options);
+    };
     listen('pointerdown', this.pressed);
     listen('pointermove', this.dragged);
     listen('pointerup', this.released);

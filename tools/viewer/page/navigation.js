@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the visitor is, and how movements change that: around a point of the surface, or as one who looks about.
-import {add, between, dot, length, lookingAlong, normalized, orthonormal, poseOf, row, subtract, times, turned, worldFromCam} from './camera.js';
+import {add, between, dot, length, lookingAlong, normalized, orthonormal, poseOf} from './camera.js';
+import {row, subtract, times, turned, worldFromCam} from './camera.js';
 
 const STEEPEST = 0.985;    // of the view against upwards, as a cosine: beyond, left and right would change places
 const LEVEL_SHARE = 0.12;  // of a tilt that is taken back with each movement

@@ -3,7 +3,8 @@
 
 // In the order of TextureUnit there; the page's own after them.
 export const SAMPLERS = [
-  'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask', 'diagnosis',
+  'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
+  'diagnosis',
 ];
 export const unitOf = (name) => SAMPLERS.indexOf(name);
 

@@ -321,11 +321,13 @@ export class Renderer {
       if (this.scene.blend.supersample > 1) this.drawSamples(part);
       gl.bindFramebuffer(gl.READ_FRAMEBUFFER, part.blend);
       gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
-      const [from, to] = [place, [Math.min(camera.width, place[0] + step[0]), Math.min(camera.height, place[1] + step[1])]];
+      const from = place;
+      const to = [Math.min(camera.width, place[0] + step[0]), Math.min(camera.height, place[1] + step[1])];
       const bottom = (v, height) => height - v;
       gl.blitFramebuffer(
           from[0] - x, bottom(to[1] - y, size[1]), to[0] - x, bottom(from[1] - y, size[1]),
-          from[0], bottom(to[1], camera.height), to[0], bottom(from[1], camera.height), gl.COLOR_BUFFER_BIT, gl.NEAREST);
+          from[0], bottom(to[1], camera.height), to[0], bottom(from[1], camera.height), gl.COLOR_BUFFER_BIT,
+          gl.NEAREST);
       yield;
     }
     return still;
