@@ -36,6 +36,7 @@ class NearbyExposure {
   // gains; exactly 1 if all gains are 1 or there are no views. Continuous in the camera's pose: ln E_o changes by at
   // most the spread of the ln g_i times 15 per D that the camera moves and 10 per radian that it turns.
   [[nodiscard]] glm::dvec3 at(const Camera& camera) const;
+  [[nodiscard]] double per_depth() const { return per_depth_; }  // 1 / D; 0 if no view sees a surface
 
  private:
   struct View {

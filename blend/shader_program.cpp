@@ -30,12 +30,7 @@ std::string constant(double value) {
 }
 
 std::string definitions(const ProgramKey& key) {
-  std::string text =
-      definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) + definition("LEAST_PENALTY", constant(kLeastPenalty)) +
-      definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
-      definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
-      definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
-      definition("TABLE_WIDTH", std::to_string(kTableWidth)) + definition("VIEW_TEXELS", std::to_string(kViewTexels));
+  std::string text = shared_definitions();
   if (key.views > 0) text += definition("BLENDED_VIEWS", std::to_string(key.views));
   if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
   if (key.pass == Pass::samples) text += "#define SAMPLES\n";
@@ -71,6 +66,16 @@ std::string defined(std::string_view source, const std::string& names) {
 }
 
 }  // namespace
+
+std::string shared_definitions() {
+  return definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) +
+         definition("LEAST_PENALTY", constant(kLeastPenalty)) +
+         definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
+         definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
+         definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
+         definition("TABLE_WIDTH", std::to_string(kTableWidth)) +
+         definition("VIEW_TEXELS", std::to_string(kViewTexels));
+}
 
 GLuint ShaderPrograms::get(const ProgramKey& key) {
   if (const auto found = programs_.find(key); found != programs_.end()) return found->second.get();

@@ -5,6 +5,7 @@
 #include <compare>
 #include <cstdint>
 #include <map>
+#include <string>
 
 #include "blend/gl_objects.h"
 
@@ -30,6 +31,9 @@ struct ProgramKey {
 
 // Where the shaders' samplers are bound, by the names that they have there.
 enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, cells, references, views, tile_slots };
+
+// `#define` lines of the numbers that the shaders have in common with C++, the same for every pass.
+[[nodiscard]] std::string shared_definitions();
 
 inline constexpr GLuint kPictureBinding = 0;  // of the uniform block of shaders/picture.glsl
 

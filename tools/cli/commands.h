@@ -24,6 +24,7 @@ void add_build_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
 void add_export_command(CLI::App& program);
+void add_view_command(CLI::App& program);
 void add_synth_command(CLI::App& program);
 void add_chart_command(CLI::App& program);
 

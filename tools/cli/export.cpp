@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -22,6 +23,8 @@
 #include "tools/paths/camera_tours.h"
 #include "tools/texture/textured_mesh.h"
 #include "tools/texture/write_textured_mesh.h"
+#include "tools/viewer/scaled_view.h"
+#include "tools/viewer/site.h"
 
 namespace lumatlas {
 
@@ -29,9 +32,9 @@ namespace {
 
 using nlohmann::json;
 
-enum class ExportFormat { glb, gltf, obj };
+enum class ExportFormat { glb, gltf, obj, web };
 const Names<ExportFormat> kFormats{
-    {"glb", ExportFormat::glb}, {"gltf", ExportFormat::gltf}, {"obj", ExportFormat::obj}};
+    {"glb", ExportFormat::glb}, {"gltf", ExportFormat::gltf}, {"obj", ExportFormat::obj}, {"web", ExportFormat::web}};
 const Names<ImageFormat> kImages{{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
 
 struct ExportFlags {
@@ -43,8 +46,19 @@ struct ExportFlags {
   bool json_output = false;
   bool quiet = false;
   CLI::Option* quality = nullptr;
+  CLI::Option* image_option = nullptr;
+  std::vector<CLI::Option*> of_textures;  // that a page has no use for
+
+  // What a page is made of, JPEG unless told otherwise.
+  [[nodiscard]] ImageCoding web_coding() const {
+    ImageCoding coding = image;
+    if (image_option->count() == 0) coding.format = ImageFormat::jpeg;
+    if (quality->count() == 0) coding.quality = SiteOptions{}.photographs.quality;
+    return coding;
+  }
 
   void check() const {
+    if (format == ExportFormat::web) return check_web();
     if (quality->count() > 0 && image.format == ImageFormat::png) {
       throw CLI::ValidationError("--quality", "needs --image jpeg: PNG is exact");
     }
@@ -54,7 +68,24 @@ struct ExportFlags {
     check_usage(texture);
   }
 
+  void check_web() const {
+    for (const CLI::Option* option : of_textures) {
+      if (option->count() > 0) throw CLI::ValidationError(option->get_name(), "is not for --to web");
+    }
+    if (quality->count() > 0 && web_coding().format == ImageFormat::png) {
+      throw CLI::ValidationError("--quality", "needs JPEG: PNG is exact");
+    }
+  }
+
   [[nodiscard]] json effective() const {
+    if (format == ExportFormat::web) {
+      const ImageCoding coding = web_coding();
+      return {{"command", "export"},
+              {"model", model.string()},
+              {"to", name_of(kFormats, format)},
+              {"image", name_of(kImages, coding.format)},
+              {"quality", coding.format == ImageFormat::png ? json() : json(coding.quality)}};
+    }
     return {{"command", "export"},
             {"model", model.string()},
             {"to", name_of(kFormats, format)},
@@ -84,6 +115,18 @@ void check_replaceable_export(const std::filesystem::path& file) {
   if (generator == kExportGenerator) return;
   throw InputError(file.string() +
                    ": is nothing that `lumatlas export` wrote and will not be replaced, name another output or remove "
+                   "it");
+}
+
+void check_replaceable_page(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored)) return;
+  std::string head(4096, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  if (head.find(kSiteGenerator) != std::string::npos) return;
+  throw InputError(file.string() +
+                   ": is no page that `lumatlas export` wrote and will not be replaced, name another output or remove "
                    "it");
 }
 
@@ -155,10 +198,70 @@ void print_result(const json& summary) {
   std::cout << text.str();
 }
 
+json web_summary(const ExportFlags& flags, const SiteFacts& facts, double total_ms) {
+  return {{"output", flags.output.string()},
+          {"format", name_of(kFormats, flags.format)},
+          {"views", facts.views},
+          {"scale", facts.scale},
+          {"bytes",
+           {{"all", facts.bytes()},
+            {"first", facts.page_bytes + facts.scene_bytes},
+            {"mesh", facts.mesh_bytes},
+            {"tables", facts.table_bytes},
+            {"photographs", facts.photograph_bytes},
+            {"masks", facts.mask_bytes}}},
+          {"time_ms", {{"total", total_ms}}}};
+}
+
+void print_web_result(const json& summary) {
+  const json& bytes = summary["bytes"];
+  const auto megabytes = [&](const char* key) { return bytes[key].get<double>() / 1e6; };
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(1) << summary["output"].get<std::string>() << ": " << megabytes("all")
+       << " MB, of which " << megabytes("photographs") << " MB are " << summary["views"] << " photographs, "
+       << megabytes("mesh") << " MB the mesh and " << megabytes("masks") << " MB masks\n";
+  const double scale = summary["scale"].get<double>();
+  if (scale < 1) {
+    text << "photographs are scaled to " << std::setprecision(0) << 100 * scale << " %, for a side of " << kMostSidePx
+         << " pixels is what every browser takes\n";
+  }
+  std::cout << text.str();
+}
+
+void run_web(const ExportFlags& flags) {
+  const auto start = std::chrono::steady_clock::now();
+  const bool one_page = flags.output.extension() == ".html";
+  if (one_page) check_replaceable_page(flags.output);
+  const Model model = read_model(flags.model);
+  SiteOptions options;
+  options.title = title_of(flags.model);
+  options.photographs = flags.web_coding();
+  Progress progress("page: photographs", site_ticks(model.snapshot), ProgressOptions::standard_error(flags.quiet));
+  const auto tick = [&] { progress.tick(); };
+  SiteFacts facts;
+  if (one_page) {
+    AtomicFile file(flags.output);
+    facts = write_one_page(file.stream(), model.snapshot, options, tick);
+    file.commit();
+  } else {
+    OutputFolder folder(flags.output, "export");
+    facts = write_site_folder(folder.path(), model.snapshot, options, tick);
+    folder.commit(flags.effective());
+  }
+  const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const json totals = web_summary(flags, facts, total_ms);
+  if (flags.json_output) {
+    print_json(totals);
+  } else {
+    print_web_result(totals);
+  }
+}
+
 void run(const ExportFlags& flags) {
   const auto start = std::chrono::steady_clock::now();
   flags.check();
   check_apart(flags.output, std::array{flags.model});
+  if (flags.format == ExportFormat::web) return run_web(flags);
   ExportOutput output(flags);
   Model model = read_model(flags.model);
   TexturedFileOptions options;
@@ -184,12 +287,16 @@ void run(const ExportFlags& flags) {
 void add_export_command(CLI::App& program) {
   auto flags = std::make_shared<ExportFlags>();
   CLI::App* command = program.add_subcommand(
-      "export", "A model as a plain textured mesh, for programs that know nothing of its photographs");
+      "export", "A model as a page for browsers, or as a plain textured mesh for other programs");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
   begin_group(*command, "Files");
-  add_choice(*command, "--to", flags->format, kFormats, "One glTF file, or a folder with scene.gltf or scene.obj");
-  add_file(*command, "-o,--output", flags->output, "PATH", "An earlier export there is replaced")->required();
-  add_choice(*command, "--image", flags->image.format, kImages, "How the texture is kept");
+  add_choice(*command, "--to", flags->format, kFormats,
+             "One glTF file, a folder with scene.gltf or scene.obj, or a page");
+  add_file(*command, "-o,--output", flags->output, "PATH",
+           "An earlier export there is replaced; --to web writes a folder, or one file NAME.html")
+      ->required();
+  flags->image_option =
+      add_choice(*command, "--image", flags->image.format, kImages, "How the texture is kept; --to web: jpeg");
   flags->quality = command->add_option("--quality", flags->image.quality, "With --image jpeg, how well")
                        ->type_name("Q")
                        ->transform(whole_number(1, 100));
@@ -223,6 +330,10 @@ void add_export_command(CLI::App& program) {
                    "Difference of photographs that counts as one, of square roots of light")
       ->type_name("T")
       ->check(number_between(0.001, 10));
+  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance"}) {
+    flags->of_textures.push_back(command->get_option(name));
+  }
+  flags->of_textures.push_back(command->get_option("--as-scene"));
   command->callback([flags] { run(*flags); });
 }
 

@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   lumatlas::add_render_command(program);
   lumatlas::add_validate_command(program);
   lumatlas::add_export_command(program);
+  lumatlas::add_view_command(program);
   lumatlas::add_synth_command(program);
   lumatlas::add_chart_command(program);
   lumatlas::install_interrupt_handler();

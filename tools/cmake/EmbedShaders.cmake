@@ -1,6 +1,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Run as a script: writes OUTPUT, a C++ source that holds every file of SHADERS (a comma-separated list of paths) as a
 # string constant named after it (blend.frag: k_blend_frag), with the lines `#include "file"` replaced by that file's text.
+# HEADER, of which "blend/shaders.h" is the default, declares them.
+if(NOT HEADER)
+  set(HEADER blend/shaders.h)
+endif()
 string(REPLACE "," ";" SHADERS "${SHADERS}")
 
 function(read_shader path result)
@@ -17,7 +21,7 @@ function(read_shader path result)
   set(${result} "${text}" PARENT_SCOPE)
 endfunction()
 
-set(source "// Written by tools/cmake/EmbedShaders.cmake from the files in blend/shaders.\n#include \"blend/shaders.h\"\n\nnamespace lumatlas {\n\n")
+set(source "// Written by tools/cmake/EmbedShaders.cmake .\n#include \"${HEADER}\"\n\nnamespace lumatlas {\n\n")
 foreach(path ${SHADERS})
   get_filename_component(name ${path} NAME)
   string(MAKE_C_IDENTIFIER "k_${name}" identifier)

@@ -177,6 +177,45 @@ TEST_CASE("export writes one file or a folder, and replaces nothing but an earli
   }
 }
 
+TEST_CASE("a page for browsers is a folder or one file, and replaces nothing but an earlier one") {
+  const TemporaryFolder folder;
+  const fs::path site = folder / "site";
+  const Arguments to_folder{"export", made().model, "--to", "web", "-o", site.string(), "--quiet"};
+  const Outcome written = lumatlas(to_folder);
+  INFO(written.err);
+  REQUIRE(written.status == 0);
+  CHECK_THAT(written.out, Catch::Contains("9 photographs"));
+  for (const char* name : {"index.html", "viewer.js", "scene.json", "mesh.bin", "views/00000.jpg", "views/00000.bin"}) {
+    INFO(name);
+    CHECK(fs::exists(site / name));
+  }
+  CHECK(options_beside(site)["quality"] == 90);
+  REQUIRE(lumatlas(to_folder).status == 0);
+
+  const fs::path file = folder / "page.html";
+  const Arguments to_file{"export", made().model, "--to", "web", "-o", file.string(), "--quiet", "--image", "png"};
+  REQUIRE(lumatlas(to_file).status == 0);
+  CHECK(bytes_of(file).starts_with("<!doctype html>"));
+  REQUIRE(lumatlas(to_file).status == 0);
+  std::ofstream(file) << "<!doctype html> of a person";
+  check_failure(lumatlas(to_file), "no page that `lumatlas export` wrote");
+  CHECK(bytes_of(file) == "<!doctype html> of a person");
+}
+
+TEST_CASE("view prints an address of this machine alone, and ends by Ctrl-C") {
+  const Run run({"view", made().model, "--no-browser"});
+  std::string out;
+  for (int i = 0; i < 600 && !out.ends_with('\n'); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    out = run.out();
+  }
+  CHECK(out.starts_with("http://127.0.0.1:"));
+  run.interrupt();
+  const Outcome ended = run.wait();
+  CHECK(ended.status == -SIGINT);
+  CHECK(ended.out == out);
+}
+
 TEST_CASE("export refuses what is no model, and pages that are too few") {
   const TemporaryFolder folder;
   const std::string out = (folder / "plain.glb").string();
@@ -294,6 +333,11 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"export", made().model, "-o", out, "--to", "obj", "--pages", "0"},
       {"export", made().model, "-o", out, "--to", "obj", "--density", "nan"},
       {"export", made().model, "-o", out, "--to", "obj", "--tolerance", "0"},
+      {"export", made().model, "-o", out, "--to", "web", "--density", "1"},
+      {"export", made().model, "-o", out, "--to", "web", "--as-scene"},
+      {"export", made().model, "-o", out, "--to", "web", "--image", "png", "--quality", "80"},
+      {"view"},
+      {"view", made().model, "--port", "70000"},
       {"synth", "apartment", "-o", out, "--fov", "nan"},
       {"synth", "apartment", "-o", out, "--photographs", "0"},
       {"synth", "apartment", "-o", out, "--passers-by", "1.5"},

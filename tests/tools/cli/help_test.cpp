@@ -11,8 +11,8 @@
 namespace lumatlas {
 namespace {
 
-const std::vector<std::string> kCommands{"capture",  "inspect", "mesh",  "build", "render",
-                                         "validate", "export",  "synth", "chart"};
+const std::vector<std::string> kCommands{"capture",  "inspect", "mesh", "build", "render",
+                                         "validate", "export",  "view", "synth", "chart"};
 
 std::vector<std::string> lines_of(const Arguments& arguments) {
   const Outcome outcome = lumatlas(arguments);

@@ -99,6 +99,12 @@ TEST_CASE("every key that build, mesh, inspect, export and synth print is on the
       lumatlas({"export", made().model, "-o", (folder / "plain.glb").string(), "--json", "--quiet"}), exported);
   CHECK(textured["format"] == "glb");
   CHECK(textured["texture"]["pages"] == 1);
+  const json page = printed_by(
+      lumatlas({"export", made().model, "--to", "web", "-o", (folder / "page").string(), "--json", "--quiet"}),
+      exported);
+  CHECK(page["format"] == "web");
+  CHECK(page["views"] == 9);
+  CHECK(page["scale"] == 1);
   check_page("### export", exported);
   check_page("### build", build);
   check_page("### mesh", mesh);

@@ -34,6 +34,10 @@ void Run::interrupt() const {
   kill(child_, SIGINT);
 }
 
+std::string Run::out() const {
+  return bytes_of(streams_ / "out");
+}
+
 Outcome Run::wait() const {
   int status = 0;
   REQUIRE(waitpid(child_, &status, 0) == child_);

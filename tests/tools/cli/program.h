@@ -27,6 +27,7 @@ class Run {
  public:
   explicit Run(Arguments arguments);
   void interrupt() const;
+  [[nodiscard]] std::string out() const;  // that it has printed so far
   [[nodiscard]] Outcome wait() const;
 
  private:

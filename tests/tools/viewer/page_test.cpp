@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page of a small model, in a browser: it draws what the renderer draws, and does what its visitors ask for.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <fstream>
+#include <glm/glm.hpp>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "blend/renderer.h"
+#include "tests/support/gl_test_context.h"
+#include "tests/support/small_scenes.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/tools/viewer/browser.h"
+#include "tools/viewer/site.h"
+
+namespace lumatlas {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kViews = 12;
+constexpr std::size_t kStored = 10;  // poses of stored views
+constexpr std::size_t kNew = 10;     // poses between and beyond them
+
+// With gains, so that the exposure of pictures shows.
+Snapshot model() {
+  Snapshot snapshot = room_snapshot(kViews, {}, {16, 2, 0});
+  for (std::size_t i = 0; i < snapshot.gains.size(); ++i) {
+    snapshot.gains[i] = glm::dvec3(1.0, 1.05, 0.95) * (0.9 + 0.02 * static_cast<double>(i));
+  }
+  return snapshot;
+}
+
+std::vector<Camera> cameras() {
+  std::vector<Camera> result;
+  for (std::size_t i = 0; i < kStored; ++i) result.push_back(room_camera(i));
+  for (std::size_t i = 0; i < kNew; ++i) {
+    Camera camera = room_camera(i);
+    const glm::dvec3 center = camera.center() + glm::dvec3(0.15, -0.1, 0.08);
+    camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
+    result.push_back(camera.scaled_to(150, 112));
+  }
+  return result;
+}
+
+json camera_json(const Camera& camera) {
+  json rotation = json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
+  }
+  const glm::dvec3& t = camera.cam_from_world_translation;
+  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},      {"fy", camera.fy},
+          {"cx", camera.cx},       {"cy", camera.cy},         {"rotation", rotation}, {"translation", {t.x, t.y, t.z}}};
+}
+
+SiteFile test_file(const std::string& name, const std::string& type, const std::string& text) {
+  return {name, type, {text.begin(), text.end()}};
+}
+
+std::vector<SiteFile> site_and_test() {
+  std::vector<SiteFile> files;
+  SiteOptions options;
+  options.photographs.format = ImageFormat::png;  // to compare pictures, not JPEG's noise
+  write_site(model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
+  json poses = json::array();
+  for (const Camera& camera : cameras()) poses.push_back(camera_json(camera));
+  files.push_back(test_file("cameras.json", "application/json", poses.dump()));
+  files.push_back(test_file("test.html", "text/html", bytes_of(LUMATLAS_TEST_PAGE)));
+  return files;
+}
+
+struct Agreement {
+  double psnr = 0;   // over pixels that both say are surface, dB
+  double other = 0;  // share of pixels that only one of the two says are surface
+};
+
+Agreement agreement(const std::vector<Rendering>& expected, const Said& said) {
+  double squares = 0;
+  std::size_t compared = 0, other = 0, all = 0;
+  for (std::size_t number = 0; number < expected.size(); ++number) {
+    const std::string& pixels = said.at("picture-" + std::to_string(number));
+    const Rendering& rendering = expected[number];
+    REQUIRE(pixels.size() == 4 * rendering.state.size());
+    for (std::size_t i = 0; i < rendering.state.size(); ++i, ++all) {
+      const bool surface = rendering.state[i] != PixelState::empty;
+      if (surface != (pixels[4 * i + 3] != 0)) ++other;
+      if (!surface) continue;
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const double difference =
+            static_cast<std::uint8_t>(pixels[4 * i + channel]) - rendering.picture.rgb[3 * i + channel];
+        squares += difference * difference;
+      }
+      ++compared;
+    }
+  }
+  const double mean = squares / (3.0 * static_cast<double>(compared));
+  return {10 * std::log10(255.0 * 255.0 / mean), static_cast<double>(other) / static_cast<double>(all)};
+}
+
+std::vector<Rendering> rendered(const Snapshot& snapshot) {
+  Renderer renderer;
+  renderer.load(snapshot);
+  std::vector<Rendering> renderings;
+  for (const Camera& camera : cameras()) renderings.push_back(renderer.render(camera, {}));
+  return renderings;
+}
+
+TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const std::vector<Rendering> expected = rendered(model());
+  const Said said = said_in_browser(site_and_test(), "/test.html");
+  if (said.empty()) return;
+  CHECK((said.contains("problem") ? said.at("problem") : "") == "");
+  REQUIRE(said.contains("bytes"));
+
+  const Agreement agreed = agreement(expected, said);
+  std::cout << "the page's pictures: PSNR " << agreed.psnr << " dB against the renderer's, " << 100 * agreed.other
+            << " % of pixels have surface in one of them only\n";
+  CHECK(agreed.psnr > 40);
+  CHECK(agreed.other < 0.002);  // rasterisers may disagree about a pixel whose middle is on an edge
+  CHECK(std::stod(said.at("bytes")) < 50e6);
+
+  REQUIRE(said.contains("screenshot"));
+  CHECK(said.at("state") == "complete");
+  CHECK(said.at("photographs") == "12/12");
+  CHECK(said.at("thumbnails") == "12");
+  CHECK(std::stod(said.at("jumped")) < 1e-3);
+  CHECK(said.at("dragged") == "true");
+  CHECK(said.at("screenshot") == "image/png true");
+}
+
+// The script at the end of a page that says when all is there, by an address, for a page from a file may not post.
+const std::string kTellsTheEnd = R"(<script>
+const tell = setInterval(() => {
+  const state = document.documentElement.dataset.state;
+  if (!state) return;
+  clearInterval(tell);
+  location = 'SERVER/said/done?' + state + document.documentElement.dataset.photographs;
+}, 100);
+</script>)";
+
+TEST_CASE("one file is the whole site, opened from a disk") {
+  std::ostringstream page;
+  const SiteFacts facts = write_one_page(page, model(), {});
+  CHECK(facts.views == kViews);
+  CHECK(page.str().size() >= facts.bytes());
+  CHECK(page.str().find("http://") == std::string::npos);
+  CHECK(page.str().find("https://") == std::string::npos);
+  const TemporaryFolder folder;
+  // The server's address is known only once it listens: it is after the '#'.
+  std::string tells = kTellsTheEnd;
+  tells.replace(tells.find("'SERVER"), 7, "decodeURIComponent(document.URL.split('server=')[1]) + '");
+  const auto file = folder.with_file("model.html", page.str() + tells);
+  const Said said = said_in_browser({}, "file://" + file.string() + "#server={{server}}");
+  if (said.empty()) return;
+  REQUIRE(said.contains("done"));
+  CHECK_THAT(said.at("done"), Catch::Contains("?complete12/12"));
+}
+
+TEST_CASE("photographs that are too large for a texture are scaled, and a browser takes what comes of it") {
+  std::vector<SiteFile> files;
+  SiteOptions options;
+  options.most_side_px = 61;  // of 96: tiles of 16 pixels become 10, photographs 60 x 45
+  const SiteFacts facts = write_site(model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
+  CHECK(facts.scale == 0.625);
+  SiteFile& page = files.front();
+  REQUIRE(page.name == "index.html");
+  std::string tells = kTellsTheEnd;
+  tells.replace(tells.find("'SERVER"), 7, "'");
+  // The page's own policy allows no script within it.
+  page.name = "other.html";
+  std::string html(page.bytes.begin(), page.bytes.end());
+  html.replace(html.find("script-src"), 10, "script-src 'unsafe-inline'");
+  html += tells;
+  page.bytes.assign(html.begin(), html.end());
+  const Said said = said_in_browser(files, "/other.html");
+  if (said.empty()) return;
+  REQUIRE(said.contains("done"));
+  CHECK_THAT(said.at("done"), Catch::Contains("?complete12/12"));
+}
+
+}  // namespace
+}  // namespace lumatlas

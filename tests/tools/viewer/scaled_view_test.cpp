@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/viewer/scaled_view.h"
+
+#include <catch2/catch.hpp>
+#include <stdexcept>
+
+#include "atlas/image_levels.h"
+#include "tests/support/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+StoredView view() {
+  const Snapshot snapshot = room_snapshot(4, {});
+  return *snapshot.views[2];
+}
+
+TEST_CASE("a factor of one changes nothing") {
+  const StoredView stored = view();
+  const ScaledView scaled = scaled_view(stored, 1);
+  CHECK(scaled.photograph.rgb == stored.photograph.rgb);
+  CHECK(scaled.validity == stored.validity);
+  CHECK(scaled.rim == stored.rim);
+}
+
+TEST_CASE("half the size is the next coarser level") {
+  const StoredView stored = view();
+  const ScaledView scaled = scaled_view(stored, 0.5);
+  const ImageLevel level = image_levels(stored, {0, 0, stored.camera.width, stored.camera.height}, 2)[1];
+  REQUIRE(scaled.width == level.width);
+  REQUIRE(scaled.height == level.height);
+  int most = 0;
+  for (std::size_t i = 0; i < scaled.validity.size(); ++i) {
+    most = std::max(most, std::abs(scaled.validity[i] - level.rgba[4 * i + 3]));
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      most = std::max(most, std::abs(scaled.photograph.rgb[3 * i + channel] - level.rgba[4 * i + channel]));
+    }
+  }
+  CHECK(most <= 1);  // both round
+}
+
+TEST_CASE("other factors keep one colour, and a part of a pixel at the border") {
+  StoredView stored = view();
+  std::fill(stored.photograph.rgb.begin(), stored.photograph.rgb.end(), std::uint8_t{77});
+  std::fill(stored.validity.begin(), stored.validity.end(), std::uint8_t{255});
+  const ScaledView scaled = scaled_view(stored, 41.0 / 64);
+  CHECK(scaled.width == 62);   // 61.5
+  CHECK(scaled.height == 47);  // 46.125
+  CHECK(scaled.photograph.rgb == std::vector<std::uint8_t>(3 * 62 * 47, 77));
+  CHECK(scaled.validity == std::vector<std::uint8_t>(62 * 47, 255));
+}
+
+TEST_CASE("factors beyond (0, 1] are refused") {
+  for (const double factor : {0.0, -1.0, 1.5}) CHECK_THROWS_AS(scaled_view(view(), factor), std::invalid_argument);
+}
+
+TEST_CASE("a small picture keeps its shape") {
+  const Photograph small = small_picture(view(), 24);
+  CHECK(small.width == 24);
+  CHECK(small.height == 18);
+  CHECK(small.rgb.size() == 3 * 24 * 18);
+}
+
+}  // namespace
+}  // namespace lumatlas

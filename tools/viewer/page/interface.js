@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is around the picture: progress, buttons, thumbnails, legend, messages.
+
+const LEGENDS = {
+  picture: '',
+  winner: 'One colour for each photograph: the one that counts most here. Grey: none.',
+  weights: 'Red, green, blue: what the best, second and third photograph count.',
+  coverage: 'How many photographs show this place: red one, yellow four, green eight and more. Grey: none.',
+  geometry: 'The mesh alone.',
+  colours: 'The mean of all photographs, as any other program shows it.',
+};
+
+const element = (id) => document.getElementById(id);
+
+export class Interface {
+  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(orbits)}
+  constructor(actions) {
+    this.actions = actions;
+    element('mode').addEventListener('change', (event) => actions.mode(event.target.value));
+    element('quality').addEventListener('change', (event) => actions.quality(event.target.value));
+    element('save').addEventListener('click', () => actions.save());
+    element('walk').addEventListener('click', () => actions.walk());
+    element('full').addEventListener('click', () => this.toggleFullScreen());
+    element('views').addEventListener('click', () => this.toggleThumbnails());
+    element('help').addEventListener('click', () => element('keys').showModal());
+    element('full').hidden = !document.fullscreenEnabled;
+  }
+
+  toggleFullScreen() {
+    if (document.fullscreenElement) return document.exitFullscreen();
+    return document.documentElement.requestFullscreen().catch(() => {});  // the browser may say no
+  }
+
+  toggleThumbnails() {
+    const strip = element('thumbnails');
+    strip.hidden = !strip.hidden;
+    element('views').setAttribute('aria-expanded', String(!strip.hidden));
+  }
+
+  showThumbnails(scene, files) {
+    const buttons = scene.views.map((view, slot) => view && this.thumbnail(view, slot, files)).filter(Boolean);
+    element('thumbnails').replaceChildren(...buttons);
+  }
+
+  thumbnail(view, slot, files) {
+    const button = document.createElement('button');
+    const image = document.createElement('img');
+    image.src = files.address(view.thumbnail);
+    image.loading = 'lazy';
+    image.alt = '';
+    button.title = view.name;
+    button.dataset.slot = slot;
+    button.setAttribute('aria-label', `Photograph ${view.name}`);
+    button.append(image);
+    button.addEventListener('click', () => this.actions.jump(slot));
+    return button;
+  }
+
+  showMode(mode) {
+    element('mode').value = mode;
+    element('legend').textContent = LEGENDS[mode];
+    element('legend').hidden = LEGENDS[mode] === '';
+  }
+
+  showOrbits(orbits) {
+    element('walk').setAttribute('aria-pressed', String(!orbits));
+    element('walk').title = orbits ? 'A drag turns around the surface' : 'A drag turns the head';
+  }
+
+  // `done` of `total` photographs are there.
+  showProgress(text, done, total) {
+    const bar = element('progress');
+    bar.max = Math.max(total, 1);
+    bar.value = done;
+    bar.hidden = done >= total;
+    element('status').textContent = done >= total ? '' : text;
+  }
+
+  showPoster(address) {
+    element('poster').src = address;
+    element('poster').hidden = false;
+  }
+
+  hidePoster() {
+    element('poster').hidden = true;
+  }
+
+  // Instead of the picture.
+  showFailure(text) {
+    element('message').textContent = text;
+    element('message').hidden = false;
+    element('progress').hidden = true;
+    element('status').textContent = '';
+  }
+}

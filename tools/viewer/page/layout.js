@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where photographs are in the texture array: whole, each in a cell of a page, at the largest scale that the memory
+// allows. They are scaled so that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin
+// where all coarser levels have a pixel's border.
+
+// What every WebGL 2 has.
+const MOST_SIDE = 2048;
+const MOST_PAGES = 256;
+const DEPTH_BYTES = 2;
+const COLOUR_BYTES = 4;
+// Pixels whose depths are written together (shaders/depth.frag).
+export const DEPTHS_AT_ONCE = 8;
+
+const rounded = (value, unit) => Math.ceil(value / unit) * unit;
+const multipleOf = (a, b) => {
+  let x = a;
+  while (x % b !== 0) x += a;
+  return x;
+};
+
+// With tiles of so many pixels a side.
+function layoutWith(scene, tile) {
+  const scale = tile / scene.tile;
+  const views = scene.views.filter(Boolean);
+  const scaled = (key) => Math.max(...views.map((view) => Math.ceil(view[key] * scale - 1e-9)));
+  const several = views.length > MOST_PAGES;
+  const unit = several ? multipleOf(tile, DEPTHS_AT_ONCE) : DEPTHS_AT_ONCE;
+  // Between neighbours, room for what linear sampling of the coarsest level reaches.
+  const gap = several ? 1 << scene.levels : 0;
+  const width = rounded(scaled('width') + gap, unit);
+  const height = rounded(scaled('height') + gap, unit);
+  const most = [Math.floor(MOST_SIDE / width), Math.floor(MOST_SIDE / height)];
+  const perPage = Math.ceil(views.length / MOST_PAGES);
+  const columns = Math.max(1, Math.min(most[0], Math.ceil(Math.sqrt(perPage))));
+  const rows = Math.max(1, Math.ceil(perPage / columns));
+  const pages = Math.ceil(views.length / (columns * rows));
+  let texels = 0;
+  for (let level = 0; level < scene.levels; ++level) texels += (columns * width >> level) * (rows * height >> level);
+  return {
+    scale, tile, cell: [width, height], columns, rows, pages, size: [columns * width, rows * height],
+    fits: width <= MOST_SIDE && height <= MOST_SIDE && rows <= most[1],
+    bytes: pages * (COLOUR_BYTES * texels + DEPTH_BYTES * columns * width * rows * height),
+  };
+}
+
+// Where the view that is number `index` among those that there are begins.
+function placeOf(layout, index) {
+  const inPage = layout.columns * layout.rows;
+  const at = index % inPage;
+  return {
+    page: Math.floor(index / inPage),
+    x: at % layout.columns * layout.cell[0],
+    y: Math.floor(at / layout.columns) * layout.cell[1],
+  };
+}
+
+// The number of a view's place in the array for each of its tiles, or for none.
+function addTiles(layout, scene) {
+  let first = 0;
+  let index = 0;
+  layout.slotColumns = Math.ceil(layout.size[0] / layout.tile);
+  layout.slotRows = Math.ceil(layout.size[1] / layout.tile);
+  layout.places = scene.views.map((view) => {
+    if (!view) return null;
+    const tileColumns = Math.ceil(view.width / scene.tile - 1e-9);
+    const tileRows = Math.ceil(view.height / scene.tile - 1e-9);
+    const place = {...placeOf(layout, index), firstTile: first, tileColumns, tileRows};
+    first += tileColumns * tileRows;
+    ++index;
+    return place;
+  });
+  layout.tiles = first;
+}
+
+export function makeLayout(scene, bytes) {
+  let tile = scene.tile;
+  let layout = layoutWith(scene, tile);
+  const least = Math.max(1, Math.floor(scene.tile / 8));
+  while (tile > least && (!layout.fits || layout.bytes > bytes)) layout = layoutWith(scene, --tile);
+  if (!layout.fits) throw new Error('the photographs are too many for this device');
+  addTiles(layout, scene);
+  return layout;
+}
+
+export function slotOfTile(layout, place, tile) {
+  const column = place.x / layout.tile + tile % place.tileColumns;
+  const row = place.y / layout.tile + Math.floor(tile / place.tileColumns);
+  return (place.page * layout.slotRows + row) * layout.slotColumns + column;
+}

@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The photographs on the GPU. A view comes as a picture and a mask; its depths are drawn from the mesh when it comes.
+import {scaledCamera} from './camera.js';
+import {DEPTHS_AT_ONCE, slotOfTile} from './layout.js';
+import {loadMask} from './model.js';
+import {NO_SLOT, SPARE_UNIT, Table, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
+
+export class Photographs {
+  // `resident`: for each tile of the scene, 1 or 0.
+  constructor(gl, programs, scene, layout, resident) {
+    Object.assign(this, {gl, programs, scene, layout, resident});
+    this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
+    this.tileSlots = new Table(gl, this.slots, 1);
+    this.views = new Table(gl, viewTable(scene, layout), 4);
+    this.colours = this.array(gl.SRGB8_ALPHA8, scene.levels, gl.LINEAR);
+    this.depths = this.array(gl.R16F, 1, gl.NEAREST);
+    this.bytes = layout.bytes + this.tileSlots.bytes + this.views.bytes;
+    this.there = new Set();
+    this.framebuffer = gl.createFramebuffer();
+  }
+
+  array(format, levels, filter) {
+    const {gl, layout} = this;
+    const texture = gl.createTexture();
+    gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels, format, ...layout.size, layout.pages);
+    const between = levels > 1 ? gl.LINEAR_MIPMAP_LINEAR : filter;
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, between);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, filter);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+    gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+    return texture;
+  }
+
+  bind() {
+    const {gl} = this;
+    bindTexture(gl, 'photographs', gl.TEXTURE_2D_ARRAY, this.colours);
+    bindTexture(gl, 'depths', gl.TEXTURE_2D_ARRAY, this.depths);
+    bindTexture(gl, 'views', gl.TEXTURE_2D, this.views.texture);
+    bindTexture(gl, 'tile_slots', gl.TEXTURE_2D, this.tileSlots.texture);
+  }
+
+  // What store() needs of a view, over the network.
+  static async fetched(files, scene, slot) {
+    const view = scene.views[slot];
+    const plain = {premultiplyAlpha: 'none', colorSpaceConversion: 'none', imageOrientation: 'none'};
+    const [picture, mask] = await Promise.all([
+      files.blob(view.photograph).then((blob) => createImageBitmap(blob, plain)),
+      loadMask(files, view),
+    ]);
+    return {slot, picture, mask};
+  }
+
+  // `renderer` draws the depths.
+  store({slot, picture, mask}, renderer) {
+    const {gl} = this;
+    const view = this.scene.views[slot];
+    const image = makeTexture(gl, gl.RGBA8, picture.width, picture.height);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+    gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, picture);
+    const valid = makeTexture(gl, gl.RG8UI, picture.width, picture.height);
+    gl.texSubImage2D(
+        gl.TEXTURE_2D, 0, 0, 0, picture.width, picture.height, gl.RG_INTEGER, gl.UNSIGNED_BYTE, mask);
+    bindTexture(gl, 'image', gl.TEXTURE_2D, image);
+    bindTexture(gl, 'mask', gl.TEXTURE_2D, valid);
+    renderer.setState();
+    this.drawLevels(this.layout.places[slot]);
+    this.drawDepths(this.layout.places[slot], view, renderer);
+    gl.deleteTexture(image);
+    gl.deleteTexture(valid);
+    picture.close();
+    this.show(slot);
+  }
+
+  // Means over what a texel covers, in the page and at each of its coarser levels.
+  drawLevels(place) {
+    const {gl, layout, scene} = this;
+    const program = this.programs.use('photograph');
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    for (let level = 0; level < scene.levels; ++level) {
+      gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, this.colours, level, place.page);
+      const [x, y, width, height] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
+      gl.viewport(x, y, width, height);
+      gl.uniform2i(program.uniform('origin'), x, y);
+      gl.uniform1f(program.uniform('pixels'), 2 ** level / layout.scale);
+      gl.drawArrays(gl.TRIANGLES, 0, 3);
+    }
+  }
+
+  // The surface as the view's camera sees it, whose depths become texels in half precision. These are packed by a
+  // shader and copied as bytes, for WebGL 2 draws into no texture of half floats.
+  drawDepths(place, view, renderer) {
+    const {gl, layout} = this;
+    const camera = scaledCamera(view, layout.scale);
+    const surface = renderer.drawViewSurface(camera);
+    const [width, height] = layout.cell;
+    const packed = makeTexture(gl, gl.RGBA32UI, width / DEPTHS_AT_ONCE, height);
+    const program = this.programs.use('depth');
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, packed, 0);
+    gl.viewport(0, 0, width / DEPTHS_AT_ONCE, height);
+    gl.uniform2i(program.uniform('size'), camera.width, camera.height);
+    gl.uniform1f(program.uniform('depth_scale'), depthScale(view));
+    gl.uniform1f(program.uniform('pixels'), 1 / layout.scale);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const bytes = gl.createBuffer();
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, bytes);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, 2 * width * height, gl.STREAM_COPY);
+    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
+    gl.readPixels(0, 0, width / DEPTHS_AT_ONCE, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, 0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, bytes);
+    gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.depths);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.texSubImage3D(
+        gl.TEXTURE_2D_ARRAY, 0, place.x, place.y, place.page, width, height, 1, gl.RED, gl.HALF_FLOAT, 0);
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+    gl.deleteBuffer(bytes);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, null, 0);
+    gl.deleteTexture(packed);
+  }
+
+  // From now on pictures may show it.
+  show(slot) {
+    const place = this.layout.places[slot];
+    const tiles = place.tileColumns * place.tileRows;
+    for (let tile = 0; tile < tiles; ++tile) {
+      const number = place.firstTile + tile;
+      this.slots[number] = this.resident[number] ? slotOfTile(this.layout, place, tile) : NO_SLOT;
+    }
+    this.tileSlots.store(this.slots, 1);
+    this.there.add(slot);
+  }
+}

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tables that shaders read by number (blend/shaders/tables.glsl), and other textures.
+import {poseOf, row, times} from './camera.js';
+import {unitOf} from './programs.js';
+
+const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl_objects.h
+const VIEW_TEXELS = 6;     // kViewTexels of blend/view_table.h
+export const NO_SLOT = 0xFFFFFFFF;
+
+// Of a format whose texels nothing filters, or, with `filter`, of one that may be.
+export function makeTexture(gl, format, width, height, filter = gl.NEAREST) {
+  const texture = gl.createTexture();
+  gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
+  return texture;
+}
+
+// Where textures are bound to be made, so that this takes none away from the shaders.
+export const SPARE_UNIT = 15;
+
+export function bindTexture(gl, name, target, texture) {
+  gl.activeTexture(gl.TEXTURE0 + unitOf(name));
+  gl.bindTexture(target, texture);
+  gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
+}
+
+// `values`: `components` an entry, filled up with zeros to the four that a texel has unless there is one.
+export class Table {
+  constructor(gl, values, components) {
+    const real = values instanceof Float32Array;
+    this.gl = gl;
+    this.single = components === 1 && !real;
+    this.entries = values.length / components;
+    this.rows = Math.max(1, Math.ceil(this.entries / TABLE_WIDTH));
+    if (this.rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error('a table is too large for this device');
+    this.format = this.single ? gl.RED_INTEGER : real ? gl.RGBA : gl.RGBA_INTEGER;
+    this.type = real ? gl.FLOAT : gl.UNSIGNED_INT;
+    const internal = this.single ? gl.R32UI : real ? gl.RGBA32F : gl.RGBA32UI;
+    this.texture = makeTexture(gl, internal, TABLE_WIDTH, this.rows);
+    this.bytes = TABLE_WIDTH * this.rows * (this.single ? 4 : 16);
+    this.store(values, components);
+  }
+
+  store(values, components) {
+    const {gl} = this;
+    const width = this.single ? 1 : 4;
+    const padded = new values.constructor(TABLE_WIDTH * this.rows * width);
+    if (width === components) {
+      padded.set(values);
+    } else {
+      for (let i = 0; i < values.length; ++i) padded[Math.floor(i / components) * width + i % components] = values[i];
+    }
+    gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
+    gl.bindTexture(gl.TEXTURE_2D, this.texture);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, this.rows, this.format, this.type, padded);
+  }
+}
+
+// A power of two near what a view looks at; its depths are stored as shares of it.
+export const depthScale = (view) => view.depth > 0 ? 2 ** Math.floor(Math.log2(view.depth)) : 1;
+
+// As blend/view_table.cpp, for views at the layout's scale.
+export function viewTable(scene, layout) {
+  const table = new Float32Array(4 * VIEW_TEXELS * scene.views.length);
+  scene.views.forEach((view, slot) => {
+    if (!view) return;
+    const s = layout.scale;
+    table.set([
+      ...times(row(view.rotation, 0), view.fx * s), view.cx * s,
+      ...times(row(view.rotation, 1), view.fy * s), view.cy * s,
+      ...row(view.rotation, 2), 0,
+      ...poseOf(view).position, depthScale(view),
+      view.width * s, view.height * s, layout.places[slot].firstTile, layout.places[slot].tileColumns,
+      ...view.gain, view.fx * s,
+    ], 4 * VIEW_TEXELS * slot);
+  });
+  return table;
+}

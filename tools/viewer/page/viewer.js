@@ -1,0 +1,372 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
+import {MODES, parseAddress, printAddress} from './address.js';
+import {cameraAt} from './camera.js';
+import {Controls} from './controls.js';
+import {Interface} from './interface.js';
+import {makeLayout} from './layout.js';
+import {loadMesh, loadScene, loadTables} from './model.js';
+import {Navigation} from './navigation.js';
+import {Photographs} from './photographs.js';
+import {Renderer} from './renderer.js';
+import {SiteFiles} from './site_files.js';
+
+const MEBIBYTE = 1 << 20;
+const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 4;  // of each mebibyte
+const AT_ONCE = 4;         // views that are fetched at the same time
+const STILL_AFTER_MS = 250;
+const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
+const FAST_MS = 15;
+const LEAST_SHARE = 0.2;   // of the canvas' pixels along a side
+const FIRST_SHARE = 0.5;
+const MOST_CHANGE = 1.6;   // of the share, from one picture to the next
+const MOST_PIXELS = 2.1e6;
+
+// Of GPU memory: what a phone gives a page without closing others.
+const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
+
+const QUALITIES = {
+  auto: {share: null, ratio: 1},
+  sharp: {share: 1, ratio: 2},
+  fast: {share: 0.5, ratio: 1},
+};
+
+export class Viewer {
+  // `options`: {base, memory, interfaceActions}
+  constructor(canvas, options) {
+    this.canvas = canvas;
+    this.gl = canvas.getContext('webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
+    if (!this.gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
+    this.files = new SiteFiles(options.base);
+    this.memory = options.memory;
+    this.mode = 'picture';
+    this.quality = 'auto';
+    this.share = FIRST_SHARE;
+    this.gl.clearColor(0.25, 0.27, 0.3, 1);
+    this.gl.clear(this.gl.COLOR_BUFFER_BIT);
+    this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
+    this.changed = () => {};  // after each change of the view
+    this.progressed = () => {};
+    this.failed = (error) => console.error(error);
+    this.shown = {};
+  }
+
+  async open() {
+    this.scene = await loadScene(this.files);
+    this.navigation = new Navigation(this.scene);
+    this.renderer = new Renderer(this.gl, this.scene);
+    this.resize();
+    const start = this.navigation.poseOfView(this.scene.first_view, this.canvas.width, this.canvas.height);
+    this.navigation.set(start.pose, start.fov);
+    return this.scene;
+  }
+
+  // Resolves when all is there. Photographs that are near what is looked at come first.
+  async load() {
+    const {scene, files, gl, renderer} = this;
+    for (const mesh of [scene.coarse, scene.mesh]) {
+      if (!mesh) continue;
+      renderer.setMesh(await loadMesh(files, mesh));
+      this.hasMesh = true;
+      this.invalidate();
+    }
+    const tables = await loadTables(files, scene);
+    renderer.setTables(tables);
+    const layout = makeLayout(scene, this.forPhotographs());
+    renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
+    const waiting = new Set(scene.views.map((view, slot) => view && slot).filter((slot) => slot !== null));
+    this.progress = {done: 0, total: waiting.size};
+    await Promise.all(Array.from({length: AT_ONCE}, () => this.loadViews(waiting)));
+    renderer.dropTarget('view');
+    this.progressed();
+  }
+
+  // Of the memory, bytes: what is left by the mesh, and by what pictures are drawn to.
+  forPhotographs() {
+    const {canvas, renderer} = this;
+    const drawnTo = renderer.bytesToDraw(canvas.width, canvas.height);
+    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - drawnTo);
+  }
+
+  async loadViews(waiting) {
+    while (waiting.size > 0) {
+      const slot = this.navigation.viewsByDistance().find((number) => waiting.has(number));
+      waiting.delete(slot);
+      const view = await Photographs.fetched(this.files, this.scene, slot);
+      this.renderer.photographs.store(view, this.renderer);
+      ++this.progress.done;
+      this.progressed();
+      this.invalidate();
+    }
+  }
+
+  camera(width = this.canvas.width, height = this.canvas.height) {
+    return cameraAt(this.navigation.pose, this.navigation.fov, width, height);
+  }
+
+  resize() {
+    const {canvas} = this;
+    const box = canvas.getBoundingClientRect();
+    let ratio = Math.min(window.devicePixelRatio || 1, QUALITIES[this.quality].ratio);
+    ratio *= Math.min(1, Math.sqrt(MOST_PIXELS / Math.max(1, box.width * box.height * ratio * ratio)));
+    const size = [box.width, box.height].map((v) => Math.max(1, Math.round(v * ratio)));
+    if (canvas.width === size[0] && canvas.height === size[1]) return;
+    [canvas.width, canvas.height] = size;
+    this.invalidate();
+  }
+
+  // Something changed: the next frame is drawn anew, and a still picture after a rest.
+  invalidate() {
+    this.dirty = true;
+    this.still = null;
+    this.changedAt = performance.now();
+  }
+
+  moved() {
+    this.invalidate();
+    this.changed();
+  }
+
+  setMode(mode) {
+    this.mode = MODES.includes(mode) ? mode : 'picture';
+    this.invalidate();
+    this.changed();
+  }
+
+  setQuality(quality) {
+    this.quality = quality in QUALITIES ? quality : 'auto';
+    this.share = QUALITIES[this.quality].share ?? this.share;
+    this.invalidate();
+    this.resize();
+  }
+
+  // Draws for ever; `advance(seconds)` moves the camera by what is held, and says whether it did.
+  run(advance) {
+    let last = performance.now();
+    const frame = (now) => {
+      requestAnimationFrame(frame);
+      try {
+        const seconds = (now - last) / 1000;
+        last = now;
+        if (this.navigation.advance(now) || advance(seconds)) this.moved();
+        this.step(now);
+      } catch (error) {
+        this.failed(error);
+        throw error;
+      }
+    };
+    requestAnimationFrame(frame);
+  }
+
+  // Nothing new is asked of the GPU before it has done what it was asked for.
+  step(now) {
+    if (!this.hasMesh || this.gl.isContextLost() || this.busy(now)) return;
+    if (this.dirty) {
+      this.drawNow();
+      this.watch(now, true);
+    } else if (now - this.changedAt > STILL_AFTER_MS) {
+      this.refine();
+      this.watch(now, false);
+    }
+  }
+
+  watch(now, adapts) {
+    this.fence = this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    this.gl.flush();
+    this.asked = {now, adapts: adapts && this.shown.pictures};
+  }
+
+  busy(now) {
+    const {gl} = this;
+    if (!this.fence) return false;
+    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
+    gl.deleteSync(this.fence);
+    this.fence = null;
+    if (this.asked.adapts) this.adapt(now - this.asked.now);
+    return false;
+  }
+
+  // Fewer pixels where the GPU is slow. The first picture, for which programs are made ready, says nothing.
+  adapt(ms) {
+    this.pictures = (this.pictures ?? 0) + 1;
+    if (QUALITIES[this.quality].share !== null || this.pictures < 2) return;
+    const change = ms > SLOW_MS ? Math.sqrt(SLOW_MS / ms) : ms < FAST_MS ? MOST_CHANGE : 1;
+    this.share = Math.max(LEAST_SHARE, Math.min(1, this.share * Math.max(1 / MOST_CHANGE, change)));
+  }
+
+  drawNow() {
+    const {canvas, renderer} = this;
+    this.dirty = false;
+    const size = [canvas.width, canvas.height].map((v) => Math.max(1, Math.round(v * this.share)));
+    const target = renderer.draw(this.camera(...size));
+    this.target = target;
+    // Until the programs are compiled and a photograph has come, averaged colours are the picture.
+    const pictures = renderer.ready() && renderer.photographs.there.size > 0;
+    if (this.mode !== 'picture' || !pictures) {
+      renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
+    }
+    renderer.present(target.colour, canvas.width, canvas.height, this.background);
+    this.shown = {pictures, share: this.share};
+    if (!pictures) this.waitForPrograms();
+  }
+
+  waitForPrograms() {
+    setTimeout(() => this.invalidate(), 100);
+  }
+
+  // One part of the picture as `lumatlas render` draws it; on the canvas once all parts are done.
+  refine() {
+    const {canvas, renderer} = this;
+    if (this.still === 'done' || !this.shown.pictures) return;
+    if (this.mode !== 'picture') return this.refineMode();
+    if (!renderer.readyForStills()) return;
+    if (!this.still) this.still = renderer.drawStill(this.camera());
+    const {done, value} = this.still.next();
+    if (!done) return;
+    renderer.present(value.colour, canvas.width, canvas.height, this.background);
+    this.still = 'done';
+    this.shown.still = true;
+  }
+
+  refineMode() {
+    const share = this.share;
+    this.share = 1;
+    this.drawNow();
+    this.share = share;
+    this.still = 'done';
+  }
+
+  // Depth of the surface at a place of the canvas, in CSS pixels; 0: there is none.
+  pick(x, y) {
+    if (!this.target) return 0;
+    const box = this.canvas.getBoundingClientRect();
+    const inside = (v, size, pixels) => Math.max(0, Math.min(pixels - 1, v / size * pixels));
+    return this.renderer.depthAt(
+        this.target, inside(x, box.width, this.target.width), inside(y, box.height, this.target.height));
+  }
+
+  // A camera's picture as RGBA, row by row from the top, with alpha 0 where there is no surface; at once.
+  pixels(camera) {
+    const {gl, renderer} = this;
+    const parts = renderer.drawStill(camera);
+    let step = parts.next();
+    while (!step.done) step = parts.next();
+    const rows = new Uint8Array(4 * camera.width * camera.height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, step.value.framebuffer);
+    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
+    gl.readPixels(0, 0, camera.width, camera.height, gl.RGBA, gl.UNSIGNED_BYTE, rows);
+    const picture = new Uint8Array(rows.length);
+    const width = 4 * camera.width;
+    for (let y = 0; y < camera.height; ++y) {
+      picture.set(rows.subarray((camera.height - 1 - y) * width, (camera.height - y) * width), y * width);
+    }
+    this.invalidate();
+    return picture;
+  }
+
+  // What is on the canvas, as a file.
+  async screenshot() {
+    const {renderer, canvas} = this;
+    const target = this.mode === 'picture' && this.still === 'done' ? renderer.targets.get('still') : this.target;
+    renderer.present(target.colour, canvas.width, canvas.height, this.background);
+    return new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
+  }
+}
+
+function save(blob, name) {
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+}
+
+// Address and view follow each other, without an entry in the history for each movement.
+function linkAddress(viewer, page) {
+  const read = (address) => {
+    const state = parseAddress(new URL(address).hash);
+    if (!state) return false;
+    viewer.navigation.set(state.pose, state.fov);
+    viewer.setMode(state.mode);
+    page.showMode(viewer.mode);
+    return true;
+  };
+  let timer = 0;
+  const write = () => {
+    timer = 0;
+    const {navigation, mode} = viewer;
+    history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
+  };
+  read(location.href);
+  viewer.changed = () => {
+    timer ||= setTimeout(write, 200);
+  };
+  addEventListener('hashchange', (event) => {
+    if (read(event.newURL)) viewer.invalidate();
+  });
+}
+
+function connect(viewer) {
+  const page = new Interface({
+    mode: (mode) => {
+      viewer.setMode(mode);
+      page.showMode(viewer.mode);
+    },
+    quality: (quality) => viewer.setQuality(quality),
+    jump: (slot) => {
+      const {pose, fov} = viewer.navigation.poseOfView(slot, viewer.canvas.width, viewer.canvas.height);
+      viewer.navigation.goTo(pose, fov, performance.now());
+    },
+    save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
+    walk: () => {
+      viewer.navigation.orbits = !viewer.navigation.orbits;
+      page.showOrbits(viewer.navigation.orbits);
+    },
+  });
+  viewer.progressed = () => {
+    const {done, total} = viewer.progress;
+    const scale = viewer.renderer.photographs.layout.scale;
+    page.showProgress(`${done} of ${total} photographs`, done, total);
+    document.documentElement.dataset.photographs = `${done}/${total}`;
+    document.documentElement.dataset.scale = scale.toFixed(3);
+  };
+  return page;
+}
+
+async function main() {
+  const canvas = document.getElementById('picture');
+  const wanted = Number(new URLSearchParams(location.search).get('memory'));
+  let page = null;
+  const fail = (error) => {
+    document.documentElement.dataset.state = 'failed';
+    (page ?? new Interface({})).showFailure(error.message);
+    console.error(error);
+  };
+  try {
+    const viewer = new Viewer(canvas, {base: document.baseURI, memory: wanted > 0 ? wanted : MEMORY_MIB});
+    page = connect(viewer);
+    viewer.failed = fail;
+    page.showProgress('the mesh', 0, 1);
+    const scene = await viewer.open();
+    page.showPoster(viewer.files.address(scene.poster));
+    page.showThumbnails(scene, viewer.files);
+    page.showMode(viewer.mode);
+    page.showOrbits(viewer.navigation.orbits);
+    linkAddress(viewer, page);
+    const controls = new Controls(canvas, viewer.navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
+    new ResizeObserver(() => viewer.resize()).observe(canvas);
+    canvas.addEventListener('webglcontextlost', () => fail(new Error('The browser has taken the GPU away: load the page again.')));
+    viewer.run((seconds) => {
+      if (viewer.hasMesh) page.hidePoster();
+      return controls.advance(seconds);
+    });
+    window.lumatlas = viewer;  // for the console, and for pages around this one
+    await viewer.load();
+    document.documentElement.dataset.state = 'complete';
+  } catch (error) {
+    fail(error);
+  }
+}
+
+// Only where the page is this site's own.
+if (document.getElementById('picture')) main();

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The files of page/, built into the program.
+#pragma once
+
+#include <string_view>
+
+namespace lumatlas {
+
+extern const std::string_view k_page_html;  // with places for title, policy, style, script and data
+extern const std::string_view k_page_style;
+extern const std::string_view k_page_script;  // one module: all of page/*.js
+
+// Shaders of the page's own, beside those of blend/shaders.h.
+extern const std::string_view k_photograph_frag;
+extern const std::string_view k_depth_frag;
+extern const std::string_view k_present_frag;
+extern const std::string_view k_modes_frag;
+
+}  // namespace lumatlas

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model as a site: files that any web server hosts, with the page that shows them. The page needs a browser with
+// WebGL 2 and asks no other server for anything.
+//
+// Its shaders are those of blend/, so that it shows the picture that `lumatlas render` draws.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "atlas/snapshot.h"
+#include "blend/blend_options.h"
+#include "mesh/tick.h"
+#include "tools/viewer/scaled_view.h"
+
+namespace lumatlas {
+
+// By which a page says what wrote it.
+inline constexpr const char* kSiteGenerator = "lumatlas export --to web";
+
+struct SiteOptions {
+  std::string title = "lumatlas";
+  ImageCoding photographs{ImageFormat::jpeg, 90};
+  BlendOptions blend;
+  std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
+};
+
+struct SiteFile {
+  std::string name;  // relative to the site, with '/'
+  std::string type;  // media type
+  std::vector<std::uint8_t> bytes;
+};
+
+// What became of a model.
+struct SiteFacts {
+  std::uint64_t page_bytes = 0;   // HTML, script, style
+  std::uint64_t scene_bytes = 0;  // what the scene says of itself, and a coarse mesh: the first picture
+  std::uint64_t mesh_bytes = 0;
+  std::uint64_t table_bytes = 0;       // references
+  std::uint64_t photograph_bytes = 0;  // photographs and thumbnails
+  std::uint64_t mask_bytes = 0;
+  std::uint32_t views = 0;
+  double scale = 1;  // of the photographs, where one was longer than a texture of every browser may be
+
+  [[nodiscard]] std::uint64_t bytes() const {
+    return page_bytes + scene_bytes + mesh_bytes + table_bytes + photograph_bytes + mask_bytes;
+  }
+};
+
+// How many ticks write_site() gives.
+[[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
+
+// Hands each file of the site to `put`, in the order in which a page asks for them, one at a time. Throws
+// std::invalid_argument unless the snapshot passes check() and holds a view.
+SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
+                     const Tick& tick = {});
+
+// Into a folder, which must exist. Throws InputError if a file cannot be written.
+SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot& snapshot, const SiteOptions& options,
+                            const Tick& tick = {});
+
+// What a page of a model is called: the name of its file or folder.
+[[nodiscard]] std::string title_of(const std::filesystem::path& model);
+
+// The same in one HTML file that opens from a disk. The caller looks whether the stream has failed.
+SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options,
+                         const Tick& tick = {});
+
+}  // namespace lumatlas

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/viewer/web_mesh.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <glm/glm.hpp>
+#include <limits>
+#include <vector>
+
+#include "tools/viewer/view_depth.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr double kStepsPerPixel = 64;
+constexpr double kStepsPerCell = 100;
+constexpr double kMostSteps = 1 << 24;
+
+// Faces in an order in which neighbours come one after the other: what is written as a difference is small then.
+std::vector<std::uint32_t> ordered_corners(const ZoneMesh& mesh) {
+  std::vector<std::uint32_t> corners;
+  corners.reserve(3 * mesh.faces.size());
+  for (const glm::uvec3& face : mesh.faces) corners.insert(corners.end(), {face.x, face.y, face.z});
+  std::size_t first = 0;
+  for (const std::size_t faces : mesh.face_counts) {
+    meshopt_optimizeVertexCacheStrip(&corners[first], &corners[first], 3 * faces, mesh.positions.size());
+    first += 3 * faces;
+  }
+  return corners;
+}
+
+// The vertices in the order in which the corners first name them; these are renumbered.
+std::vector<std::uint32_t> by_first_corner(std::vector<std::uint32_t>& corners, std::size_t vertices) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(vertices, kNone);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t& corner : corners) {
+    if (number[corner] == kNone) {
+      number[corner] = static_cast<std::uint32_t>(order.size());
+      order.push_back(corner);
+    }
+    corner = number[corner];
+  }
+  return order;
+}
+
+}  // namespace
+
+PositionGrid position_grid(const Snapshot& snapshot) {
+  const Bounds box = bounds(snapshot.surface->mesh);
+  const double longest = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+  double step = snapshot.surface->cells.size / kStepsPerCell;
+  for (const auto& view : snapshot.views) {
+    if (!view) continue;
+    const double depth = median_depth(*view);
+    if (depth > 0) step = std::min(step, depth / (std::max(view->camera.fx, view->camera.fy) * kStepsPerPixel));
+  }
+  step = std::max(step, longest / kMostSteps);
+  return {box.min, step > 0 ? step : 1};
+}
+
+PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid) {
+  std::vector<std::uint32_t> corners = ordered_corners(mesh);
+  const std::vector<std::uint32_t> order = by_first_corner(corners, mesh.positions.size());
+  std::vector<std::uint32_t> positions, colors, shares, zones;
+  for (const std::uint32_t vertex : order) {
+    const glm::dvec3 steps = glm::round((glm::dvec3(mesh.positions[vertex]) - grid.origin) / grid.step);
+    for (int axis = 0; axis < 3; ++axis) {
+      positions.push_back(static_cast<std::uint32_t>(steps[axis]));
+      colors.push_back(mesh.colors[vertex][axis]);
+      // The first pass keeps 10 bits of it, and 8 are enough for a fade.
+      shares.push_back((mesh.shares[vertex][axis] * 255u + 32767u) / 65535u);
+    }
+    zones.push_back(mesh.zones[vertex]);
+  }
+  PackedMesh packed{{}, grid, {}};
+  for (const std::size_t faces : mesh.face_counts) packed.corner_counts.push_back(3 * faces);
+  packed.arrays.add("corners", corners, 3, PackedCoding::corners);
+  packed.arrays.add("positions", positions, 3, PackedCoding::difference);
+  packed.arrays.add("colors", colors, 3, PackedCoding::difference);
+  packed.arrays.add("shares", shares, 3, PackedCoding::difference);
+  packed.arrays.add("zones", zones, 1, PackedCoding::difference);
+  return packed;
+}
+
+ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces) {
+  constexpr float kMostError = 0.02F;  // of the mesh's extent
+  const Mesh& mesh = snapshot.surface->mesh;
+  ZoneMesh coarse;
+  if (mesh.faces.size() <= 2 * faces) return coarse;
+  std::vector<std::uint32_t> corners;
+  for (const glm::uvec3& face : mesh.faces) corners.insert(corners.end(), {face.x, face.y, face.z});
+  const std::vector<std::uint32_t> all = corners;
+  const float* positions = &mesh.positions[0].x;
+  corners.resize(meshopt_simplify(corners.data(), all.data(), all.size(), positions, mesh.positions.size(),
+                                  sizeof(glm::vec3), 3 * faces, kMostError, 0, nullptr));
+  // A surface in many small pieces, or with many borders, has edges that may not go.
+  if (corners.size() > 6 * faces) {
+    corners.resize(all.size());
+    corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), positions, mesh.positions.size(),
+                                          sizeof(glm::vec3), 3 * faces, kMostError, nullptr));
+  }
+  const std::vector<std::uint32_t> used = by_first_corner(corners, mesh.positions.size());
+  for (const std::uint32_t vertex : used) {
+    coarse.positions.push_back(mesh.positions[vertex]);
+    coarse.colors.push_back(snapshot.vertex_colors[vertex]);
+  }
+  coarse.shares.resize(used.size());
+  coarse.zones.resize(used.size());
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    coarse.faces.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
+  }
+  coarse.face_counts[0] = coarse.faces.size();
+  return coarse;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (blend/zone_mesh.h), with positions
+// on a grid that is finer than any photograph can tell, and in an order that packs well.
+#pragma once
+
+#include <cstddef>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "atlas/snapshot.h"
+#include "blend/zone_mesh.h"
+#include "tools/viewer/packed_arrays.h"
+
+namespace lumatlas {
+
+// Where a position is: origin + step * whole numbers.
+struct PositionGrid {
+  glm::dvec3 origin{0.0};
+  double step = 1;  // scene units, > 0
+};
+
+// Steps of a 64th of what a pixel of a stored photograph covers at its view's median depth, the least over the
+// views, but no more than a hundredth of a cell, and no finer than 2^24 steps across the mesh, which a float resolves.
+[[nodiscard]] PositionGrid position_grid(const Snapshot& snapshot);
+
+struct PackedMesh {
+  PackedArrays arrays;  // corners, positions, colors, shares, zones: as in ZoneMesh
+  PositionGrid grid;
+  std::vector<std::size_t> corner_counts;  // of the faces for each of kCellsOfShader
+};
+
+// Changes the order of the mesh's vertices, and that of the faces within each of its groups.
+[[nodiscard]] PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid);
+
+// The mesh with its vertex colours alone, in few enough faces to be there at once: at most so many, or what can be made
+// without closing its holes. Empty where it has no more than twice as many.
+[[nodiscard]] ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces);
+
+}  // namespace lumatlas
