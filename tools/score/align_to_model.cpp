@@ -67,13 +67,18 @@ class Sketches {
         photograph_(photograph.level(level_)),
         given_(camera_of_level(given, photograph, level_)) {}
 
-  [[nodiscard]] CameraMotion best_motion(const Camera& from) const {
+  // Away from `given`, and how far the photograph is from the sketch itself, whose camera is not moved.
+  struct Best {
+    CameraMotion motion;
+    double residual;
+  };
+  [[nodiscard]] Best best_from(const Camera& from) const {
     throw_if_interrupted();
     const Camera camera = with_pose_of(given_, from);
     const Photograph picture = model_.sketch(camera);
     const AlignmentTargets targets = targets_from(camera, Pyramid(picture), model_.visibility.trace(camera));
     const Alignment aligned = align(camera, camera, glm::dvec3(1.0), photograph_, targets, search_options());
-    return motion_between(given_, aligned.camera);
+    return {motion_between(given_, aligned.camera), aligned.residual_exposed};
   }
 
  private:
@@ -95,20 +100,23 @@ double median_move_px(const Camera& from, const Camera& to, const std::vector<gl
 
 // Where a search from a picture at `found` would end, again and again until it rests. The sketches tell how the
 // search's end changes with the pose that its picture is drawn from; where it ends, finer pictures than theirs have
-// said.
-Camera at_rest(const Sketches& sketches, const Camera& given, const Camera& found,
-               const std::vector<glm::dvec3>& points) {
+// said. None if the photograph agrees less with the last sketch than with the one from `given`.
+std::optional<Camera> at_rest(const Sketches& sketches, const Camera& given, const Camera& found,
+                              const std::vector<glm::dvec3>& points) {
   const CameraMotion first = motion_between(given, found);
-  const CameraMotion reference = sketches.best_motion(given);
+  const auto [reference, residual_given] = sketches.best_from(given);
   Camera current = found;
+  double residual_last = residual_given;
   for (std::uint32_t i = 0; i < kSketches; ++i) {
-    const CameraMotion here = sketches.best_motion(current);
+    const auto [here, residual_here] = sketches.best_from(current);
+    residual_last = residual_here;
     const Camera next =
         moved(given, first.turn + here.turn - reference.turn, first.shift + here.shift - reference.shift);
     const double step_px = median_move_px(current, next, points);
     current = next;
     if (step_px < kRestingPx) break;
   }
+  if (!(residual_last < residual_given)) return std::nullopt;
   return current;
 }
 
@@ -127,11 +135,13 @@ std::optional<AlignedView> align_to_model(const ModelPictures& model, const Came
   const AlignmentTargets targets = targets_from(given, Pyramid(at_given.picture), at_given.visible);
   const Alignment found = align(given, given, glm::dvec3(1.0), photograph, targets, search_options());
   if (!found.moved || found.moved_px < search_options().least_move_px) return std::nullopt;
-  const Camera camera = at_rest(Sketches(model, given, photograph), given, found.camera, targets.positions);
+  const std::optional<Camera> camera =
+      at_rest(Sketches(model, given, photograph), given, found.camera, targets.positions);
+  if (!camera) return std::nullopt;
   throw_if_interrupted();
-  AlignedView aligned{camera, {model.draw(camera), model.visibility.trace(camera)}};
-  const AlignmentTargets seen = targets_from(camera, Pyramid(aligned.seen.picture), aligned.seen.visible);
-  if (!(residual(camera, photograph, seen) < residual(given, photograph, targets))) return std::nullopt;
+  AlignedView aligned{*camera, {model.draw(*camera), model.visibility.trace(*camera)}};
+  const AlignmentTargets seen = targets_from(*camera, Pyramid(aligned.seen.picture), aligned.seen.visible);
+  if (!(residual(*camera, photograph, seen) < residual(given, photograph, targets))) return std::nullopt;
   return aligned;
 }
 

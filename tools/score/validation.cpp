@@ -195,7 +195,7 @@ Method::Draw textured(const Snapshot& snapshot) {
 // What all steps of a validation take, in ticks of about the time in which a view is taken into the unbounded baseline.
 struct Ticks {
   std::size_t scoring = 0;  // of one view by one method
-  std::size_t given = 3;    // one view, at the poses that the stored photographs were given with
+  std::size_t given = 0;    // one view, at the poses that the stored photographs were given with
   std::size_t moving = 3;   // a frame of a path by one method
   std::size_t all = 0;
 
@@ -203,8 +203,8 @@ struct Ticks {
     const std::size_t methods = 1u + (options.texture ? 1 : 0) + (options.unbounded ? 1 : 0) + (options.vertex ? 1 : 0);
     const std::size_t taken = options.unbounded || options.vertex ? parts.input.size() : 0;
     const std::size_t frames = options.path ? options.path->views.size() : 0;
-    all = taken + methods * (parts.scored.size() * scoring + frames * moving) +
-          (options.unbounded ? parts.scored.size() * given : 0);
+    if (options.unbounded) given = 3;
+    all = taken + methods * (parts.scored.size() * scoring + frames * moving) + +parts.scored.size() * given;
   }
 };
 
@@ -257,9 +257,10 @@ void score_views(Methods& methods, const Scoring& scoring, const Visibility& vis
       report[i].renderings.push_back(scoring.score(method, {i, camera, photograph, pyramid, visible}));
       progress.tick(ticks.scoring);
     }
-    if (!methods.given) continue;
-    const Rendering rendering = methods.given->draw(camera, blend);
-    methods.given->scores.push_back(score_view(rendering.picture, photograph, seen_mask(visible), {}));
+    if (methods.given) {
+      const Rendering rendering = methods.given->draw(camera, blend);
+      methods.given->scores.push_back(score_view(rendering.picture, photograph, seen_mask(visible), {}));
+    }
     progress.tick(ticks.given);
   }
 }
