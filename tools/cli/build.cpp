@@ -187,6 +187,9 @@ void run(const BuildFlags& flags) {
   if (!flags.quiet && result.masked_views > 0) {
     std::cerr << "masks: of " << result.masked_views << " of " << result.views << " photographs\n";
   }
+  if (!flags.quiet && flags.options.close_holes > 0) {
+    std::cerr << "mesh: closed " << result.closed_holes << " of its holes\n";
+  }
   for (const std::string& warning : result.mesh_warnings) std::cerr << "warning: " << warning << '\n';
   std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
@@ -257,6 +260,10 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                    ->check(finite_not_negative());
   flags.coverage.add_references_to(command);
   flags.cells.add_size_to(command);
+  command
+      .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
+      ->type_name("LENGTH")
+      ->check(finite_not_negative());
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected in photographs: gain, pose, masks; joint: all of it, then all of them "
                             "together");

@@ -344,8 +344,9 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   check(options);
   BuildResult result;
   result.options = options;
-  const SurfaceInput input = load_surface(scene, options.mesh, options.cells);
+  const SurfaceInput input = load_surface(scene, options.mesh, options.cells, options.close_holes);
   result.mesh_file = input.mesh_file;
+  result.closed_holes = input.closed_holes;
   result.mesh_warnings = input.warnings;
   SceneViews views = read_scene_views(scene, input.surface->offset, options.pictures);
   result.views = views.views.size();

@@ -49,6 +49,7 @@ struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
+  double close_holes = 0;  // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
@@ -102,6 +103,7 @@ struct BuildResult {
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given
+  std::uint64_t closed_holes = 0;           // of the mesh
   std::vector<std::string> mesh_warnings;   // SurfaceInput::warnings
   std::size_t views = 0, masked_views = 0;  // of the scene
   PlannerOptions effective;                 // with every automatic value filled in

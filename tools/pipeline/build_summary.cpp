@@ -302,6 +302,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
             {"rejected", count(result.planned, Decision::rejected)},
             {"outliers", count(result.planned, Decision::outlier)}}},
           {"refinement", refinement_summary(result, options.refine)},
+          {"closed_holes", result.closed_holes},
           {"cells", cells},
           {"cells_seen", seen},
           {"cells_referenced", referenced},
@@ -330,6 +331,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
   if (options.hold_out) hold_out = {{"hold", options.hold_out->hold}, {"block", options.hold_out->block}};
   json all = {{"command", "build"},
               {"mesh", result.mesh_file.string()},
+              {"close_holes", options.close_holes},
               {"hold_out", hold_out},
               {"order", name_of(options.order)},
               {"choice", name_of(options.choice)},

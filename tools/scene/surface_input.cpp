@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/holes.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/interrupt.h"
 #include "tools/scene/scene.h"
@@ -138,7 +139,7 @@ glm::dvec3 scene_origin(const TriangleSoup& soup) {
 }
 
 SurfaceInput load_surface(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
-                          CellOptions options) {
+                          CellOptions options, double largest_hole) {
   check(options);
   SurfaceInput input;
   input.mesh_file = find_mesh(scene, mesh_file);
@@ -155,6 +156,9 @@ SurfaceInput load_surface(const std::filesystem::path& scene, const std::optiona
     throw InputError(input.mesh_file.string() + ": " + error.what());
   }
   input.repair = repaired.report;
+  ClosedHoles closed = close_holes(repaired.mesh, largest_hole, throw_if_interrupted);
+  input.closed_holes = closed.holes;
+  repaired.mesh = std::move(closed.mesh);
   options.size = cell_size(repaired.mesh, options, input.mesh_file);
   const std::optional<std::string> strays = stray_faces_warning(repaired.mesh, surface->offset, input.mesh_file);
   if (strays) input.warnings.push_back(*strays);

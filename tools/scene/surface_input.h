@@ -23,6 +23,7 @@ struct SurfaceInput {
   std::uint64_t file_faces = 0;
   bool file_has_colors = false;
   RepairReport repair;
+  std::uint64_t closed_holes = 0;     // see mesh/holes.h
   std::uint64_t split_faces = 0;      // faces added by splitting those that were larger than a cell
   std::vector<std::string> warnings;  // what a user should know of the mesh, in sentences
 };
@@ -32,9 +33,10 @@ struct SurfaceInput {
 // box of all but the outermost hundredth of the corners on each side. The coordinates' origin if there is no such face.
 [[nodiscard]] glm::dvec3 scene_origin(const TriangleSoup& soup);
 
-// Reads, centres (the offset is scene_origin()), repairs, splits faces larger than a cell, makes cells. Throws
-// InputError, and Interrupted soon after a signal.
+// Reads, centres (the offset is scene_origin()), repairs, closes holes up to `largest_hole` across (scene units; 0:
+// none), splits faces larger than a cell, makes cells. Throws InputError, and Interrupted soon after a signal.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
-                                        const std::optional<std::filesystem::path>& mesh_file, CellOptions options);
+                                        const std::optional<std::filesystem::path>& mesh_file, CellOptions options,
+                                        double largest_hole = 0);
 
 }  // namespace lumatlas
