@@ -66,18 +66,18 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
 
 void RenderFlags::add_mode_to(CLI::App& command) {
   begin_group(command, "What is shown");
-  add_choice(command, "--mode", mode, kModes, "What each pixel says; error: against the photograph of --views");
+  add_choice(command, "--mode", mode, kModes, "Of each pixel; error: against the photograph");
   command.add_option("--range", range, "Of a mode's colours; without it the mode's own")
       ->type_name("LEAST MOST")
       ->expected(2)
       ->default_str("");
   command.add_flag("--no-color-bar", no_color_bar, "Leave out the bar below a mode's picture that says what it means");
-  command.add_option("--background", background, "Where no surface is: alpha, blur, black, white or #rrggbb")
+  command.add_option("--background", background, "Where no surface is: alpha, blur, white, #rrggbb")
       ->type_name("NAME")
       ->check([](const std::string& name) {
         return background_named(name) ? std::string() : name + " is none of alpha, blur, black, white or #rrggbb";
       })
-      ->default_str("alpha, for mp4 blur");
+      ->default_str("alpha; mp4 blur");
   blend.add_to(command);
 }
 
