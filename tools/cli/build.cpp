@@ -260,10 +260,6 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                    ->check(finite_not_negative());
   flags.coverage.add_references_to(command);
   flags.cells.add_size_to(command);
-  command
-      .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
-      ->type_name("LENGTH")
-      ->check(finite_not_negative());
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected in photographs: gain, pose, masks; joint: all of it, then all of them "
                             "together");
@@ -307,6 +303,10 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
 
 void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "cells and tiles");
+  command
+      .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
+      ->type_name("LENGTH")
+      ->check(finite_not_negative());
   flags.cells.add_partition_to(command);
   add_choice(command, "--layout", flags.whole_views, {{"tiles", false}, {"layers", true}},
              "Keep the parts of photographs that cells refer to, or whole photographs");
