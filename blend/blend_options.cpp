@@ -34,6 +34,14 @@ BlendOptions BlendOptions::printed() {
   return options;
 }
 
+BlendOptions BlendOptions::draft() {
+  BlendOptions options;
+  options.sampling = Sampling::linear;
+  options.border_width = 0;
+  options.supersample = 1;
+  return options;
+}
+
 void check(const BlendOptions& options) {
   require(options.views >= 1 && options.views <= kMaxBlendedViews, "views", options.views, "in [1, 8]");
   require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");

@@ -22,6 +22,7 @@
 #include "blend/egl_context.h"
 #include "blend/exposure.h"
 #include "blend/gl_objects.h"
+#include "blend/gl_state.h"
 #include "blend/photograph_array.h"
 #include "blend/picture_targets.h"
 #include "blend/shader_program.h"
@@ -48,9 +49,6 @@ constexpr double kNearShare = 1e-8;
 // In the stencil: 1 + which of kCellsOfShader is for the face, and which pixels are means of samples.
 constexpr GLint kSampled = 4;
 static_assert(kCellsOfShader.size() < kSampled);
-
-// Where textures are bound to be made, so that this takes none away from the shaders.
-constexpr GLenum kSpareUnit = 15;
 
 constexpr GlTableFormat kNumbers{GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)};
 constexpr GlTableFormat kRecords{GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, sizeof(glm::uvec4)};
@@ -83,21 +81,6 @@ PixelDiagnosis unpacked(const std::uint32_t* packed) {
   return {packed[0], packed[1], {share(packed[2]), share(packed[2] >> 16), share(packed[3])}};
 }
 
-// What earlier drawing in this context may have left otherwise.
-void set_state() {
-  for (const GLenum test : {GL_CULL_FACE, GL_BLEND, GL_SCISSOR_TEST, GL_POLYGON_OFFSET_FILL, GL_SAMPLE_COVERAGE,
-                            GL_SAMPLE_ALPHA_TO_COVERAGE, GL_RASTERIZER_DISCARD, GL_DITHER}) {
-    glDisable(test);
-  }
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-  glDepthMask(GL_TRUE);
-  glStencilMask(0xFF);
-  if (epoxy_is_desktop_gl()) {
-    glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
-    glDisable(GL_FRAMEBUFFER_SRGB);
-  }
-}
-
 void bind_texture(TextureUnit unit, GLenum target, const GlTexture& texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture.get());
@@ -126,11 +109,20 @@ struct Renderer::State {
   std::vector<glm::u8vec3> vertex_colors;
   std::vector<std::uint8_t> cell_seen;
   ReferenceTable references;
+  // Of the mesh that is loaded, for stores that change. Which cells may be joined changes with every view, and with it
+  // the mesh: once a store has changed under its surface, none are joined any more.
+  ZoneCells zone_cells;
+  std::vector<std::uint32_t> vertex_sources;
+  bool changes = false;
+  bool is_joined = false;  // the mesh that is loaded
   std::uint32_t cubic_levels = 0;
   std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
   PictureTargets targets;
 
+  void take_tables(const Snapshot& snapshot);
+  void load_references();
+  void renew_colors() const;
   void load_zones(double width);
   void load_mesh(const ZoneMesh& copy);
   void describe(const Camera& camera, const BlendOptions& options) const;
@@ -139,20 +131,60 @@ struct Renderer::State {
   void draw_screen(GLuint program, const SurfaceTargets& surface_targets) const;
   void draw_blend(const GlFramebuffer& target, const BlendOptions& options, bool linear);
   void draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear);
+  void draw_picture(const BlendOptions& options);
   [[nodiscard]] Rendering read_back() const;
 };
+
+// Those of a snapshot, and what of the mesh on the GPU depends on them. The mesh itself stays where that is of the same
+// surface.
+void Renderer::State::take_tables(const Snapshot& snapshot) {
+  const bool same_surface = surface == snapshot.surface;
+  const bool same_references = same_surface && references.offsets == snapshot.references.offsets &&
+                               references.views == snapshot.references.views && cell_seen == snapshot.cell_seen;
+  const bool same_colors = same_surface && vertex_colors == snapshot.vertex_colors;
+  changes = same_surface && (changes || !same_references);
+  surface = snapshot.surface;
+  if (!same_colors) vertex_colors = snapshot.vertex_colors;
+  if (!same_references) {
+    cell_seen = snapshot.cell_seen;
+    references = snapshot.references;
+  }
+  if (!same_surface || (!same_references && is_joined)) border_width.reset();
+  const std::optional<double> width = std::exchange(border_width, std::nullopt);
+  if (!width) return;  // all is made when it is drawn
+  if (!same_references) load_references();
+  if (!same_colors) renew_colors();
+  border_width = width;
+}
+
+void Renderer::State::renew_colors() const {
+  std::vector<glm::u8vec3> copies;
+  copies.reserve(vertex_sources.size());
+  for (const std::uint32_t vertex : vertex_sources) copies.push_back(vertex_colors[vertex]);
+  const auto bytes = std::as_bytes(std::span<const glm::u8vec3>(copies));
+  glBindBuffer(GL_COPY_WRITE_BUFFER, colors.get());
+  glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+  check_gl("renewing the mesh's colours");
+}
+
+void Renderer::State::load_references() {
+  const ZoneReferences lists = zone_references(zone_cells, references, cell_seen);
+  zones = table_of(kRecords, lists.zones, "zones of cells that fade into each other");
+  cells = table_of(kRecords, lists.cells, "cells");
+  reference_lists = table_of(kNumbers, lists.references, "references");
+}
 
 // Mesh and zones for a width as in BlendOptions.
 void Renderer::State::load_zones(double width) {
   if (border_width == width) return;
   border_width.reset();
   CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
-  if (steps.join_cells && width > 0) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
-  const ZoneMesh copy = zone_mesh(surface->mesh, vertex_colors, surface->cells.cell_of_face, cell_shares);
-  const ZoneReferences lists = zone_references(copy, references, cell_seen);
-  zones = table_of(kRecords, lists.zones, "zones of cells that fade into each other");
-  cells = table_of(kRecords, lists.cells, "cells");
-  reference_lists = table_of(kNumbers, lists.references, "references");
+  is_joined = steps.join_cells && width > 0 && !changes;
+  if (is_joined) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
+  ZoneMesh copy = zone_mesh(surface->mesh, vertex_colors, surface->cells.cell_of_face, cell_shares);
+  zone_cells = std::move(copy.zone_cells);
+  vertex_sources = std::move(copy.sources);
+  load_references();
   load_mesh(copy);
   border_width = width;
 }
@@ -317,6 +349,7 @@ Rendering Renderer::State::read_back() const {
 }
 
 Renderer::Renderer(const RendererOptions& steps) : state_(std::make_unique<State>()) {
+  const GlStateGuard guard;
   state_->steps = steps;
   GLuint name = 0;
   glGenVertexArrays(1, &name);
@@ -335,14 +368,11 @@ void Renderer::take_steps(const RendererOptions& steps) {
 
 void Renderer::load(const Snapshot& snapshot) {
   check(snapshot);
+  const GlStateGuard guard;
   State& state = *state_;
   state.loaded = false;
-  state.surface = snapshot.surface;
-  state.vertex_colors = snapshot.vertex_colors;
-  state.cell_seen = snapshot.cell_seen;
-  state.references = snapshot.references;
+  state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  state.border_width.reset();
   const Bounds box = bounds(snapshot.surface->mesh);
   state.near_depth = kNearShare * glm::length(box.max - box.min);
   state.photographs.load(snapshot);
@@ -362,24 +392,51 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
     state.targets = make_targets(camera.width, camera.height);
   }
   state.load_zones(options.border_width);
-  set_state();
   state.describe(camera, options);
   state.bind_tables();
   state.draw_surface(state.targets.middles, 1);
 }
 
+void Renderer::State::draw_picture(const BlendOptions& options) {
+  draw_blend(targets.pass, options, false);
+  if (options.supersample > 1) draw_samples(targets.pass, options, false);
+}
+
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
+  const GlStateGuard guard;
   prepare(camera, options);
-  state_->draw_blend(state_->targets.pass, options, false);
-  if (options.supersample > 1) state_->draw_samples(state_->targets.pass, options, false);
+  state_->draw_picture(options);
+}
+
+void Renderer::draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera,
+                         const BlendOptions& options) {
+  const GlStateGuard guard;
+  prepare(camera, options);
+  state_->draw_picture(options);
+  const GLuint program = state_->programs.get({.pass = Pass::present});
+  glUseProgram(program);
+  glUniform2i(glGetUniformLocation(program, "corner"), left, bottom);
+  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+  glViewport(left, bottom, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
+  bind_texture(TextureUnit::surfaces, GL_TEXTURE_2D, state_->targets.picture);
+  glBindVertexArray(state_->no_vertices.get());
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  check_gl("drawing into the caller's framebuffer");
+}
+
+std::uint32_t Renderer::picture_texture() const {
+  return state_->targets.picture.get();
 }
 
 Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
-  draw(camera, options);
+  const GlStateGuard guard;
+  prepare(camera, options);
+  state_->draw_picture(options);
   return state_->read_back();
 }
 
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
+  const GlStateGuard guard;
   prepare(camera, options);
   State& state = *state_;
   const GlTexture linear =
@@ -399,6 +456,7 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
 }
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
+  const GlStateGuard guard;
   prepare(camera, at_middle(options));
   State& state = *state_;
   const PictureTargets& targets = state.targets;

@@ -27,14 +27,16 @@ struct RendererOptions {
 class Renderer {
  public:
   // Draws in the context that is current on the calling thread, whoever made it: OpenGL ES 3.0 or OpenGL 4.5. That one
-  // must be current for every call, and outlive the renderer.
+  // must be current for every call, and outlive the renderer. Every call leaves the context's state as it was:
+  // bindings, switches, masks, viewport, and how pixels are stored.
   explicit Renderer(const RendererOptions& steps = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
   // Copies the snapshot to the GPU in place of an earlier one; photographs or tiles that it shares with that one are
-  // not copied again. Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if
+  // not copied again, nor is the mesh of the same surface. From the second snapshot of a surface on, cells are not
+  // joined (RendererOptions), so that a store may change as often as it likes. Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if
   // the driver's limits (layers, texture size, buffer size) or its free memory, where it tells that, are exceeded,
   // naming the limit, the number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
@@ -45,8 +47,15 @@ class Renderer {
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
   // and options pass check(), and without load(). So do the three functions below.
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
-  // As render(), but leaves the picture on the GPU, which may still be at work on it.
+  // As render(), but leaves the picture on the GPU, which may still be at work on it, in picture_texture().
   void draw(const Camera& camera, const BlendOptions& options);
+  // The same, and copies the picture into a framebuffer of the caller's (0: the window), where its lower left corner
+  // comes to the given pixel: sRGB values as they are, with alpha 1. Pixels that see no surface stay as they were.
+  void draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera, const BlendOptions& options);
+  // What was drawn last: the name of a GL_TEXTURE_2D of GL_RGBA8, sRGB values, its first row the picture's last; alpha
+  // is PixelState / 255. The renderer's: it is drawn to again by the next picture, and gone with one of another size.
+  // 0 before the first.
+  [[nodiscard]] std::uint32_t picture_texture() const;
   // The picture that render() gives, before it is rounded and cut off at white.
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
   // What the picture that render() gives is made of.

@@ -51,6 +51,8 @@ Source source_of(Pass pass) {
       return {"silhouettes", k_screen_vert, k_silhouettes_frag};
     case Pass::diagnose:
       return {"diagnosis", k_screen_vert, k_diagnose_frag};
+    case Pass::present:
+      return {"presentation", k_screen_vert, k_present_frag};
     case Pass::blend:
     case Pass::samples:
       break;
@@ -89,6 +91,7 @@ GLuint ShaderPrograms::get(const ProgramKey& key) {
   for (std::size_t unit = 0; unit < kSamplers.size(); ++unit) {
     glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));
   }
+  glUniform1i(glGetUniformLocation(program.get(), "shown"), static_cast<GLint>(TextureUnit::surfaces));
   glUseProgram(0);
   return programs_.emplace(key, std::move(program)).first->second.get();
 }

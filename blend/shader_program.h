@@ -17,6 +17,7 @@ enum class Pass : std::uint8_t {
   blend,        // of the middles of pixels
   samples,      // of the means over samples
   diagnose,
+  present,  // into the caller's framebuffer
 };
 
 // What is compiled in. The passes that do not ask for it have 0 and false.

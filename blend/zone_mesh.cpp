@@ -28,18 +28,23 @@ std::size_t shader_of(const CellShares::Zone& cells) {
   return shader;
 }
 
-// The zone of each face; cells of the zones are added to the mesh.
+// The zone of each face.
 std::vector<std::uint32_t> zones_of_faces(const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares,
-                                          ZoneMesh& mesh) {
+                                          ZoneCells& known) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;
+  std::map<CellShares::Zone, std::uint32_t> combinations;
   std::vector<std::uint32_t> zones;
   zones.reserve(cell_of_face.size());
   for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
     const auto [entry, added] = numbers.emplace(std::pair(shares.zone_of_face[face], cell_of_face[face]),
-                                                static_cast<std::uint32_t>(mesh.cells.size()));
+                                                static_cast<std::uint32_t>(known.cell.size()));
     if (added) {
-      mesh.cells.push_back(shares.zones[shares.zone_of_face[face]]);
-      mesh.cell.push_back(cell_of_face[face]);
+      const CellShares::Zone& cells = shares.zones[shares.zone_of_face[face]];
+      const auto [combination, is_new] =
+          combinations.emplace(cells, static_cast<std::uint32_t>(known.combinations.size()));
+      if (is_new) known.combinations.push_back(cells);
+      known.combination.push_back(combination->second);
+      known.cell.push_back(cell_of_face[face]);
     }
     zones.push_back(entry->second);
   }
@@ -69,7 +74,7 @@ void merge_references(const CellShares::Zone& cells, const ReferenceTable& refer
 ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
                    const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares) {
   ZoneMesh copy;
-  const std::vector<std::uint32_t> zones = zones_of_faces(cell_of_face, shares, copy);
+  const std::vector<std::uint32_t> zones = zones_of_faces(cell_of_face, shares, copy.zone_cells);
   std::vector<std::uint32_t> newest(mesh.positions.size(), kNone);
   std::vector<std::uint32_t> older;  // the next copy of the same vertex
   const auto copied = [&](std::size_t face, int corner) {
@@ -82,6 +87,7 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
     older.push_back(std::exchange(newest[vertex], found));
     copy.positions.push_back(mesh.positions[vertex]);
     copy.colors.push_back(colors[vertex]);
+    copy.sources.push_back(vertex);
     const glm::vec4& of_cells = shares.corners[face][static_cast<std::size_t>(corner)];
     copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
     return found;
@@ -89,7 +95,7 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
   for (std::size_t shader = 0; shader < kCellsOfShader.size(); ++shader) {
     const std::size_t before = copy.faces.size();
     for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-      if (shader_of(copy.cells[zones[face]]) != shader) continue;
+      if (shader_of(copy.zone_cells.combinations[copy.zone_cells.combination[zones[face]]]) != shader) continue;
       copy.faces.emplace_back(copied(face, 0), copied(face, 1), copied(face, 2));
     }
     copy.face_counts.at(shader) = copy.faces.size() - before;
@@ -97,7 +103,7 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
   return copy;
 }
 
-ZoneReferences zone_references(const ZoneMesh& mesh, const ReferenceTable& references,
+ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
                                const std::vector<std::uint8_t>& cell_seen) {
   ZoneReferences result;
   for (const std::uint32_t slot : references.views) {
@@ -110,18 +116,20 @@ ZoneReferences zone_references(const ZoneMesh& mesh, const ReferenceTable& refer
   for (std::size_t cell = 0; cell < cell_seen.size(); ++cell) {
     result.cells.emplace_back(references.offsets[cell], references.offsets[cell + 1], cell_seen[cell] ? 1 : 0, 0);
   }
-  std::map<CellShares::Zone, glm::uvec2> ranges;
-  for (std::size_t zone = 0; zone < mesh.cells.size(); ++zone) {
-    const CellShares::Zone& cells = mesh.cells[zone];
-    const auto [entry, added] = ranges.emplace(cells, glm::uvec2(0));
-    glm::uvec2& range = entry->second;
-    if (added && of_one_cell(cells)) range = glm::uvec2(result.cells[cells[0]]);
-    if (added && !of_one_cell(cells)) {
-      range.x = static_cast<std::uint32_t>(result.references.size());
-      merge_references(cells, references, result.references);
-      range.y = static_cast<std::uint32_t>(result.references.size());
+  std::vector<glm::uvec2> ranges;
+  ranges.reserve(zones.combinations.size());
+  for (const CellShares::Zone& cells : zones.combinations) {
+    if (of_one_cell(cells)) {
+      ranges.emplace_back(result.cells[cells[0]]);
+      continue;
     }
-    result.zones.emplace_back(range, mesh.cell[zone], 0);
+    const auto first = static_cast<std::uint32_t>(result.references.size());
+    merge_references(cells, references, result.references);
+    ranges.emplace_back(first, static_cast<std::uint32_t>(result.references.size()));
+  }
+  result.zones.reserve(zones.cell.size());
+  for (std::size_t zone = 0; zone < zones.cell.size(); ++zone) {
+    result.zones.emplace_back(ranges[zones.combination[zone]], zones.cell[zone], 0);
   }
   return result;
 }

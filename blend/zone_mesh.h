@@ -20,17 +20,24 @@ namespace lumatlas {
 // The shader is compiled for so many cells of a zone at most, because one for fewer is shorter.
 inline constexpr std::array<std::uint32_t, 3> kCellsOfShader{1, 2, 4};
 
+// All that references are listed by.
+struct ZoneCells {
+  std::vector<std::uint32_t> cell;         // by zone, the one that its faces are of
+  std::vector<std::uint32_t> combination;  // by zone, which of these its faces fade between
+  std::vector<CellShares::Zone> combinations;
+};
+
 // The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
 // cells, and because a flat attribute tells the shader which zone a face has.
 struct ZoneMesh {
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colors;
-  std::vector<glm::u16vec4> shares;  // 65535 is 1
-  std::vector<std::uint32_t> zones;  // of each vertex
-  std::vector<glm::uvec3> faces;     // by how many cells they have: kCellsOfShader
+  std::vector<std::uint32_t> sources;  // of each vertex, that of the mesh which it is a copy of
+  std::vector<glm::u16vec4> shares;    // 65535 is 1
+  std::vector<std::uint32_t> zones;    // of each vertex
+  std::vector<glm::uvec3> faces;       // by how many cells they have: kCellsOfShader
   std::array<std::size_t, kCellsOfShader.size()> face_counts{};
-  std::vector<CellShares::Zone> cells;  // by zone
-  std::vector<std::uint32_t> cell;      // by zone, the one that its faces are of
+  ZoneCells zone_cells;
 };
 
 // `colors` has one for each vertex, `cell_of_face` and `shares` one for each face.
@@ -46,7 +53,7 @@ struct ZoneReferences {
 
 // Views that several cells of a zone refer to are listed once for it. `cell_seen` as in Snapshot. Throws GlError for
 // more than 2^28 slots.
-[[nodiscard]] ZoneReferences zone_references(const ZoneMesh& mesh, const ReferenceTable& references,
+[[nodiscard]] ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
                                              const std::vector<std::uint8_t>& cell_seen);
 
 }  // namespace lumatlas

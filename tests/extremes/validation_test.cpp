@@ -29,6 +29,7 @@ Report validated(const EdgeScene& scene, const EglContext& context) {
   ValidationOptions options;
   options.protocol = *build.hold_out;
   options.quiet = true;
+  options.unbounded = true;
   return validate_model(result.snapshot, read_scene_views(folder.path(), result.snapshot.surface->offset), context,
                         options, report.path());
 }

@@ -43,7 +43,9 @@ class WaitingThreads {
 
   // False where the system gives no more.
   [[nodiscard]] bool start(std::size_t count) {
-    constexpr std::size_t kStack = 64 << 10;  // bytes; they do next to nothing
+    // Bytes. They do next to nothing, but what is local to a thread has its place there too: CGAL has 32 KiB for each
+    // kind of triangulation.
+    constexpr std::size_t kStack = 256 << 10;
     threads_.reserve(count);
     pthread_attr_t attributes;
     pthread_attr_init(&attributes);

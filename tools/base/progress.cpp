@@ -43,6 +43,10 @@ std::string rate(double done, double seconds) {
   return per_second >= 1 ? formatted("%.1f/s", per_second) : formatted("%.1f s each", seconds / done);
 }
 
+std::string percent(std::size_t done, std::size_t total) {
+  return formatted("%.0f %%", total == 0 ? 100.0 : 100.0 * static_cast<double>(done) / static_cast<double>(total));
+}
+
 // 0:07, 12:34, 1:02:03
 std::string clock_time(double seconds) {
   const auto whole = static_cast<long long>(std::min(seconds, 1e9) + 0.5);
@@ -118,14 +122,14 @@ void Progress::draw(Duration at) {
   drawn_ = true;
 }
 
-// "120 of 1000, 81/s, 0:11 left"
+// "120 of 1000, 81/s, 0:11 left", or "12 %, 0:11 left".
 std::string Progress::state(std::size_t done, double seconds) const {
-  std::string text = std::to_string(done);
-  if (total_ > 0) {
+  std::string text = options_.as_share ? percent(done, total_) : std::to_string(done);
+  if (total_ > 0 && !options_.as_share) {
     text += " of " + std::to_string(total_);
   }
   if (done > 0) {
-    text += ", " + rate(static_cast<double>(done), seconds);
+    if (!options_.as_share) text += ", " + rate(static_cast<double>(done), seconds);
     if (done < total_) {
       text += ", " + clock_time(static_cast<double>(total_ - done) * seconds / static_cast<double>(done)) + " left";
     }
@@ -162,6 +166,11 @@ void Progress::finish() {
   }
   const std::size_t done = done_.load(std::memory_order_relaxed);
   const double seconds = in_seconds(at);
+  if (options_.as_share) {
+    const std::string reached = done < total_ ? percent(done, total_) : "done";
+    *options_.out << label_ << ": " << reached << " in " << short_time(seconds) << std::endl;
+    return;
+  }
   *options_.out << label_ << ": " << done;
   if (done < total_) {
     *options_.out << " of " << total_;

@@ -19,6 +19,8 @@ struct ProgressOptions {
   bool is_terminal = false;     // a bar that redraws itself, instead of lines
   bool quiet = false;           // nothing is written
   std::size_t columns = 80;     // width of the terminal: the bar's line stays below it
+  // Ticks are of work of different kinds, as many for each as it takes time: a percentage instead of count and rate.
+  bool as_share = false;
   std::function<Clock::time_point()> now = [] { return Clock::now(); };
 
   // What stderr is.

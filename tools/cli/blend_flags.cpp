@@ -45,7 +45,9 @@ void depart(BlendOptions& options, const std::string& departure) {
 
 void BlendFlags::add_to(CLI::App& command) {
   const BlendOptions ours, printed = BlendOptions::printed();
-  command.add_flag("--paper", paper_, "Blend as the paper prints it, for models of `build --paper`");
+  CLI::Option* const paper =
+      command.add_flag("--paper", paper_, "Blend as the paper prints it, for models of `build --paper`");
+  command.add_flag("--draft", draft_, "Draw faster, with coarser sampling and edges")->excludes(paper);
   exposure_option_ = add_choice(command, "--exposure", exposure_, kExposures,
                                 "Expose as the photographs taken nearby, or one exposure for the model",
                                 defaults(kExposures, ours.exposure, printed.exposure));
@@ -113,7 +115,9 @@ void BlendFlags::check_paper() const {
 
 BlendOptions BlendFlags::options() const {
   if (paper_) check_paper();
-  BlendOptions options = paper_ || printed_weights_ ? BlendOptions::printed() : BlendOptions{};
+  BlendOptions options = paper_ || printed_weights_ ? BlendOptions::printed()
+                         : draft_                   ? BlendOptions::draft()
+                                                    : BlendOptions{};
   options.views = values_.views;
   options.lambda = values_.lambda;
   options.antialias = values_.antialias;
@@ -133,6 +137,7 @@ nlohmann::json BlendFlags::json() const {
   return {{"blend_views", effective.views},
           {"blend_direction_weight", effective.lambda},
           {"weights", name_of(kWeights, paper_ || printed_weights_)},
+          {"draft", draft_},
           {"prefilter", effective.prefilter},
           {"consistency", effective.consistent},
           {"sampling", name_of(kSamplings, effective.sampling)},

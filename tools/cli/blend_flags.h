@@ -15,7 +15,7 @@ namespace lumatlas {
 
 class BlendFlags {
  public:
-  // --paper, --exposure and --supersample.
+  // --paper, --draft, --exposure and --supersample.
   void add_to(CLI::App& command);
   // All others.
   void add_experiments_to(CLI::App& command);
@@ -29,6 +29,7 @@ class BlendFlags {
 
   BlendOptions values_;
   bool paper_ = false;
+  bool draft_ = false;
   bool printed_weights_ = false;
   // None: as the weights have them.
   std::optional<BlendOptions::Sampling> sampling_;

@@ -213,6 +213,9 @@ void run(const BuildFlags& flags) {
   if (!flags.quiet && result.masked_views > 0) {
     std::cerr << "masks: of " << result.masked_views << " of " << result.views << " photographs\n";
   }
+  if (!flags.quiet && flags.options.close_holes > 0) {
+    std::cerr << "mesh: closed " << result.closed_holes << " of its holes\n";
+  }
   std::cerr << skipped_text(result);
   for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
   std::cerr << nothing_stored_warning(result);
@@ -337,7 +340,11 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
 }
 
 void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
-  begin_experiments(command, "cells and tiles");
+  begin_experiments(command, "mesh, cells and tiles");
+  command
+      .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
+      ->type_name("LENGTH")
+      ->check(finite_not_negative());
   flags.cells.add_partition_to(command);
   add_choice(command, "--layout", flags.whole_views, {{"tiles", false}, {"layers", true}},
              "Keep the parts of photographs that cells refer to, or whole photographs");

@@ -58,7 +58,7 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
       ->type_name("PX")
       ->transform(whole_number(1, kMostPixelsASide))
       ->excludes(of_scene_);
-  command.add_option("--fov", fov_deg, "Of a path: horizontal field of view where the path names none")
+  command.add_option("--fov", fov_deg, "Of a path: horizontal field of view, if it names none")
       ->type_name("DEGREES")
       ->check(number_between(1, 170))
       ->excludes(of_scene_);
@@ -66,13 +66,18 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
 
 void RenderFlags::add_mode_to(CLI::App& command) {
   begin_group(command, "What is shown");
-  add_choice(command, "--mode", mode, kModes,
-             "The picture, or what the model knows of each cell or pixel; error: against the photograph of --views");
+  add_choice(command, "--mode", mode, kModes, "Of each pixel; error: against the photograph");
   command.add_option("--range", range, "Of a mode's colours; without it the mode's own")
       ->type_name("LEAST MOST")
       ->expected(2)
       ->default_str("");
   command.add_flag("--no-color-bar", no_color_bar, "Leave out the bar below a mode's picture that says what it means");
+  command.add_option("--background", background, "Where no surface is: alpha, blur, white, #rrggbb")
+      ->type_name("NAME")
+      ->check([](const std::string& name) {
+        return background_named(name) ? std::string() : name + " is none of alpha, blur, black, white or #rrggbb";
+      })
+      ->default_str("alpha; mp4 blur");
   blend.add_to(command);
 }
 
@@ -134,9 +139,20 @@ void RenderFlags::check() const {
   if (!range.empty() && !(std::isfinite(range[0]) && std::isfinite(range[1]) && range[0] < range[1])) {
     throw CLI::ValidationError("--range", "must be two finite numbers, the smaller one first");
   }
+  if (!background.empty() && mode != Mode::picture) {
+    throw CLI::ValidationError("--background", "is of --mode picture");
+  }
+  if (background == "alpha" && format == PictureFormat::mp4) {
+    throw CLI::ValidationError("--background", "alpha is nothing that a video has: name blur or a colour");
+  }
   if (frames_per_second_option_->count() > 0 && format != PictureFormat::mp4) {
     throw CLI::ValidationError("--fps", "needs --format mp4");
   }
+}
+
+Background RenderFlags::background_in_use() const {
+  if (const auto named = background_named(background)) return *named;
+  return {format == PictureFormat::mp4 ? Background::Kind::blurred : Background::Kind::transparent, {}};
 }
 
 FrameOptions RenderFlags::frame_options() const {
@@ -145,6 +161,7 @@ FrameOptions RenderFlags::frame_options() const {
   options.blend = blend.options();
   if (!range.empty()) options.range = ValueRange{range[0], range[1]};
   options.color_bar = !no_color_bar;
+  options.background = background_in_use();
   return options;
 }
 
@@ -164,6 +181,7 @@ nlohmann::json RenderFlags::json() const {
   options["format"] = format_name();
   if (!range.empty()) options["range"] = range;
   if (mode != Mode::picture && format != PictureFormat::exr) options["color_bar"] = !no_color_bar;
+  if (mode == Mode::picture && !background.empty()) options["background"] = background;
   if (format == PictureFormat::mp4) options["fps"] = frames_per_second;
   if (!views.empty()) {
     options["views"] = views.string();

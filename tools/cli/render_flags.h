@@ -31,6 +31,7 @@ struct RenderFlags {
   Mode mode = Mode::picture;
   std::vector<double> range;  // none, or least and most
   bool no_color_bar = false;
+  std::string background;  // empty: what the format can hold
   BlendFlags blend;
   // As which files.
   PictureFormat format = PictureFormat::png;
@@ -53,6 +54,7 @@ struct RenderFlags {
   void add_files_to(CLI::App& command);
   void add_experiments_to(CLI::App& command);
   void check_cameras() const;
+  [[nodiscard]] Background background_in_use() const;
 
   std::vector<const CLI::Option*> cameras_;  // of which one must be given
   CLI::Option* of_scene_ = nullptr;

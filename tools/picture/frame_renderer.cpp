@@ -69,16 +69,15 @@ ModeFrame FrameRenderer::frame(const Camera& camera, const Photograph* photograp
   }
 }
 
-Photograph FrameRenderer::picture(const Camera& camera, const Photograph* photograph) {
-  if (!colors_) return render_tiled(*renderer_, camera, options_.blend).picture;
+SoftPicture FrameRenderer::picture(const Camera& camera, const Photograph* photograph) {
+  if (!colors_) return with_background(render_tiled(*renderer_, camera, options_.blend), options_.background);
   const Photograph painted = colors_->paint(frame(camera, photograph));
-  return options_.color_bar ? with_color_bar(painted, colors_->bar()) : painted;
+  return {options_.color_bar ? with_color_bar(painted, colors_->bar()) : painted, {}};
 }
 
 FloatImage FrameRenderer::numbers(const Camera& camera, const Photograph* photograph) {
   if (colors_) return float_image(frame(camera, photograph), options_.mode);
-  LinearRendering linear = render_linear_tiled(*renderer_, camera, options_.blend);
-  return {linear.width, linear.height, {"R", "G", "B"}, std::move(linear.rgb)};
+  return with_background(render_linear_tiled(*renderer_, camera, options_.blend), options_.background);
 }
 
 }  // namespace lumatlas

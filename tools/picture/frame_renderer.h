@@ -10,6 +10,7 @@
 #include "blend/blend_options.h"
 #include "blend/renderer.h"
 #include "mesh/visibility.h"
+#include "tools/picture/background.h"
 #include "tools/picture/mode_picture.h"
 
 namespace lumatlas {
@@ -19,6 +20,7 @@ struct FrameOptions {
   BlendOptions blend;
   std::optional<ValueRange> range;  // of the mode's colours; none: its own, see ModeColors
   bool color_bar = true;            // below a mode's picture
+  Background background;            // of Mode::picture
 };
 
 // Whether a mode is drawn by the renderer; the others are by rays alone, and need no OpenGL.
@@ -31,7 +33,7 @@ class FrameRenderer {
   FrameRenderer(const Snapshot& snapshot, const FrameOptions& options, Renderer* renderer);
 
   // `photograph`: what Mode::error compares with, taken by the camera; null for every other mode.
-  [[nodiscard]] Photograph picture(const Camera& camera, const Photograph* photograph);
+  [[nodiscard]] SoftPicture picture(const Camera& camera, const Photograph* photograph);
   // For OpenEXR: linear light, or the mode's numbers as they are, NaN where there are none.
   [[nodiscard]] FloatImage numbers(const Camera& camera, const Photograph* photograph);
 

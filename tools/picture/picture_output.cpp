@@ -61,14 +61,14 @@ fs::path PictureOutput::file_for_frame(std::size_t index, std::size_t count) con
   return number + ending_of(format_);
 }
 
-void PictureOutput::write(const fs::path& file, const Photograph& picture) {
+void PictureOutput::write(const fs::path& file, const SoftPicture& picture) {
   if (format_ == PictureFormat::mp4) {
-    write_frame(picture);
+    write_frame(picture.picture);
     return;
   }
   const fs::path path = folder_ / file;
   fs::create_directories(path.parent_path());
-  write_image(path, picture);
+  write_soft_picture(path, picture);
 }
 
 void PictureOutput::write(const fs::path& file, const FloatImage& image) {

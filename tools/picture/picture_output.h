@@ -10,6 +10,7 @@
 
 #include "atlas/float_image.h"
 #include "atlas/photograph.h"
+#include "tools/picture/background.h"
 #include "tools/picture/ffmpeg_pipe.h"
 
 namespace lumatlas {
@@ -32,8 +33,8 @@ class PictureOutput {
   // The same for a frame of a path: its number, padded to five digits or to what the last one of `count` needs.
   [[nodiscard]] std::filesystem::path file_for_frame(std::size_t index, std::size_t count) const;
 
-  // Of png and mp4, which does not look at `file`; all frames of a video must have one size (InputError).
-  void write(const std::filesystem::path& file, const Photograph& picture);
+  // Of png and mp4, which looks neither at `file` nor at alpha; all frames of a video must have one size (InputError).
+  void write(const std::filesystem::path& file, const SoftPicture& picture);
   void write(const std::filesystem::path& file, const FloatImage& image);  // of exr
   void finish();                                                           // once, after the last
 

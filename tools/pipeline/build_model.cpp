@@ -371,7 +371,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   check(options);
   BuildResult result;
   result.options = options;
-  MeshInput mesh = load_mesh(scene, options.mesh);
+  MeshInput mesh = load_mesh(scene, options.mesh, options.close_holes);
   SceneViews views = read_scene_views(scene, mesh.offset, options.pictures);
   result.views = views.views.size();
   result.masked_views = masked_views(views);
@@ -385,6 +385,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
       make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
   result.mesh_file = input.mesh_file;
   result.warnings = input.warnings;
+  result.closed_holes = input.closed_holes;
   result.simplified_faces = input.simplified_faces;
   result.simplified_distance = input.simplified_distance;
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);

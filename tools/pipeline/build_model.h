@@ -51,6 +51,7 @@ struct BuildOptions {
   PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
   FaceOptions faces;  // of the mesh that are kept
+  double close_holes = 0;  // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
@@ -110,6 +111,7 @@ struct BuildResult {
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given
+  std::uint64_t closed_holes = 0;           // of the mesh
   std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;           // its distance
   std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences

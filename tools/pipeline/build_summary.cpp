@@ -321,6 +321,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
            {{"kept", result.snapshot.surface->mesh.faces.size()},
             {"taken_away", result.simplified_faces},
             {"moved", result.simplified_distance}}},
+          {"closed_holes", result.closed_holes},
           {"cells", cells},
           {"cells_seen", seen},
           {"cells_referenced", referenced},
@@ -350,6 +351,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
   if (options.hold_out) hold_out = {{"hold", options.hold_out->hold}, {"block", options.hold_out->block}};
   json all = {{"command", "build"},
               {"mesh", result.mesh_file.string()},
+              {"close_holes", options.close_holes},
               {"hold_out", hold_out},
               {"skip_bad", options.pictures.skip_bad},
               {"order", name_of(options.order)},

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/holes.h"
 #include "mesh/mesh_file.h"
 #include "mesh/simplification.h"
 #include "tools/base/interrupt.h"
@@ -163,7 +164,8 @@ glm::dvec3 scene_origin(const TriangleSoup& soup) {
   return longest_side(box) > kMostStray * longest_side(bulk) ? middle(bulk) : middle(box);
 }
 
-MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file) {
+MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
+                    double largest_hole) {
   MeshInput input;
   SurfaceInput& facts = input.facts;
   facts.mesh_file = find_mesh(scene, mesh_file);
@@ -179,6 +181,9 @@ MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std:
   } catch (const InputError& error) {
     throw InputError(facts.mesh_file.string() + ": " + error.what());
   }
+  ClosedHoles closed = close_holes(input.mesh, largest_hole, throw_if_interrupted);
+  facts.closed_holes = closed.holes;
+  input.mesh = std::move(closed.mesh);
   input.strays = stray_faces_warning(input.mesh, input.offset, facts.mesh_file);
   if (input.strays) facts.warnings.push_back(*input.strays);
   return input;

@@ -25,6 +25,7 @@ struct SurfaceInput {
   std::uint64_t file_faces = 0;
   bool file_has_colors = false;
   RepairReport repair;
+  std::uint64_t closed_holes = 0;      // see mesh/holes.h
   std::uint64_t simplified_faces = 0;  // taken away because no camera shows what they add
   double simplified_distance = 0;      // that the surface moved by it, scene units, estimated
   std::uint64_t split_faces = 0;       // added by splitting those that were larger than a cell
@@ -55,9 +56,10 @@ struct MeshInput {
   std::optional<std::string> strays;  // the warning of faces that cannot belong to the bulk, if there are any
 };
 
-// Reads, centres and repairs. Throws InputError, and Interrupted soon after a signal.
+// Reads, centres, repairs, and closes holes up to `largest_hole` across (scene units; 0: none). Throws InputError, and
+// Interrupted soon after a signal.
 [[nodiscard]] MeshInput load_mesh(const std::filesystem::path& scene,
-                                  const std::optional<std::filesystem::path>& mesh_file);
+                                  const std::optional<std::filesystem::path>& mesh_file, double largest_hole = 0);
 
 // Takes faces away, which depends on the cameras where `faces` says pixels, splits those larger than a cell, and makes
 // cells. Throws std::invalid_argument for bad options, InputError, and Interrupted soon after a signal.

@@ -1,19 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The pose and exposure of a photograph that was held out, refined against what a model shows: its given pose is as
 // wrong as any other, and a score at that pose would measure the pose.
+//
+// A picture's points move with the camera as surface, depth and image gradients say (planner/alignment.h), so that one
+// picture gives a whole Gauss-Newton search. What that leaves out, how the views that are blended change with the pose,
+// changes slowly, and is looked at in sketches: small pictures with one sample a pixel.
 #pragma once
 
 #include <functional>
+#include <optional>
 
 #include "atlas/photograph.h"
 #include "mesh/visibility.h"
-#include "planner/alignment.h"
+#include "planner/pyramid.h"
 
 namespace lumatlas {
 
-// Renders the model at the pose, aligns the photograph to the picture's surface points, and again from there, until the
-// pose rests. The camera is the given one if that agrees best.
-[[nodiscard]] Camera align_to_model(const std::function<Photograph(const Camera&)>& render,
-                                    const Visibility& visibility, const Camera& camera, const Photograph& photograph);
+// From one pose: what a model shows, and what of its surface is seen, at the same size.
+struct Seen {
+  Photograph picture;
+  VisibilityBuffer visible;
+};
+
+// How a model is looked at. Both functions give a picture of the camera's size.
+struct ModelPictures {
+  std::function<Photograph(const Camera&)> draw;    // as it is scored
+  std::function<Photograph(const Camera&)> sketch;  // in less time
+  const Visibility& visibility;
+};
+
+// A refined pose, and what is seen from there.
+struct AlignedView {
+  Camera camera;
+  Seen seen;
+};
+
+// Draws one picture and a few sketches. None: no pose was found at which picture and photograph agree better than at
+// the given one, from where the model looks as in `at_given`, or none that is a tenth of a pixel away from it.
+// `photograph` is taken by the camera (std::invalid_argument unless the sizes are the same). Throws Interrupted once
+// the user has asked the program to stop.
+[[nodiscard]] std::optional<AlignedView> align_to_model(const ModelPictures& model, const Camera& given,
+                                                        const Seen& at_given, const Pyramid& photograph);
 
 }  // namespace lumatlas

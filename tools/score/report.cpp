@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/score/report.h"
 
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -69,6 +70,19 @@ std::vector<MethodScores> method_means(const Report& report) {
   return means;
 }
 
+std::string shortfall_sentence(const Report& report) {
+  constexpr double kLeastTold = 0.005;  // dB, what the table rounds to 0
+  if (!report.shortfall) return "";
+  const auto [moved, budget] = *report.shortfall;
+  if (!(moved + budget >= kLeastTold)) return "";
+  char text[300];
+  std::snprintf(text, sizeof(text),
+                "The store is %.2f dB (fitted) below the unbounded baseline: %+.2f dB of that are the budget's, %+.2f "
+                "dB come from poses that were refined while those of the photographs left out stay as they were given.",
+                moved + budget, budget, moved);
+  return text;
+}
+
 void write_report(const std::filesystem::path& path, const Report& report) {
   const std::string page = report_page(report);
   AtomicFile file(path);
@@ -86,6 +100,10 @@ nlohmann::json report_json(const Report& report) {
   json["methods"] = nlohmann::json::object();
   for (std::size_t method = 0; method < means.size(); ++method) {
     json["methods"][report.methods[method].name] = json_method(report.methods[method], means[method]);
+  }
+  if (report.shortfall) {
+    json["shortfall"] = {{"moved", json_number(report.shortfall->moved)},
+                         {"budget", json_number(report.shortfall->budget)}};
   }
   json["views"] = nlohmann::json::array();
   for (const ReportView& view : report.views) {

@@ -50,6 +50,12 @@ struct ReportMethod {
   std::optional<Flicker> flicker = std::nullopt;  // along a path whose true pictures are known
 };
 
+// By how much the store's mean fitted PSNR is below the unbounded baseline's, dB; either part may be below 0.
+struct ReportShortfall {
+  double moved = 0;   // because the poses of its photographs were refined, and those of the scored ones were not
+  double budget = 0;  // the rest: fewer photographs and references
+};
+
 struct Report {
   std::string title;                            // of the page: the scene's name
   std::optional<HoldOut> protocol = HoldOut();  // which views were left out, if any
@@ -57,12 +63,16 @@ struct Report {
   std::size_t input_views = 0;                  // that the methods learned from
   std::vector<ReportMethod> methods;            // the one to look at first comes first
   std::vector<ReportView> views;                // that were scored
+  std::optional<ReportShortfall> shortfall;     // measured with the unbounded baseline alone
   std::vector<ReportRefinement> refinements;    // of the views that the model was built from
   std::vector<std::pair<std::string, std::string>> facts;  // more to tell about the run: what, value
 };
 
 // Throws std::invalid_argument naming the view and the rule: renderings for all methods, paths that are relative.
 void check(const Report& report);
+
+// One sentence, or "" where there is nothing to tell: the store is not below the unbounded baseline.
+[[nodiscard]] std::string shortfall_sentence(const Report& report);
 
 // Each method's means over the views, in the order of Report::methods.
 [[nodiscard]] std::vector<MethodScores> method_means(const Report& report);
@@ -76,11 +86,11 @@ void check(const Report& report);
 // report_page into a file, which appears complete or not at all. Throws InputError if it cannot be written.
 void write_report(const std::filesystem::path& path, const Report& report);
 
-// {"protocol": {"hold", "block", "test"}, "held": views, "methods": {NAME: MEANS}, "views": [{"name", "methods": {NAME:
-// SCORES}}]} with MEANS = {"raw": {"psnr", "ssim"}, "fitted", "aligned", "textured", "seams", "flicker": {"rms",
-// "worst", "followed"}}, of which those that were not measured are absent, as are those of the protocol that do not
-// apply; SCORES likewise with "gain" and "pixels", without "seams" and "flicker". Numbers are as in json_number; an
-// infinite PSNR is kPsnrOfIdentical.
+// {"protocol": {"hold", "block", "test"}, "held": views, "methods": {NAME: MEANS}, "shortfall": {"moved", "budget"},
+// "views": [{"name", "methods": {NAME: SCORES}}]} with MEANS = {"raw": {"psnr", "ssim"}, "fitted", "aligned",
+// "textured", "seams", "flicker": {"rms", "worst", "followed"}}, of which those that were not measured are absent, as
+// are those of the protocol that do not apply; SCORES likewise with "gain" and "pixels", without "seams" and "flicker".
+// Numbers are as in json_number; an infinite PSNR is kPsnrOfIdentical.
 [[nodiscard]] nlohmann::json report_json(const Report& report);
 
 }  // namespace lumatlas

@@ -78,6 +78,11 @@ std::string score_sentences(bool aligned) {
          "<b>textured</b> is the share of those pixels that a photograph coloured.</p>\n";
 }
 
+std::string shortfall_paragraph(const Report& report) {
+  const std::string sentence = shortfall_sentence(report);
+  return sentence.empty() ? "" : "<p>" + sentence + "</p>\n";
+}
+
 // Figures that averages over pixels hide.
 std::string continuity_table(const Report& report) {
   const bool moved = std::any_of(report.methods.begin(), report.methods.end(),
@@ -407,8 +412,8 @@ std::string report_page(const Report& report) {
   const bool aligned =
       std::any_of(means.begin(), means.end(), [](const MethodScores& scores) { return scores.aligned.has_value(); });
   std::string html = head(report) + facts_list(report) + summary_table(report, means, aligned) +
-                     score_sentences(aligned) + continuity_table(report) + spread(report, means) +
-                     refinement_table(report) + "<h2>Held-out views</h2>\n" +
+                     shortfall_paragraph(report) + score_sentences(aligned) + continuity_table(report) +
+                     spread(report, means) + refinement_table(report) + "<h2>Held-out views</h2>\n" +
                      "<p class=\"faint needs-script\">Click a picture to compare it with the others in place.</p>\n" +
                      bar(report) + "<main id=\"views\">\n";
   for (const std::size_t index : worst_first(report)) {

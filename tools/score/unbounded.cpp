@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/score/unbounded.h"
 
+#include <map>
+#include <string>
+#include <utility>
+
 #include "atlas/vertex_colors.h"
 #include "mesh/visibility.h"
-#include "tools/base/progress.h"
+#include "planner/photometry.h"
 #include "tools/scene/photograph_stream.h"
 
 namespace lumatlas {
@@ -29,7 +33,7 @@ ReferenceTable table_of(const std::vector<std::vector<CellPixels>>& cells_of_vie
 }  // namespace
 
 Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::vector<SceneView>& views,
-                             const std::vector<std::size_t>& ranks, const ValidityOptions& options, bool quiet,
+                             const std::vector<std::size_t>& ranks, const ValidityOptions& options, Progress& progress,
                              bool keep_views) {
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
   const Cells& cells = surface->cells;
@@ -38,7 +42,6 @@ Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::
   VertexColorMean colors(surface->mesh);
   Snapshot snapshot;
   snapshot.cell_seen.assign(cells.cells.size(), 0);
-  Progress progress("baseline: taking every view", ranks.size(), ProgressOptions::standard_error(quiet));
   PhotographStream photographs(views, ranks);
   for (const std::size_t rank : ranks) {
     Photograph photograph = photographs.next();
@@ -68,6 +71,26 @@ Snapshot without_views(const Snapshot& snapshot) {
   bare.references.views.clear();
   bare.references.offsets.assign(snapshot.references.offsets.size(), 0);
   return bare;
+}
+
+std::optional<Snapshot> with_given_poses(const Snapshot& snapshot, const std::vector<SceneView>& views,
+                                         const Visibility& visibility, const ValidityOptions& options) {
+  std::map<std::string, const Camera*> given;
+  for (const SceneView& view : views) given[view.name] = &view.camera;
+  Snapshot unmoved = snapshot;
+  bool any_moved = false;
+  for (std::shared_ptr<const StoredView>& view : unmoved.views) {
+    const auto found = view ? given.find(view->name) : given.end();
+    if (found == given.end() || same_pose(view->camera, *found->second)) continue;
+    any_moved = true;
+    Camera camera = view->camera;
+    camera.cam_from_world_rotation = found->second->cam_from_world_rotation;
+    camera.cam_from_world_translation = found->second->cam_from_world_translation;
+    view = std::make_shared<const StoredView>(
+        make_stored_view(view->name, camera, view->photograph, visibility.trace(camera), options));
+  }
+  if (!any_moved) return std::nullopt;
+  return unmoved;
 }
 
 }  // namespace lumatlas

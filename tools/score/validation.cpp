@@ -3,13 +3,19 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "blend/renderer.h"
+#include "blend/supersampling.h"
 #include "mesh/base/errors.h"
+#include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/scene/photograph_stream.h"
 #include "tools/score/align_to_model.h"
@@ -66,104 +72,84 @@ std::vector<std::uint8_t> seen_mask(const VisibilityBuffer& visible) {
   return mask;
 }
 
-// Runs one method after another on every scored view and on the path, and adds what it finds to the report.
-class MethodRun {
- public:
-  MethodRun(const Surface& surface, const SceneViews& scene, const std::vector<std::size_t>& scored,
-            const ValidationOptions& options, const std::filesystem::path& folder)
-      : surface_(surface), scene_(scene), scored_(scored), options_(options), folder_(folder) {}
+// What is drawn, how, and what is measured over all pictures of it.
+struct Method {
+  using Draw = std::function<Rendering(const Camera&, const BlendOptions&)>;
+  ReportMethod report;
+  Draw draw;
+  SeamMeter seams;
+  FlickerMeter flicker;
 
-  using Render = std::function<Rendering(const Camera&)>;
-  void run(ReportMethod method, const Render& render, Report& report) const {
-    method.seams = score_views(method.name, render, report.views);
-    if (options_.path) method.flicker = flicker_along(*options_.path, method.name, render);
-    report.methods.push_back(std::move(method));
+  Method(ReportMethod names, Draw function, const Surface& surface)
+      : report(std::move(names)), draw(std::move(function)), seams(surface.mesh, surface.cells) {}
+};
+
+// A held-out photograph, and what every method is asked about it.
+struct Scored {
+  std::size_t index;  // among the scored views
+  const Camera& camera;
+  const Photograph& photograph;
+  const Pyramid& pyramid;  // of the photograph; without a use where nothing is aligned
+  const VisibilityBuffer& visible;
+};
+
+// Draws, compares and writes pictures.
+class Scoring {
+ public:
+  Scoring(const Visibility& visibility, const ValidationOptions& options, const std::filesystem::path& folder)
+      : visibility_(visibility), options_(options), folder_(folder) {}
+
+  [[nodiscard]] ReportRendering score(Method& method, const Scored& view) const {
+    throw_if_interrupted();
+    Rendering rendering = method.draw(view.camera, options_.blend);
+    method.seams.add(view.visible, rendering.picture, view.photograph);
+    ReportRendering result = as_given(method.report.name, view, rendering);
+    if (options_.aligned) add_aligned(method, view, std::move(rendering.picture), result);
+    return result;
   }
 
  private:
-  // Returns their seam contrast.
-  double score_views(const std::string& method, const Render& render, std::vector<ReportView>& views) const {
-    Progress progress("scoring: " + method, scored_.size(), ProgressOptions::standard_error(options_.quiet));
-    PhotographStream photographs(scene_.views, scored_);
-    SeamMeter seams(surface_.mesh, surface_.cells);
-    for (std::size_t i = 0; i < scored_.size(); ++i) {
-      const Camera& camera = scene_.views[scored_[i]].camera;
-      const Photograph photograph = photographs.next();
-      const VisibilityBuffer visible = visibility_->trace(camera);
-      const Rendering rendering = render(camera);
-      seams.add(visible, rendering.picture, photograph);
-      views[i].renderings.push_back(score(method, i, rendering, photograph, seen_mask(visible)));
-      if (options_.aligned) score_aligned(method, i, render, camera, photograph, views[i].renderings.back());
-      progress.tick();
-    }
-    return seams.contrast();
-  }
-
-  Flicker flicker_along(const SceneViews& path, const std::string& method, const Render& render) const {
-    Progress progress("moving: " + method, path.views.size(), ProgressOptions::standard_error(options_.quiet));
-    std::vector<std::size_t> frames(path.views.size());
-    std::iota(frames.begin(), frames.end(), std::size_t{0});
-    PhotographStream photographs(path.views, frames);
-    FlickerMeter meter;
-    for (const std::size_t frame : frames) {
-      const Camera& camera = path.views[frame].camera;
-      meter.add(camera, visibility_->trace(camera), render(camera).picture, photographs.next());
-      progress.tick();
-    }
-    return meter.flicker();
-  }
-
-  void score_aligned(const std::string& method, std::size_t index, const Render& render, const Camera& given,
-                     const Photograph& photograph, ReportRendering& result) const {
-    const auto picture_at = [&](const Camera& at) { return render(at).picture; };
-    const Camera camera = align_to_model(picture_at, *visibility_, given, photograph);
-    const Photograph picture = render(camera).picture;
-    const std::vector<std::uint8_t> mask = seen_mask(visibility_->trace(camera));
-    const double gain = fit_gain(picture, photograph, mask);
-    const Photograph fitted = apply_gain(picture, gain);
-    result.scores.aligned = Scores{psnr(fitted, photograph, mask), ssim(fitted, photograph, mask)};
-    if (!options_.pictures) return;
-    result.aligned_picture = folder_name(index) + "/" + method + "-aligned.png";
-    result.aligned_error = folder_name(index) + "/" + method + "-aligned-error.png";
-    write_image(folder_ / result.aligned_picture, fitted);
-    write_image(folder_ / result.aligned_error, error_picture(fitted, photograph, mask));
-  }
-
-  ReportRendering score(const std::string& method, std::size_t index, const Rendering& rendering,
-                        const Photograph& photograph, const std::vector<std::uint8_t>& mask) const {
+  [[nodiscard]] ReportRendering as_given(const std::string& method, const Scored& view,
+                                         const Rendering& rendering) const {
+    const std::vector<std::uint8_t> mask = seen_mask(view.visible);
     std::vector<std::uint8_t> textured(rendering.state.size());
     std::transform(rendering.state.begin(), rendering.state.end(), textured.begin(),
                    [](PixelState state) { return static_cast<std::uint8_t>(state == PixelState::textured); });
     ReportRendering result;
-    result.scores = score_view(rendering.picture, photograph, mask, textured);
+    result.scores = score_view(rendering.picture, view.photograph, mask, textured);
     if (!options_.pictures) return result;
-    result.picture = folder_name(index) + "/" + method + ".png";
-    result.error = folder_name(index) + "/" + method + "-error.png";
+    result.picture = folder_name(view.index) + "/" + method + ".png";
+    result.error = folder_name(view.index) + "/" + method + "-error.png";
     write_image(folder_ / result.picture, rendering.picture);
     write_image(folder_ / result.error,
-                error_picture(apply_gain(rendering.picture, result.scores.gain), photograph, mask));
+                error_picture(apply_gain(rendering.picture, result.scores.gain), view.photograph, mask));
     return result;
   }
 
-  const Surface& surface_;
-  const SceneViews& scene_;
-  const std::vector<std::size_t>& scored_;
-  const std::unique_ptr<Visibility> visibility_ = make_ray_visibility(surface_.mesh);
+  // Where the given pose agrees best, its picture and its score are those of the aligned one too.
+  void add_aligned(const Method& method, const Scored& view, Photograph picture, ReportRendering& result) const {
+    const ModelPictures pictures{[&](const Camera& at) { return method.draw(at, options_.blend).picture; },
+                                 [&](const Camera& at) { return method.draw(at, at_middle(options_.blend)).picture; },
+                                 visibility_};
+    const Seen at_given{std::move(picture), view.visible};
+    const std::optional<AlignedView> aligned = align_to_model(pictures, view.camera, at_given, view.pyramid);
+    const Seen& seen = aligned ? aligned->seen : at_given;
+    const std::vector<std::uint8_t> mask = seen_mask(seen.visible);
+    const double gain = aligned ? fit_gain(seen.picture, view.photograph, mask) : result.scores.gain;
+    const Photograph fitted = apply_gain(seen.picture, gain);
+    result.scores.aligned = aligned ? Scores{psnr(fitted, view.photograph, mask), ssim(fitted, view.photograph, mask)}
+                                    : result.scores.fitted;
+    if (!options_.pictures) return;
+    result.aligned_picture = folder_name(view.index) + "/" + method.report.name + "-aligned.png";
+    result.aligned_error = folder_name(view.index) + "/" + method.report.name + "-aligned-error.png";
+    write_image(folder_ / result.aligned_picture, fitted);
+    write_image(folder_ / result.aligned_error, error_picture(fitted, view.photograph, mask));
+  }
+
+  const Visibility& visibility_;
   const ValidationOptions& options_;
   const std::filesystem::path& folder_;
 };
-
-void write_photographs(const SceneViews& scene, const std::vector<std::size_t>& scored, bool quiet,
-                       const std::filesystem::path& folder, std::vector<ReportView>& views) {
-  Progress progress("copying photographs", scored.size(), ProgressOptions::standard_error(quiet));
-  PhotographStream photographs(scene.views, scored);
-  for (std::size_t i = 0; i < scored.size(); ++i) {
-    views[i].photograph = folder_name(i) + "/photograph.png";
-    std::filesystem::create_directories(folder / folder_name(i));
-    write_image(folder / views[i].photograph, photographs.next());
-    progress.tick();
-  }
-}
 
 // The report's views with their photographs, still without renderings.
 std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<std::size_t>& scored,
@@ -175,9 +161,141 @@ std::vector<ReportView> report_views(const SceneViews& scene, const std::vector<
     entry.name = view.name;
     entry.width = view.camera.width;
     entry.height = view.camera.height;
+    if (!options.pictures) continue;
+    entry.photograph = folder_name(views.size() - 1) + "/photograph.png";
+    std::filesystem::create_directories(folder / folder_name(views.size() - 1));
   }
-  if (options.pictures) write_photographs(scene, scored, options.quiet, folder, views);
   return views;
+}
+
+// Each drawn from a renderer of its own, because a photograph is shown to one after the other.
+Method::Draw blended(const Snapshot& snapshot) {
+  const auto renderer = std::make_shared<Renderer>();
+  renderer->load(snapshot);
+  return [renderer](const Camera& camera, const BlendOptions& blend) { return renderer->render(camera, blend); };
+}
+
+// What is drawn only to tell moved poses from the budget.
+struct GivenPoses {
+  Method::Draw draw;
+  std::vector<ViewScores> scores;
+};
+
+std::optional<GivenPoses> given_poses(const Snapshot& model, const std::vector<SceneView>& views,
+                                      const Visibility& visibility, const ValidityOptions& validity) {
+  const std::optional<Snapshot> unmoved = with_given_poses(model, views, visibility, validity);
+  if (!unmoved) return std::nullopt;
+  return GivenPoses{blended(*unmoved), {}};
+}
+
+Method::Draw textured(const Snapshot& snapshot) {
+  const auto mesh = std::make_shared<const TexturedMesh>(snapshot, TextureOptions());
+  const auto picture = std::make_shared<const TexturedPicture>(*mesh);
+  return [mesh, picture](const Camera& camera, const BlendOptions& /*blend*/) { return picture->render(camera); };
+}
+
+// What all steps of a validation take, in ticks of about the time in which a view is taken into the unbounded baseline.
+struct Ticks {
+  std::size_t scoring = 0;  // of one view by one method
+  std::size_t given = 0;    // one view, at the poses that the stored photographs were given with
+  std::size_t moving = 3;   // a frame of a path by one method
+  std::size_t all = 0;
+
+  Ticks(const ValidationOptions& options, const Split& parts) : scoring(options.aligned ? 8 : 4) {
+    const std::size_t methods = 1u + (options.texture ? 1 : 0) + (options.unbounded ? 1 : 0) + (options.vertex ? 1 : 0);
+    const std::size_t taken = options.unbounded || options.vertex ? parts.input.size() : 0;
+    const std::size_t frames = options.path ? options.path->views.size() : 0;
+    if (options.unbounded) given = 3;
+    all = taken + methods * (parts.scored.size() * scoring + frames * moving) + +parts.scored.size() * given;
+  }
+};
+
+ProgressOptions of_whole_run(bool quiet) {
+  ProgressOptions options = ProgressOptions::standard_error(quiet);
+  options.as_share = true;
+  return options;
+}
+
+std::vector<Method> methods_of(const Snapshot& model, const SceneViews& scene, const Split& parts,
+                               const ValidationOptions& options, Progress& progress) {
+  const Surface& surface = *model.surface;
+  std::vector<Method> methods;
+  methods.emplace_back(ReportMethod{"store", "the model: the views that the planner kept"}, blended(model), surface);
+  if (options.texture) {
+    methods.emplace_back(
+        ReportMethod{"texture", "the mesh with one conventional texture, as `lumatlas export` writes it"},
+        textured(model), surface);
+  }
+  if (!options.unbounded && !options.vertex) return methods;
+  const Snapshot all =
+      unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, progress, options.unbounded);
+  if (options.unbounded) {
+    methods.emplace_back(ReportMethod{"unbounded", "every input view, without a budget"}, blended(all), surface);
+  }
+  if (options.vertex) {
+    methods.emplace_back(ReportMethod{"vertex", "the mean of all input views at each vertex of the mesh"},
+                         blended(without_views(all)), surface);
+  }
+  return methods;
+}
+
+struct Methods {
+  std::vector<Method> shown;
+  std::optional<GivenPoses> given;
+};
+
+void score_views(Methods& methods, const Scoring& scoring, const Visibility& visibility, const BlendOptions& blend,
+                 const std::vector<SceneView>& views, const std::vector<std::size_t>& scored,
+                 const std::filesystem::path& folder, const Ticks& ticks, Progress& progress,
+                 std::vector<ReportView>& report) {
+  PhotographStream photographs(views, scored);
+  for (std::size_t i = 0; i < scored.size(); ++i) {
+    const Camera& camera = views[scored[i]].camera;
+    const Photograph photograph = photographs.next();
+    if (!report[i].photograph.empty()) write_image(folder / report[i].photograph, photograph);
+    const Pyramid pyramid(photograph);
+    const VisibilityBuffer visible = visibility.trace(camera);
+    for (Method& method : methods.shown) {
+      report[i].renderings.push_back(scoring.score(method, {i, camera, photograph, pyramid, visible}));
+      progress.tick(ticks.scoring);
+    }
+    if (methods.given) {
+      const Rendering rendering = methods.given->draw(camera, blend);
+      methods.given->scores.push_back(score_view(rendering.picture, photograph, seen_mask(visible), {}));
+    }
+    progress.tick(ticks.given);
+  }
+}
+
+void follow_path(std::vector<Method>& methods, const Visibility& visibility, const SceneViews& path,
+                 const BlendOptions& blend, std::size_t ticks, Progress& progress) {
+  std::vector<std::size_t> frames(path.views.size());
+  std::iota(frames.begin(), frames.end(), std::size_t{0});
+  PhotographStream photographs(path.views, frames);
+  for (const std::size_t frame : frames) {
+    const Camera& camera = path.views[frame].camera;
+    const Photograph truth = photographs.next();
+    const VisibilityBuffer visible = visibility.trace(camera);
+    for (Method& method : methods) {
+      method.flicker.add(camera, visible, method.draw(camera, blend).picture, truth);
+      progress.tick(ticks);
+    }
+  }
+  for (Method& method : methods) method.report.flicker = method.flicker.flicker();
+}
+
+double mean_of(const Report& report, const std::string& method) {
+  const std::vector<MethodScores> means = method_means(report);
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    if (report.methods[i].name == method) return means[i].fitted.psnr;
+  }
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+ReportShortfall shortfall(const Report& report, const std::optional<GivenPoses>& given) {
+  const double store = mean_of(report, "store");
+  const double unmoved = given ? mean_scores(given->scores).fitted.psnr : store;
+  return {unmoved - store, mean_of(report, "unbounded") - unmoved};
 }
 
 }  // namespace
@@ -193,29 +311,20 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   if (options.test) report.test = options.test->root.string();
   report.input_views = parts.input.size();
   report.views = report_views(unknown, parts.scored, options, folder);
-  const MethodRun methods(*model.surface, unknown, parts.scored, options, folder);
-  Renderer renderer;
-  const auto blended = [&](const Camera& camera) { return renderer.render(camera, options.blend); };
-  renderer.load(model);
-  methods.run({"store", "the model: the views that the planner kept"}, blended, report);
-  if (options.texture) {
-    const TexturedMesh mesh(model, TextureOptions());
-    const TexturedPicture texture(mesh);
-    methods.run(
-        {"texture", "the mesh with one conventional texture, as `lumatlas export` writes it"},
-        [&](const Camera& camera) { return texture.render(camera); }, report);
+  const Ticks ticks(options, parts);
+  Progress progress("validating", ticks.all, of_whole_run(options.quiet));
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.surface->mesh);
+  Methods methods{methods_of(model, scene, parts, options, progress), std::nullopt};
+  if (options.unbounded) methods.given = given_poses(model, scene.views, *visibility, options.validity);
+  const Scoring scoring(*visibility, options, folder);
+  score_views(methods, scoring, *visibility, options.blend, unknown.views, parts.scored, folder, ticks, progress,
+              report.views);
+  if (options.path) follow_path(methods.shown, *visibility, *options.path, options.blend, ticks.moving, progress);
+  for (Method& method : methods.shown) {
+    method.report.seams = method.seams.contrast();
+    report.methods.push_back(std::move(method.report));
   }
-  if (!options.unbounded && !options.vertex) return report;
-  const Snapshot all =
-      unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, options.quiet, options.unbounded);
-  if (options.unbounded) {
-    renderer.load(all);
-    methods.run({"unbounded", "every input view, without a budget"}, blended, report);
-  }
-  if (options.vertex) {
-    renderer.load(without_views(all));
-    methods.run({"vertex", "the mean of all input views at each vertex of the mesh"}, blended, report);
-  }
+  if (options.unbounded) report.shortfall = shortfall(report, methods.given);
   return report;
 }
 

@@ -18,7 +18,7 @@ struct ValidationOptions {
   std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
   BlendOptions blend;
   ValidityOptions validity;        // of the unbounded baseline's masks
-  bool unbounded = true;           // the baseline of all input views, which needs memory for all of them
+  bool unbounded = false;          // the baseline of all input views, which needs memory for all of them, and time
   bool texture = false;            // the baseline of a conventional texture for the model's mesh, from its views
   bool vertex = true;              // the baseline of averaged vertex colours
   bool aligned = true;             // also score with the held-out pose refined against each method

@@ -190,9 +190,9 @@ TEST_CASE("what needs no renderer is drawn without OpenGL: depth by rays, and ce
         if (visible.face[pixel] != kNoFace) REQUIRE(numbers.values[pixel] == visible.depth[pixel]);
       }
     }
-    CHECK(renderer.picture(camera, nullptr).height > camera.height);
+    CHECK(renderer.picture(camera, nullptr).picture.height > camera.height);
     options.color_bar = false;
-    CHECK(FrameRenderer(snapshot, options, nullptr).picture(camera, nullptr).height == camera.height);
+    CHECK(FrameRenderer(snapshot, options, nullptr).picture(camera, nullptr).picture.height == camera.height);
   }
   FrameOptions coverage;
   coverage.mode = Mode::coverage;

@@ -84,7 +84,7 @@ TEST_CASE("every view gets a picture that can be written, whatever the views are
   for (const fs::path& file : files) {
     CAPTURE(file);
     CHECK_FALSE(fs::exists(folder.path() / file));
-    CHECK_NOTHROW(output.write(file, frame(2, 2, 7)));
+    CHECK_NOTHROW(output.write(file, SoftPicture{frame(2, 2, 7), {}}));
     CHECK(fs::is_regular_file(folder.path() / file));
   }
   CHECK(files[0] == "a.png");
@@ -99,7 +99,8 @@ TEST_CASE("a video's frames arrive at ffmpeg, every byte and in order, with thei
   PictureOutput output(folder.path(), PictureFormat::mp4, 23.976);
   constexpr std::uint32_t kWidth = 333;  // odd, and frames larger than a socket's buffer
   constexpr std::uint32_t kHeight = 251;
-  for (std::uint8_t level = 0; level < 4; ++level) output.write("ignored", frame(kWidth, kHeight, level));
+  for (std::uint8_t level = 0; level < 4; ++level)
+    output.write("ignored", SoftPicture{frame(kWidth, kHeight, level), {}});
   output.finish();
   const std::string bytes = bytes_of(folder / "video.mp4");
   REQUIRE(bytes.size() == 4 * 3 * kWidth * kHeight);
@@ -124,7 +125,7 @@ TEST_CASE("an ffmpeg that fails is quoted with its last words, at whatever momen
     const FakeFfmpeg ffmpeg(script);
     PictureOutput output(folder.path(), PictureFormat::mp4, 30);
     try {
-      for (int i = 0; i < frames; ++i) output.write("", frame(400, 300, 1));
+      for (int i = 0; i < frames; ++i) output.write("", SoftPicture{frame(400, 300, 1), {}});
       output.finish();
     } catch (const InputError& error) {
       return error.what();
@@ -146,7 +147,7 @@ TEST_CASE("a video that is given up stops ffmpeg, and does not wait for what it 
   const TemporaryFolder folder;
   {
     PictureOutput output(folder.path(), PictureFormat::mp4, 30);
-    output.write("", frame(4, 4, 1));
+    output.write("", SoftPicture{frame(4, 4, 1), {}});
   }
   CHECK_FALSE(fs::exists(folder / "video.mp4"));
 }
@@ -155,8 +156,8 @@ TEST_CASE("views of different sizes make no video") {
   const FakeFfmpeg ffmpeg(kCopies);
   const TemporaryFolder folder;
   PictureOutput output(folder.path(), PictureFormat::mp4, 30);
-  output.write("", frame(8, 6, 1));
-  CHECK_THROWS_WITH(output.write("", frame(6, 8, 1)),
+  output.write("", SoftPicture{frame(8, 6, 1), {}});
+  CHECK_THROWS_WITH(output.write("", SoftPicture{frame(6, 8, 1), {}}),
                     Catch::Contains("8x6 and 6x8") && Catch::Contains("--format png"));
   CHECK_THROWS_WITH(FfmpegPipe("/nowhere/ffmpeg", folder / "v.mp4", 4, 4, 30), Catch::Contains("cannot be started"));
   CHECK_THROWS_WITH(FfmpegPipe("x", folder / "v.mp4", 0, 4, 30), Catch::Contains("at least 1x1"));

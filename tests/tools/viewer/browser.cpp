@@ -23,7 +23,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(120);
+constexpr auto kPatience = std::chrono::seconds(180);
 
 // A program and all that it starts, ended together.
 class ProgramGroup {

@@ -35,7 +35,8 @@ export class Viewer {
   // `options`: {base, memory, interfaceActions}
   constructor(canvas, options) {
     this.canvas = canvas;
-    this.gl = canvas.getContext('webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
+    this.gl = canvas.getContext(
+        'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
     this.files = new SiteFiles(options.base);
     this.memory = options.memory;
@@ -355,7 +356,8 @@ async function main() {
     linkAddress(viewer, page);
     const controls = new Controls(canvas, viewer.navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
     new ResizeObserver(() => viewer.resize()).observe(canvas);
-    canvas.addEventListener('webglcontextlost', () => fail(new Error('The browser has taken the GPU away: load the page again.')));
+    const lost = 'The browser has taken the GPU away: load the page again.';
+    canvas.addEventListener('webglcontextlost', () => fail(new Error(lost)));
     viewer.run((seconds) => {
       if (viewer.hasMesh) page.hidePoster();
       return controls.advance(seconds);

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: what drawing here changes of the GL state of whoever owns the context.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace lumatlas {
+
+// Where textures are bound to be made, so that this takes none away from the shaders.
+inline constexpr GLuint kSpareUnit = 15;
+
+// Takes note of the current context's state, sets what drawing and copying here expect, and puts everything back at the
+// end of its life. What OpenGL has by number for several viewports is kept for the first one only.
+class GlStateGuard {
+ public:
+  GlStateGuard();
+  ~GlStateGuard();
+  GlStateGuard(const GlStateGuard&) = delete;
+  GlStateGuard& operator=(const GlStateGuard&) = delete;
+
+ private:
+  struct Switch {
+    GLenum name;
+    GLboolean on;
+  };
+  struct Value {
+    GLenum name;
+    GLint value;
+  };
+  struct Unit {
+    GLuint number;
+    GLint flat, layered, sampler;  // textures of two dimensions, arrays of them
+  };
+  struct StencilFace {
+    GLenum face;
+    GLint function, reference, mask, write_mask, fail, depth_fail, pass;
+  };
+  using ColorMask = std::array<GLboolean, 4>;
+
+  void note_draw_buffers();
+  void note_units();
+  void note_uniform_buffer();
+  void set_defaults() const;
+  void restore_bindings() const;
+
+  bool desktop_;
+  std::vector<Switch> switches_;
+  std::vector<Value> pixel_stores_;
+  std::vector<Unit> units_;
+  std::vector<GLboolean> blends_;        // by draw buffer
+  std::vector<ColorMask> color_masks_;   // likewise
+  std::array<StencilFace, 2> stencils_;  // front, back
+  GLboolean depth_mask_ = GL_TRUE;
+  GLint depth_function_ = 0, clip_origin_ = 0, clip_depth_ = 0, active_texture_ = 0;
+  std::array<GLint, 2> polygon_mode_{};
+  std::array<GLfloat, 2> depth_range_{};
+  std::array<GLint, 4> viewport_{};
+  GLint program_ = 0, vertex_array_ = 0, array_buffer_ = 0, copy_buffer_ = 0, pack_buffer_ = 0, unpack_buffer_ = 0;
+  GLint uniform_buffer_ = 0, indexed_buffer_ = 0, draw_framebuffer_ = 0, read_framebuffer_ = 0;
+  GLint64 indexed_start_ = 0, indexed_size_ = 0;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Closes small holes of a mesh, as depth cameras and reconstructions leave them (CGAL's hole filling).
+#pragma once
+
+#include <cstdint>
+
+#include "mesh/mesh.h"
+#include "mesh/tick.h"
+
+namespace lumatlas {
+
+struct ClosedHoles {
+  Mesh mesh;                // with the same vertices; new faces come last
+  std::uint64_t holes = 0;  // that were closed
+  std::uint64_t faces = 0;  // that they were closed with
+};
+
+// Closes a hole, a boundary loop, if its box has a diagonal of at most `largest`, scene units, and of less than half of
+// the diagonal of its component's box: what is as large as that is the component's own rim. A hole that cannot be
+// closed with faces that have an area, and without a third face at an edge, stays. Minimal in the largest angle between
+// neighbouring faces, then in area. Throws std::invalid_argument unless `largest` is finite and not negative and the
+// mesh passes check(); boundary that branches, as no mesh of repair() has it, is left alone. `tick` is called for each
+// hole.
+[[nodiscard]] ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick = {});
+
+}  // namespace lumatlas

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/score/align_to_model.h"
+
+#include <catch2/catch.hpp>
+#include <glm/geometric.hpp>
+
+#include "planner/photometry.h"
+#include "tests/support/relief_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+// A relief whose pictures are drawn at the camera's true place less a share of how far it is from `truth`, as where
+// views change with the pose: a search from one picture then ends short of the truth, or beyond it.
+struct SlidingModel {
+  explicit SlidingModel(double share) : share_(share) {}
+
+  [[nodiscard]] Photograph picture(const Camera& camera) const {
+    const auto [turn, shift] = motion_between(truth, camera);
+    const Camera shown = moved(camera, -share_ * turn, -share_ * shift);
+    return relief.photograph(shown);
+  }
+  [[nodiscard]] ModelPictures pictures() {
+    return {[this](const Camera& camera) { return ++drawn, picture(camera); },
+            [this](const Camera& camera) { return ++sketched, picture(camera); }, *relief.visibility};
+  }
+
+  Relief relief;
+  Camera truth = relief_camera({0.5, -0.3, 0}, {0.2, 0.1, 4});
+  Photograph photograph = relief.photograph(truth);
+  Pyramid pyramid{photograph};
+  std::vector<glm::dvec3> points = relief.points(truth, 40, 30);
+  int drawn = 0, sketched = 0;
+
+ private:
+  double share_;
+};
+
+TEST_CASE(
+    "a held-out pose comes back to a fifth of a pixel, with one picture, whether pictures change with it or not") {
+  for (const double share : {0.0, 0.3, -0.3}) {
+    CAPTURE(share);
+    SlidingModel model(share);
+    const Camera given = disturbed(model.truth, 3, 1, model.points);
+    const Seen at_given{model.picture(given), model.relief.visibility->trace(given)};
+    const auto aligned = align_to_model(model.pictures(), given, at_given, model.pyramid);
+    REQUIRE(aligned);
+    CHECK(pose_error_px(aligned->camera, model.truth, model.points) < 0.2);
+    CHECK(model.drawn == 1);
+    CHECK(model.sketched >= 2);
+    CHECK(model.sketched <= 4);
+    CHECK(aligned->seen.picture.rgb == model.picture(aligned->camera).rgb);
+    CHECK(aligned->seen.visible.face == model.relief.visibility->trace(aligned->camera).face);
+  }
+}
+
+TEST_CASE("a pose that is right stays, and nothing is drawn") {
+  SlidingModel model(0);
+  const Seen at_given{model.photograph, model.relief.visibility->trace(model.truth)};
+  CHECK_FALSE(align_to_model(model.pictures(), model.truth, at_given, model.pyramid));
+  CHECK(model.drawn == 0);
+  CHECK(model.sketched == 0);
+}
+
+}  // namespace
+}  // namespace lumatlas

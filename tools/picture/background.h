@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a picture shows where the model has no surface, and how its surface ends there: within a hundredth of the
+// picture's longer side it becomes transparent, so that no hard edge shows where only the mesh ends.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atlas/float_image.h"
+#include "atlas/photograph.h"
+#include "blend/rendering.h"
+
+namespace lumatlas {
+
+struct Background {
+  enum class Kind {
+    transparent,  // alpha tells
+    blurred,      // the colours of the surface beside it, the further away the more blurred
+    plain,        // one colour
+  };
+  Kind kind = Kind::transparent;
+  std::array<std::uint8_t, 3> color{};  // of plain, sRGB
+};
+
+// "alpha", "blur", "black", "white" or "#rrggbb"; none for any other name.
+[[nodiscard]] std::optional<Background> background_named(const std::string& name);
+
+// By pixel, row by row: 0 where no surface is, rising to 1 with the distance in pixels to the nearest such place. Where
+// the picture ends the surface goes on. Throws std::invalid_argument unless there is a state for each pixel.
+[[nodiscard]] std::vector<float> soft_coverage(const std::vector<PixelState>& state, std::uint32_t width,
+                                               std::uint32_t height);
+
+// Of which alpha is not multiplied into the colours; those of transparent pixels are blurred from their neighbours'.
+struct SoftPicture {
+  Photograph picture;
+  std::vector<std::uint8_t> alpha;  // 255 is opaque; empty: all of it is
+};
+[[nodiscard]] SoftPicture with_background(const Rendering& rendering, const Background& background);
+
+// Linear light; with alpha, A, which is multiplied into the colours as OpenEXR has it, if the background is
+// transparent.
+[[nodiscard]] FloatImage with_background(const LinearRendering& rendering, const Background& background);
+
+// 8-bit PNG with alpha; one without where there is none. Writes beside `path`, then renames. Throws InputError if it
+// cannot be written.
+void write_soft_picture(const std::filesystem::path& path, const SoftPicture& picture);
+
+}  // namespace lumatlas
