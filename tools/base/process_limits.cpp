@@ -43,7 +43,7 @@ class WaitingThreads {
 
   // False where the system gives no more.
   [[nodiscard]] bool start(std::size_t count) {
-    constexpr std::size_t kStack = 64 << 10;  // bytes; they do next to nothing
+    constexpr std::size_t kStack = 512 << 10;  // bytes; they do next to nothing, but thread-local variables lie there
     threads_.reserve(count);
     pthread_attr_t attributes;
     pthread_attr_init(&attributes);

@@ -10,6 +10,7 @@
 
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
+#include "mesh/displacement.h"
 #include "mesh/lens_correction.h"
 #include "tools/scene/camera_model.h"
 
@@ -24,6 +25,7 @@ struct SceneView {
   Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
+  Displacement displacement = {};  // of what lens and correction undistort; none unless somebody found one
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.
@@ -59,10 +61,11 @@ struct PictureFolders {
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 
-// The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
-// the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
-// pixels whose mask is exactly 0, or whose alpha is less than half. A view without either is returned unchanged, to the
-// byte. Throws InputError if the file or the mask cannot be read or has another size than the view's camera.
+// The photograph as the view's pinhole camera would have taken it: undistorted by lens, correction and displacement
+// (bilinear), with the border that the lens did not see marked invalid, and so what the view's mask, or the file's own
+// alpha, takes out: pixels whose mask is exactly 0, or whose alpha is less than half. A view without either is returned
+// unchanged, to the byte. Throws InputError if the file or the mask cannot be read or has another size than the view's
+// camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).
