@@ -216,7 +216,23 @@ class JointSolver {
     std::fill(state_.pose.begin(), state_.pose.end(), PoseOffset{});
     std::fill(state_.log_gain.begin(), state_.log_gain.end(), 0.0);
     result.residual_before = held_out_residual();
+    // Poses that are right to what the mesh and the photographs allow are better left where they are: what a joint
+    // optimum gains there is paid by whoever draws from the given poses.
+    if (!(result.residual_after < (1 - options_.alignment.least_improvement) * given_residual())) {
+      result.residual_after = result.residual_before;
+      return;
+    }
     state_ = refined;
+  }
+
+  // Of the given poses with the gains as they are now. Leaves both offsets at 0.
+  [[nodiscard]] double given_residual() {
+    for (std::size_t slot = 0; slot < views_.size(); ++slot) {
+      if (split_.depth[slot] > 0) state_.pose[slot] = offset_of(frames_[slot], given_[slot]);
+    }
+    const double residual = held_out_residual();
+    std::fill(state_.pose.begin(), state_.pose.end(), PoseOffset{});
+    return residual;
   }
 
   // How many levels all pyramids have.

@@ -39,7 +39,6 @@ struct BuildFlags {
   std::string budget_size;             // empty: unbounded
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   bool keep_lenses = false;
-  bool keep_shapes = false;
   bool paper = false;
   ImageCoding photograph_coding;
   bool json_output = false;
@@ -140,10 +139,9 @@ BuildOptions options_of(BuildFlags flags) {
     throw CLI::ValidationError("--keep-lenses", "needs --refine joint");
   }
   options.refine_lenses = !flags.keep_lenses;
-  if (flags.keep_shapes && options.refine != RefineMode::joint) {
-    throw CLI::ValidationError("--keep-shapes", "needs --refine joint");
+  if (options.displace && options.refine != RefineMode::joint) {
+    throw CLI::ValidationError("--bend", "needs --refine joint");
   }
-  options.displace = !flags.keep_shapes;
   check_usage(options);
   return options;
 }
@@ -329,8 +327,8 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "refinement");
   command.add_flag("--keep-lenses", flags.keep_lenses,
                    "With --refine joint, believe the given lenses, also where the photographs contradict them");
-  command.add_flag("--keep-shapes", flags.keep_shapes,
-                   "With --refine joint, bend no photograph where no pose explains what it shows");
+  command.add_flag("--bend", flags.options.displace,
+                   "With --refine joint, bend photographs where no pose explains what they show");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
   command

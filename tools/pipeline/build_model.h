@@ -55,7 +55,7 @@ struct BuildOptions {
   RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1
   bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
-  bool displace = true;                          // of RefineMode::joint: see planner/displacement_estimate.h
+  bool displace = false;                         // of RefineMode::joint: see planner/displacement_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
