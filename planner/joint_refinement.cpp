@@ -25,10 +25,14 @@ constexpr std::uint32_t kDenseViews = 150;  // up to so many, all views see each
 constexpr double kRests = 1e-3;             // a step that lowers the sum of squares by less than this share is the last
 constexpr std::size_t kSightsPerTask = 512;
 
-// What is solved for.
+// What is solved for of a view. Together in memory, because Ceres eliminates in the order of addresses, which must not
+// depend on where the allocator puts things.
+struct Own {
+  PoseOffset pose{};
+  double log_gain = 0;  // of the brightness
+};
 struct State {
-  std::vector<PoseOffset> pose;    // by slot
-  std::vector<double> log_gain;    // by slot, of the brightness
+  std::vector<Own> own;            // by slot
   std::vector<double> brightness;  // by point
 };
 
@@ -60,16 +64,16 @@ class Sightings : public ceres::EvaluationCallback {
   void look() {
     std::vector<Camera> cameras(frames_.size());
     for (std::size_t slot = 0; slot < frames_.size(); ++slot) {
-      cameras[slot] = camera_at(frames_[slot], state_.pose[slot]);
+      cameras[slot] = camera_at(frames_[slot], state_.own[slot].pose);
     }
     tbb::parallel_for(
         tbb::blocked_range<std::size_t>(0, points_.sights.size(), kSightsPerTask), [&](const auto& range) {
           may_interrupt(interruption_point_);
           for (std::size_t i = range.begin(); i != range.end(); ++i) {
             const Sight& sight = points_.sights[i];
-            seen_[i] =
-                brightness_at(*views_[sight.slot], frames_[sight.slot], state_.pose[sight.slot], cameras[sight.slot],
-                              static_cast<double>(sight.level) + coarser_, points_.positions[point_of_[i]]);
+            seen_[i] = brightness_at(*views_[sight.slot], frames_[sight.slot], state_.own[sight.slot].pose,
+                                     cameras[sight.slot], static_cast<double>(sight.level) + coarser_,
+                                     points_.positions[point_of_[i]]);
           }
         });
   }
@@ -177,8 +181,7 @@ class JointSolver {
     for (std::size_t slot = 0; slot < views.size(); ++slot) {
       if (views[slot]) frames_[slot] = {views[slot]->view->camera, split_.depth[slot] > 0 ? split_.depth[slot] : 1};
     }
-    state_.pose.assign(views.size(), PoseOffset{});
-    state_.log_gain.assign(views.size(), 0);
+    state_.own.assign(views.size(), Own{});
     state_.brightness.assign(split_.fitted.positions.size(), 0);
   }
 
@@ -191,8 +194,8 @@ class JointSolver {
     if (result.views > 0) solve(result);
     for (std::size_t slot = 0; slot < views_.size(); ++slot) {
       const bool took_part = views_[slot] && split_.depth[slot] > 0;
-      result.cameras.push_back(took_part ? camera_at(frames_[slot], state_.pose[slot]) : frames_[slot].camera);
-      result.gain.push_back(took_part ? std::exp(-state_.log_gain[slot] / kBrightnessPower) : 1);
+      result.cameras.push_back(took_part ? camera_at(frames_[slot], state_.own[slot].pose) : frames_[slot].camera);
+      result.gain.push_back(took_part ? std::exp(-state_.own[slot].log_gain / kBrightnessPower) : 1);
     }
     return result;
   }
@@ -213,8 +216,7 @@ class JointSolver {
     start_brightnesses();  // and the noise, by which both are judged
     result.residual_after = held_out_residual();
     const State refined = state_;
-    std::fill(state_.pose.begin(), state_.pose.end(), PoseOffset{});
-    std::fill(state_.log_gain.begin(), state_.log_gain.end(), 0.0);
+    std::fill(state_.own.begin(), state_.own.end(), Own{});
     result.residual_before = held_out_residual();
     // Poses that are right to what the mesh and the photographs allow are better left where they are: what a joint
     // optimum gains there is paid by whoever draws from the given poses.
@@ -228,10 +230,10 @@ class JointSolver {
   // Of the given poses with the gains as they are now. Leaves both offsets at 0.
   [[nodiscard]] double given_residual() {
     for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-      if (split_.depth[slot] > 0) state_.pose[slot] = offset_of(frames_[slot], given_[slot]);
+      if (split_.depth[slot] > 0) state_.own[slot].pose = offset_of(frames_[slot], given_[slot]);
     }
     const double residual = held_out_residual();
-    std::fill(state_.pose.begin(), state_.pose.end(), PoseOffset{});
+    std::fill(state_.own.begin(), state_.own.end(), Own{});
     return residual;
   }
 
@@ -249,18 +251,18 @@ class JointSolver {
       costs_.emplace_back(fitted_, i);
       const std::uint32_t slot = split_.fitted.sights[i].slot;
       problem.AddResidualBlock(&costs_.back(), &loss_, &state_.brightness[fitted_.point_of(i)],
-                               state_.pose[slot].data(), &state_.log_gain[slot]);
+                               state_.own[slot].pose.data(), &state_.own[slot].log_gain);
     }
     for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-      if (!problem.HasParameterBlock(&state_.log_gain[slot])) continue;
+      if (!problem.HasParameterBlock(&state_.own[slot].log_gain)) continue;
       const double pull = pose_pull(options_.alignment, frames_[slot].camera, split_.per_view[slot] / 3);
       pulls_.emplace_back(pull, offset_of(frames_[slot], given_[slot]));
-      problem.AddResidualBlock(&pulls_.back(), nullptr, state_.pose[slot].data());
-      problem.AddResidualBlock(&gain_pull_, nullptr, &state_.log_gain[slot]);
+      problem.AddResidualBlock(&pulls_.back(), nullptr, state_.own[slot].pose.data());
+      problem.AddResidualBlock(&gain_pull_, nullptr, &state_.own[slot].log_gain);
       // A view that shows others' points but has too few of its own is there to compare with.
       const bool takes_part = split_.depth[slot] > 0;
-      if (!takes_part || !options_.alignment.pose) problem.SetParameterBlockConstant(state_.pose[slot].data());
-      if (!takes_part || !options_.alignment.exposure) problem.SetParameterBlockConstant(&state_.log_gain[slot]);
+      if (!takes_part || !options_.alignment.pose) problem.SetParameterBlockConstant(state_.own[slot].pose.data());
+      if (!takes_part || !options_.alignment.exposure) problem.SetParameterBlockConstant(&state_.own[slot].log_gain);
     }
   }
 
@@ -284,7 +286,7 @@ class JointSolver {
   }
 
   [[nodiscard]] double exposed(double value, std::uint32_t slot) const {
-    return value * std::exp(-state_.log_gain[slot]);
+    return value * std::exp(-state_.own[slot].log_gain);
   }
 
   void solve_level(ceres::Problem& problem, JointRefinement& result) {
@@ -300,9 +302,9 @@ class JointSolver {
       if (problem.HasParameterBlock(&brightness)) options.linear_solver_ordering->AddElementToGroup(&brightness, 0);
     }
     for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-      if (!problem.HasParameterBlock(&state_.log_gain[slot])) continue;
-      options.linear_solver_ordering->AddElementToGroup(state_.pose[slot].data(), 1);
-      options.linear_solver_ordering->AddElementToGroup(&state_.log_gain[slot], 1);
+      if (!problem.HasParameterBlock(&state_.own[slot].log_gain)) continue;
+      options.linear_solver_ordering->AddElementToGroup(state_.own[slot].pose.data(), 1);
+      options.linear_solver_ordering->AddElementToGroup(&state_.own[slot].log_gain, 1);
     }
     StopWhenInterrupted stop(fitted_);
     options.callbacks.push_back(&stop);
