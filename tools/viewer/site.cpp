@@ -213,7 +213,7 @@ void SiteWriter::write_surface() {
   CellShares shares = share_cells(surface, width * surface.cells.size);
   if (width > 0) shares = joined(std::move(shares), first_of_same_references(snapshot_.references));
   const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors, surface.cells.cell_of_face, shares);
-  const ZoneReferences lists = zone_references(mesh, snapshot_.references, snapshot_.cell_seen);
+  const ZoneReferences lists = zone_references(mesh.zone_cells, snapshot_.references, snapshot_.cell_seen);
   const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
   PackedArrays tables;
   tables.add("zones", flat(lists.zones, 3), 3, PackedCoding::difference);
