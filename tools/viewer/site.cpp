@@ -80,7 +80,7 @@ json shaders() {
   return {
       {"surface.vert", k_surface_vert}, {"surface.frag", k_surface_frag},         {"screen.vert", k_screen_vert},
       {"blend.frag", k_blend_frag},     {"silhouettes.frag", k_silhouettes_frag}, {"diagnose.frag", k_diagnose_frag},
-      {"depth.frag", k_depth_frag},     {"photograph.frag", k_photograph_frag},   {"present.frag", k_present_frag},
+      {"depth.frag", k_depth_frag},     {"photograph.frag", k_photograph_frag},   {"page.frag", k_page_frag},
       {"modes.frag", k_modes_frag}};
 }
 

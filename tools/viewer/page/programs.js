@@ -16,7 +16,7 @@ const PASSES = {
   diagnose: {fragment: 'diagnose.frag'},
   depth: {fragment: 'depth.frag'},
   photograph: {fragment: 'photograph.frag'},
-  present: {fragment: 'present.frag'},
+  present: {fragment: 'page.frag'},
   modes: {fragment: 'modes.frag'},
 };
 
