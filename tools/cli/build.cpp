@@ -321,10 +321,6 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
       ->type_name("N")
       ->transform(whole_number(0, 1u << 20));
   begin_experiments(command, "who chooses, and what is seen");
-  add_choice(command, "--order", flags.options.order, kOrders, "In which photographs are offered; given: by name");
-  flags.seed = command.add_option("--seed", flags.options.seed, "Of --order shuffled and --choice random")
-                   ->type_name("N")
-                   ->transform(whole_number(0));
   command.add_flag("--any-mesh", flags.options.any_mesh,
                    "Build also where most photographs see next to nothing of the mesh, rather than refuse");
   add_choice(command, "--choice", flags.options.choice, kChoices,
