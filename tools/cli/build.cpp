@@ -37,7 +37,7 @@ struct BuildFlags {
   double loss_db = 0.1;
   bool whole_views = false;
   std::string budget_size;  // empty: unbounded
-  std::string faces;
+  std::string faces = "keep";
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   bool skip_bad = false;
   bool keep_lenses = false;
