@@ -34,6 +34,11 @@ std::uint32_t matching_level(const ComparedView& other, double z, double pixel_s
   return static_cast<std::uint32_t>(std::clamp(level, 0.0, other.pyramid.levels() - 1.0));
 }
 
+bool is_informative(const glm::dvec3& color) {
+  const double most = std::max({color.r, color.g, color.b});
+  return most >= kDarkest && most <= kBrightest;
+}
+
 glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
   glm::vec3 medians(0);
   std::vector<double> values(colors.size());
@@ -131,11 +136,6 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 }
 
 }  // namespace
-
-bool is_informative(const glm::dvec3& color) {
-  const double most = std::max({color.r, color.g, color.b});
-  return most >= kDarkest && most <= kBrightest;
-}
 
 std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position) {
   const Camera& camera = view.camera;

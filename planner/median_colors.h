@@ -32,9 +32,6 @@ struct ComparedView {
 [[nodiscard]] std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position,
                                                       double pixel_size);
 
-// Whether a linear colour is neither too dark nor clipped.
-[[nodiscard]] bool is_informative(const glm::dvec3& color);
-
 // How much more light view `slot` recorded than the photograph at the same points: medians over them.
 struct ExposureRatio {
   std::uint32_t slot;

@@ -141,13 +141,6 @@ class Planner {
   void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected) {
     refiner_.correct_lenses(estimates, corrected, options_.validity);
   }
-  // And what no pose explains: see Refiner.
-  [[nodiscard]] DisplacementEstimates estimate_displacements(const DisplacementOptions& options = {}) const {
-    return refiner_.estimate_displacements(options);
-  }
-  void displace(const DisplacementEstimates& estimates, const CorrectedPhotograph& corrected) {
-    refiner_.displace(estimates, corrected, options_.validity);
-  }
 
   // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say
   // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it

@@ -13,7 +13,6 @@
 #include <utility>
 
 #include "mesh/base/median.h"
-#include "planner/joint_refinement.h"
 #include "planner/photometry.h"
 #include "planner/requirement.h"
 #include "planner/surface_samples.h"
@@ -23,9 +22,6 @@ namespace lumatlas {
 namespace {
 
 constexpr Requirement require{"refinement"};
-
-// The share of the picture that a pose may move it by bounds its points' median; shift_px() counts the worst corner.
-constexpr double kReachOfCorner = 2;
 
 glm::dvec3 world_from_cam(const Camera& camera, const glm::dvec3& cam) {
   return glm::transpose(camera.cam_from_world_rotation) * (cam - camera.cam_from_world_translation);
@@ -83,6 +79,22 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
   return most;
 }
 
+PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
+  PolishStep step;
+  for (const std::optional<Refinement>& refinement : refinements) {
+    if (!refinement || refinement->points < kFewestAlignmentPoints) continue;
+    ++step.views;
+    step.residual_before += refinement->alignment.residual_start;
+    step.residual_after += refinement->alignment.residual;
+    step.moved_px += refinement->alignment.moved_px;
+  }
+  if (step.views == 0) return step;
+  step.residual_before /= step.views;
+  step.residual_after /= step.views;
+  step.moved_px /= step.views;
+  return step;
+}
+
 }  // namespace
 
 void check(const RefinementOptions& options) {
@@ -91,8 +103,6 @@ void check(const RefinementOptions& options) {
   require(options.samples >= 1, "samples", static_cast<double>(options.samples), "at least 1");
   require(options.sample_px >= 1, "sample_px", options.sample_px, "at least 1");
   require(options.polish_levels >= 1, "polish_levels", options.polish_levels, "at least 1");
-  require(options.least_joint_improvement >= 0 && options.least_joint_improvement < 1, "least_joint_improvement",
-          options.least_joint_improvement, "in [0, 1)");
   require(options.least_correlation >= -1 && options.least_correlation <= 1, "least_correlation",
           options.least_correlation, "in [-1, 1]");
   require(options.least_views >= 0, "least_views", options.least_views, "not negative");
@@ -152,7 +162,6 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   given_[slot] = given;
-  polished_ = false;
   // The views that left for this one were compared with it too.
   std::vector<ExposureRatio> ratios = refinement.ratios;
   std::erase_if(ratios, [&](const ExposureRatio& ratio) { return ratio.slot == slot || !views_[ratio.slot]; });
@@ -274,7 +283,12 @@ bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
 }
 
 LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
-  const std::vector<std::vector<SurfaceSample>> samples = samples_of_stored();
+  std::vector<std::vector<SurfaceSample>> samples(views_.size());
+  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
+    if (!views_[slot]) return;
+    may_interrupt(options_.interruption_point);
+    samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+  });
   LensOptions interruptible = options;
   if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
   interruptible.alignment = options_.alignment;
@@ -300,94 +314,50 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
     for (const std::uint32_t slot : lens.slots) {
       if (!lens.significant) break;
       may_interrupt(options_.interruption_point);
-      show(slot, without(common, estimates.cameras[slot]), corrected(slot, views_[slot]->view->name), validity);
+      const StoredView& old = *views_[slot]->view;
+      const Camera camera = without(common, estimates.cameras[slot]);
+      Photograph photograph = corrected(slot, old.name);
+      require_photograph_of(old.name, camera, photograph);
+      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), visibility_->trace(camera),
+                                        atlas_.surface().cells, atlas_.layout(), validity, old.trust);
+      atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
+      views_[slot]->view = atlas_.view(slot);
+      views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
     }
   }
 }
 
-// Puts another photograph into the place of a stored view's.
-void Refiner::show(std::uint32_t slot, const Camera& camera, Photograph photograph, const ValidityOptions& validity) {
-  const StoredView& old = *views_[slot]->view;
-  require_photograph_of(old.name, camera, photograph);
-  TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), visibility_->trace(camera),
-                                    atlas_.surface().cells, atlas_.layout(), validity, old.trust);
-  atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
-  views_[slot]->view = atlas_.view(slot);
-  views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
-}
-
-DisplacementEstimates Refiner::estimate_displacements(const DisplacementOptions& options) const {
-  DisplacementOptions interruptible = options;
-  if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
-  return lumatlas::estimate_displacements(atlas_, views_, samples_of_stored(), interruptible);
-}
-
-void Refiner::displace(const DisplacementEstimates& estimates, const CorrectedPhotograph& corrected,
-                       const ValidityOptions& validity) {
-  require.has_size(estimates.of_slot.size(), views_.size(), "displacements", "the atlas's capacity");
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (estimates.of_slot[slot].empty()) continue;
-    require(views_[slot].has_value(), "a displacement's slot", slot, "one that holds a view");
-  }
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (estimates.of_slot[slot].empty()) continue;
-    may_interrupt(options_.interruption_point);
-    show(slot, views_[slot]->view->camera, corrected(slot, views_[slot]->view->name), validity);
-  }
-}
-
-std::vector<std::vector<SurfaceSample>> Refiner::samples_of_stored() const {
-  std::vector<std::vector<SurfaceSample>> samples(views_.size());
+PolishStep Refiner::polish(const ValidityOptions& validity) {
+  std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+    refinements[slot] = compare_again(static_cast<std::uint32_t>(slot));
   });
-  return samples;
-}
-
-PolishStep Refiner::polish(const ValidityOptions& validity) {
-  JointOptions options;
-  options.alignment = options_.alignment;
-  options.alignment.levels = polished_ ? 1 : options_.polish_levels;
-  options.interruption_point = options_.interruption_point;
-  const JointRefinement found = refine_jointly(atlas_, views_, given_, samples_of_stored(), options);
-  PolishStep step{found.views, found.residual_before, found.residual_before, 0};
-  if (found.views == 0) return step;
-  if (found.residual_after < (1 - options_.least_joint_improvement) * found.residual_before) {
-    step.residual_after = found.residual_after;
-    take(found, validity);
-    polished_ = true;
-  }
-  const double depth = median_depth();
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (!views_[slot] || same_pose(given_[slot], views_[slot]->view->camera)) continue;
-    step.moved_px += shift_px(given_[slot], views_[slot]->view->camera, depth) / found.views;
-  }
-  return step;
-}
-
-void Refiner::take(const JointRefinement& found, const ValidityOptions& validity) {
+  const PolishStep step = summary_of(refinements);
+  if (step.views == 0) return step;
   // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.
   std::vector<std::pair<Camera, Camera>> given_and_refined;
+  bool corrected = false;
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (views_[slot]) given_and_refined.emplace_back(given_[slot], found.cameras[slot]);
+    if (!refinements[slot]) continue;
+    given_and_refined.emplace_back(given_[slot], refinements[slot]->alignment.camera);
+    corrected = corrected || refinements[slot]->alignment.corrected;
   }
   const double depth = median_depth();
-  const RigidMotion common = common_motion(given_and_refined, depth);
+  const RigidMotion common = corrected ? common_motion(given_and_refined, depth) : RigidMotion{};
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (!views_[slot]) continue;
+    if (!refinements[slot]) continue;
     may_interrupt(options_.interruption_point);
-    views_[slot]->gain *= found.gain[slot];
-    atlas_.set_gain(slot, views_[slot]->gain);
-    const Camera camera = without(common, found.cameras[slot]);
-    const double reach = options_.alignment.max_move * std::max(camera.width, camera.height);
-    if (!(shift_px(given_[slot], camera, depth) <= kReachOfCorner * reach)) continue;
+    exposures_.set(slot, refinements[slot]->ratios);
+    const Camera camera = without(common, refinements[slot]->alignment.camera);
     // Nothing is made anew of a view that stays where it is.
     const Camera& before = views_[slot]->view->camera;
     if (same_pose(before, camera) || shift_px(before, camera, depth) < options_.alignment.least_move_px) continue;
     move(slot, camera, validity);
   }
+  balance_exposures();
+  return step;
 }
 
 }  // namespace lumatlas

@@ -14,10 +14,8 @@
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
 #include "planner/alignment.h"
-#include "planner/displacement_estimate.h"
 #include "planner/exposure_graph.h"
 #include "planner/interruption.h"
-#include "planner/joint_refinement.h"
 #include "planner/lens_estimate.h"
 #include "planner/median_colors.h"
 #include "planner/trust.h"
@@ -36,9 +34,6 @@ struct RefinementOptions {
   // that they learn from the views that came after them; none while views rest, see kComparisonsToRest.
   std::uint32_t revisits = 2;
   std::uint32_t polish_levels = 3;  // of the pyramid, >= 1: a stored view is nearly right
-  // Stored views are moved together only if that lowers the residual by this share at points that nothing was fitted
-  // to, [0, 1).
-  double least_joint_improvement = 0.01;
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
@@ -60,13 +55,14 @@ struct Refinement {
   std::vector<ExposureRatio> ratios;
 };
 
-// Of the stored views that have points in common with others.
+// Means over the stored views that have points in common with others.
 struct PolishStep {
   std::uint32_t views = 0;  // how many these are; 0: nothing was compared, and nothing was changed
-  // JointRefinement's, at points that nothing was fitted to; alike where the step was not taken.
+  // Alignment::residual of the poses that the views had before the step, and of those that it found, against the same
+  // colours of the other views.
   double residual_before = 0, residual_after = 0;
-  // How far the views' corners are from where the given poses show them, at the scene's median depth; 0: all are where
-  // they were given.
+  // How far the views are from their given poses, before what the set has moved as a whole is taken back; 0: all are
+  // where they were given.
   double moved_px = 0;
 };
 
@@ -96,8 +92,8 @@ class Refiner {
   // How many times a stored view was refined again because others had come.
   [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
 
-  // One step of joint polishing: poses and gains of all stored views at once (planner/joint_refinement.h), taken if
-  // that helps. What the set has moved as a whole is taken back.
+  // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
+  // is taken back.
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);
@@ -110,24 +106,15 @@ class Refiner {
   // lens holds a view; what `corrected` throws; and std::invalid_argument if it gives a photograph of another size.
   void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
                       const ValidityOptions& validity);
-  // How the stored views' pictures are to be bent. Changes nothing.
-  [[nodiscard]] DisplacementEstimates estimate_displacements(const DisplacementOptions& options = {}) const;
-  // Gives the views that are to be displaced photographs that are, which `corrected` makes from the originals. Throws
-  // as correct_lenses() does.
-  void displace(const DisplacementEstimates& estimates, const CorrectedPhotograph& corrected,
-                const ValidityOptions& validity);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                                    std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
-  void take(const JointRefinement& found, const ValidityOptions& validity);
-  [[nodiscard]] std::vector<std::vector<SurfaceSample>> samples_of_stored() const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
-  void show(std::uint32_t slot, const Camera& camera, Photograph photograph, const ValidityOptions& validity);
   void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
   [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
@@ -146,7 +133,6 @@ class Refiner {
   std::uint64_t revisited_ = 0;
   std::uint32_t still_ = 0;  // comparisons in a row that moved nothing
   ExposureGraph exposures_;
-  bool polished_ = false;  // jointly, since the last view came: poses are right to a pixel or so
 };
 
 }  // namespace lumatlas

@@ -45,7 +45,7 @@ class WaitingThreads {
   [[nodiscard]] bool start(std::size_t count) {
     // Bytes. They do next to nothing, but what is local to a thread has its place there too: CGAL has 32 KiB for each
     // kind of triangulation.
-    constexpr std::size_t kStack = 512 << 10;
+    constexpr std::size_t kStack = 256 << 10;
     threads_.reserve(count);
     pthread_attr_t attributes;
     pthread_attr_init(&attributes);

@@ -156,9 +156,6 @@ BuildOptions options_of(BuildFlags flags) {
     throw CLI::ValidationError("--keep-lenses", "needs --refine joint");
   }
   options.refine_lenses = !flags.keep_lenses;
-  if (options.displace && options.refine != RefineMode::joint) {
-    throw CLI::ValidationError("--bend", "needs --refine joint");
-  }
   check_usage(options);
   return options;
 }
@@ -368,8 +365,6 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "refinement");
   command.add_flag("--keep-lenses", flags.keep_lenses,
                    "With --refine joint, believe the given lenses, also where the photographs contradict them");
-  command.add_flag("--bend", flags.options.displace,
-                   "With --refine joint, bend photographs where no pose explains what they show");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
   command

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -259,15 +260,18 @@ Parsimony thin(Planner& planner, const Stream& stream, const TileOptions& layout
   return parsimony;
 }
 
-// A step that lowers the residual by less than this share is the last.
-constexpr double kRestingShare = 0.03;
+// A step that lowers the mean residual by less than this share is the last.
+constexpr double kRestingShare = 0.002;
 
 void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
+  double last = std::numeric_limits<double>::infinity();
   for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
     result.polish.push_back(planner.polish());
     stage.tick();
-    const PolishStep& taken = result.polish.back();
-    if (!(taken.residual_after < (1 - kRestingShare) * taken.residual_before)) break;
+    if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
+    const double residual = result.polish.back().residual_after;
+    if (!(residual < (1 - kRestingShare) * last)) break;
+    last = residual;
   }
 }
 
@@ -321,17 +325,6 @@ void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
   }
 }
 
-// Bends the stored photographs, from the originals, where that makes them agree better.
-void displace(Planner& planner, const std::vector<SceneView>& views, BuildStage& stage, BuildResult& result) {
-  result.displacements = planner.estimate_displacements();
-  stage.tick();
-  planner.displace(*result.displacements, [&](std::uint32_t slot, const std::string& name) {
-    SceneView view = *std::find_if(views.begin(), views.end(), [&](const SceneView& v) { return v.name == name; });
-    view.displacement = result.displacements->of_slot[slot];
-    return load_photograph(view);
-  });
-}
-
 // What is left to do once the stream has ended.
 void finish(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, const BuildCallback& callback,
             BuildResult& result) {
@@ -342,7 +335,6 @@ void finish(Planner& planner, std::vector<SceneView>& views, const BuildOptions&
     if (options.refine_lenses && result.effective.refinement.any()) {
       refine_lenses(planner, views, options, stage, result);
     }
-    if (options.displace && result.effective.refinement.alignment.pose) displace(planner, views, stage, result);
     stage.finish();
   }
   if (result.effective.refinement.trust.enabled) planner.mask();

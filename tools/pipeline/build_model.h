@@ -58,7 +58,6 @@ struct BuildOptions {
   RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1
   bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
-  bool displace = false;                         // of RefineMode::joint: see planner/displacement_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
@@ -123,9 +122,8 @@ struct BuildResult {
   std::optional<Parsimony> parsimony;       // of planner.max_loss_db
   std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
-  std::uint64_t stored_bytes = 0;                      // of all stored views, as planner/planner.h counts them
-  std::vector<PolishStep> polish;                      // of RefineMode::joint
-  std::optional<DisplacementEstimates> displacements;  // none: nobody asked
+  std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
+  std::vector<PolishStep> polish;  // of RefineMode::joint
   double polish_ms = 0;
   std::uint64_t revisited = 0;  // see Refiner::revisited()
   double total_ms = 0;

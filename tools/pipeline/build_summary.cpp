@@ -251,7 +251,6 @@ json coverage_options_json(const CoverageOptions& coverage) {
 json refinement_options_json(const RefinementOptions& refinement, const BuildOptions& options) {
   return {{"refine", name_of(options.refine)},
           {"refine_lenses", options.refine_lenses},
-          {"displace", options.displace},
           {"white_balance", refinement.alignment.white_balance},
           {"masks", refinement.trust.enabled},
           {"refine_points", refinement.samples},

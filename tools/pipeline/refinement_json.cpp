@@ -32,15 +32,6 @@ double mean(const std::vector<const PlannedView*>& views, double Alignment::*fie
   return views.empty() ? 0 : sum / static_cast<double>(views.size());
 }
 
-json displacement_json(const std::optional<DisplacementEstimates>& estimates) {
-  if (!estimates) return {};
-  return {{"compared", estimates->views},
-          {"displaced", estimates->displaced},
-          {"moved_px", estimates->mean_px},
-          {"residual_before", estimates->residual_before},
-          {"residual", estimates->residual_after}};
-}
-
 double stops_of(const glm::dvec3& gain) {
   return std::log2((gain.r + gain.g + gain.b) / 3);
 }
@@ -93,7 +84,6 @@ json refinement_summary(const BuildResult& result, RefineMode mode) {
           {"residual_given", mean(views, &Alignment::residual_given)},
           {"residual_exposed", mean(views, &Alignment::residual_exposed)},
           {"residual", mean(views, &Alignment::residual)},
-          {"displacement", displacement_json(result.displacements)},
           {"polish", {{"steps", std::move(steps)}, {"ms", result.polish_ms}}}};
 }
 
@@ -112,11 +102,6 @@ std::string refinement_log(const BuildResult& result) {
   for (std::size_t step = 0; step < result.polish.size(); ++step) {
     log << "polish: step " << step + 1 << ": residual " << std::setprecision(4) << result.polish[step].residual_before
         << " -> " << result.polish[step].residual_after << '\n';
-  }
-  if (const auto& bent = result.displacements; bent && bent->views > 0) {
-    log << "displace: " << bent->displaced << " of " << bent->views << " views bent by " << std::setprecision(2)
-        << bent->mean_px << " px: residual " << std::setprecision(4) << bent->residual_before << " -> "
-        << bent->residual_after << '\n';
   }
   return log.str();
 }

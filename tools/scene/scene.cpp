@@ -276,7 +276,7 @@ Photograph load_photograph(const SceneView& view) {
   check_has_lens_size(photograph.width, photograph.height, view.image, view);
   take_out(pixels_with_alpha(view), photograph);
   if (view.mask) take_out(pixels_of_mask(view), photograph);
-  return undistort(std::move(photograph), view.lens, view.camera, view.correction, view.displacement);
+  return undistort(std::move(photograph), view.lens, view.camera, view.correction);
 }
 
 }  // namespace lumatlas

@@ -10,7 +10,6 @@
 
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
-#include "mesh/displacement.h"
 #include "mesh/lens_correction.h"
 #include "tools/scene/camera_model.h"
 
@@ -26,7 +25,6 @@ struct SceneView {
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
   std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
-  Displacement displacement = {};  // of what lens and correction undistort; none unless somebody found one
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.
@@ -68,11 +66,10 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 
-// The photograph as the view's pinhole camera would have taken it: undistorted by lens, correction and displacement
-// (bilinear), with the border that the lens did not see marked invalid, and so what the view's mask, or the file's own
-// alpha, takes out: pixels whose mask is exactly 0, or whose alpha is less than half. A view without either is returned
-// unchanged, to the byte. Throws InputError if the file or the mask cannot be read or has another size than the view's
-// camera.
+// The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
+// the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
+// pixels whose mask is exactly 0, or whose alpha is less than half. A view without either is returned unchanged, to the
+// byte. Throws InputError if the file or the mask cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).

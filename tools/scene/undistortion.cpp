@@ -26,20 +26,14 @@ double largest_radius(const Camera& view) {
 // Where a pixel of a view finds its colour in the lens's photograph.
 class SourceOfPixel {
  public:
-  SourceOfPixel(const CameraModel& lens, const Camera& view, const LensCorrection& correction = {},
-                const Displacement& displacement = {})
-      : SourceOfPixel(lens, view, reach(lens, largest_radius(view)), correction, displacement) {}
-  SourceOfPixel(const CameraModel& lens, const Camera& view, double lens_reach, const LensCorrection& correction = {},
-                const Displacement& displacement = {})
-      : lens_(lens),
-        view_(view),
-        correction_(correction),
-        displacement_(displacement),
-        squared_reach_(lens_reach * lens_reach) {}
+  SourceOfPixel(const CameraModel& lens, const Camera& view, const LensCorrection& correction = {})
+      : SourceOfPixel(lens, view, reach(lens, largest_radius(view)), correction) {}
+  SourceOfPixel(const CameraModel& lens, const Camera& view, double lens_reach, const LensCorrection& correction = {})
+      : lens_(lens), view_(view), correction_(correction), squared_reach_(lens_reach * lens_reach) {}
 
   // `margin`: how far inside the photograph's edges the place must be, pixels.
   [[nodiscard]] std::optional<glm::dvec2> operator()(const glm::dvec2& pixel, double margin = 0) const {
-    const glm::dvec2 given = uncorrected(correction_, view_, pixel + displacement_.at(view_, pixel));
+    const glm::dvec2 given = uncorrected(correction_, view_, pixel);
     const double x = (given.x - view_.cx) / view_.fx;
     const double y = (given.y - view_.cy) / view_.fy;
     if (!(x * x + y * y <= squared_reach_)) {
@@ -55,7 +49,6 @@ class SourceOfPixel {
   const CameraModel& lens_;
   const Camera& view_;
   LensCorrection correction_;
-  Displacement displacement_;
   double squared_reach_;
 };
 
@@ -237,17 +230,16 @@ Camera pinhole_view(const CameraModel& lens) {
 }
 
 Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
-                     const LensCorrection& correction, const Displacement& displacement) {
+                     const LensCorrection& correction) {
   check(correction);
-  check(displacement);
   require_size("photograph", photograph.width, photograph.height, lens);
   require_size("view", view.width, view.height, lens);
-  if (!is_distorted(lens) && correction == LensCorrection{} && displacement.empty()) {
+  if (!is_distorted(lens) && correction == LensCorrection{}) {
     return photograph;
   }
   const std::size_t pixels = std::size_t{view.width} * view.height;
   Photograph out{view.width, view.height, std::vector<std::uint8_t>(3 * pixels), std::vector<std::uint8_t>(pixels)};
-  const SourceOfPixel source(lens, view, correction, displacement);
+  const SourceOfPixel source(lens, view, correction);
   std::vector<std::uint8_t> complete(view.height);
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, view.height, 8), [&](const auto& rows) {
     std::vector<Place> places(view.width);

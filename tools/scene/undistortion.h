@@ -4,7 +4,6 @@
 
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
-#include "mesh/displacement.h"
 #include "mesh/lens_correction.h"
 #include "tools/scene/camera_model.h"
 
@@ -25,10 +24,9 @@ inline constexpr double kLargestZoom = 1.1;
 // that the lens did not see, or sees only beyond a fold of its distortion, are black with valid = 0; `valid` is empty
 // if there are none. The mask of the photograph itself is honoured. Without distortion the photograph comes back as it
 // is. `correction` says what is wrong with a picture that is undistorted by the lens alone: both are undone at once, so
-// that nothing is resampled twice; and so is `displacement`, which is in a picture undistorted by lens and correction.
-// Throws std::invalid_argument if the photograph or the view has another size than the lens, or if the correction or
-// the displacement does not pass check().
+// that nothing is resampled twice. Throws std::invalid_argument if the photograph or the view has another size than the
+// lens, or if the correction does not pass check().
 [[nodiscard]] Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
-                                   const LensCorrection& correction = {}, const Displacement& displacement = {});
+                                   const LensCorrection& correction = {});
 
 }  // namespace lumatlas

@@ -336,14 +336,6 @@ TEST_CASE("undistorting by a wrong lens and by what is wrong with it gives the p
   broken.k1 = std::nan("");
   CHECK_THROWS_AS(undistort(distorted_photograph(lens), given, view, broken), std::invalid_argument);
 
-  // Bent by as much as the principal point is wrong, instead of moved.
-  const LensCorrection focal{150 / 140.0, {0, 0}, 0, 0, 0, 0};
-  const CameraModel plain = lens_of(LensModel::kPinhole, 160, 120, {150, 150, 83, 58});
-  const Displacement bend{2, 2, std::vector<glm::dvec2>(4, glm::dvec2(3 * 140 / 150.0, -2 * 140 / 150.0))};
-  CHECK(largest_error(undistort(distorted_photograph(plain), given, view, focal, bend), view) <= 2.5);
-  CHECK_THROWS_AS(undistort(distorted_photograph(plain), given, view, focal, Displacement{2, 2, {}}),
-                  std::invalid_argument);
-
   // A given distortion and one on top of it are undone at once.
   const CameraModel half = lens_of(LensModel::kSimpleRadial, 160, 120, {150, 80, 60, -0.05});
   const CameraModel whole = lens_of(LensModel::kSimpleRadial, 160, 120, {150, 80, 60, -0.1});
