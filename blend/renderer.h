@@ -36,9 +36,10 @@ class Renderer {
 
   // Copies the snapshot to the GPU in place of an earlier one; photographs or tiles that it shares with that one are
   // not copied again, nor is the mesh of the same surface. From the second snapshot of a surface on, cells are not
-  // joined (RendererOptions), so that a store may change as often as it likes. Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if
-  // the driver's limits (layers, texture size, buffer size) or its free memory, where it tells that, are exceeded,
-  // naming the limit, the number and what to do; the earlier one is then gone too.
+  // joined (RendererOptions), so that a store may change as often as it likes. Throws std::invalid_argument, and
+  // changes nothing, unless the snapshot passes check(); GlError if the driver's limits (layers, texture size, buffer
+  // size) or its free memory, where it tells that, are exceeded, naming the limit, the number and what to do; the
+  // earlier one is then gone too.
   void load(const Snapshot& snapshot);
 
   // Takes effect from the next picture on.

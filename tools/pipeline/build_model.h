@@ -50,7 +50,7 @@ struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
-  FaceOptions faces;  // of the mesh that are kept
+  FaceOptions faces;       // of the mesh that are kept
   double close_holes = 0;  // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
