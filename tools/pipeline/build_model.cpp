@@ -411,9 +411,6 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.stored_bytes = planner.stored_bytes();
   result.snapshot = atlas.snapshot();
   result.snapshot.cell_coverage = planner.cell_coverage();
-  const auto& seen = result.snapshot.cell_seen;
-  add_warning(unseen_cells_warning(static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 0)), seen.size()),
-              result);
   result.total_ms = ms_since(start);
   return result;
 }
