@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/stored_view.h"
 
+#include <cmath>
 #include <stdexcept>
 #include <utility>
+#include <vector>
+
+#include "mesh/base/median.h"
 
 namespace lumatlas {
 
@@ -48,6 +52,16 @@ void check(const StoredView& view) {
   require_count(view.name, "validity", view.validity.size(), pixels);
   if (!view.trust.empty()) require_count(view.name, "trust", view.trust.size(), pixels);
   if (!view.rim.empty()) require_count(view.name, "rim", view.rim.size(), pixels);
+}
+
+float median_depth(const StoredView& view) {
+  constexpr std::size_t kStride = 16;
+  std::vector<float> depths;
+  std::size_t finite = 0;
+  for (const float depth : view.depth) {
+    if (std::isfinite(depth) && depth > 0 && finite++ % kStride == 0) depths.push_back(depth);
+  }
+  return depths.empty() ? 0 : upper_median(depths);
 }
 
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,

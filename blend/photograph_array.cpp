@@ -11,7 +11,6 @@
 
 #include "atlas/texel_format.h"
 #include "blend/egl_context.h"
-#include "mesh/base/median.h"
 
 namespace lumatlas {
 
@@ -66,16 +65,10 @@ bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const 
   return !a.owner_before(b) && !b.owner_before(a);
 }
 
-// A power of two near the median of a view's finite depths, of every 16th of them; 1 if it has none.
+// A power of two near the median of a view's depths; 1 if it has none.
 float depth_scale_of(const StoredView& view) {
-  constexpr std::size_t kStride = 16;
-  std::vector<float> depths;
-  std::size_t finite = 0;
-  for (const float depth : view.depth) {
-    if (std::isfinite(depth) && depth > 0 && finite++ % kStride == 0) depths.push_back(depth);
-  }
-  if (depths.empty()) return 1;
-  return std::exp2(std::floor(std::log2(upper_median(depths))));
+  const float depth = median_depth(view);
+  return depth > 0 ? std::exp2(std::floor(std::log2(depth))) : 1;
 }
 
 // In half precision, rounded up, so that what a view shows is never found behind itself.

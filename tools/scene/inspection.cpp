@@ -89,6 +89,12 @@ std::map<std::string, std::size_t> lenses_of(const SceneViews& scene) {
   return lenses;
 }
 
+std::string unseen_cells_warning(std::size_t unseen, std::size_t cells) {
+  if (2 * unseen <= cells) return {};
+  return std::to_string(unseen) + " of " + std::to_string(cells) +
+         " cells are seen by no view: much of the mesh will have no photograph";
+}
+
 json warnings(const Glance& seen, const SceneViews& scene, const SurfaceInput& input) {
   json list = input.warnings;
   const std::string first = seen.blind.empty() ? "" : seen.blind.front();
@@ -127,12 +133,6 @@ std::string blind_views_warning(std::size_t blind, std::size_t views, const std:
          " views see next to nothing of the mesh, the first is " + first +
          (blind == views ? ": mesh and cameras are in different coordinates, or the mesh is the wrong one"
                          : ": their poses may be wrong, or the mesh is incomplete");
-}
-
-std::string unseen_cells_warning(std::size_t unseen, std::size_t cells) {
-  if (2 * unseen <= cells) return {};
-  return std::to_string(unseen) + " of " + std::to_string(cells) +
-         " cells are seen by no view: much of the mesh will have no photograph";
 }
 
 json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,

@@ -24,9 +24,7 @@ namespace lumatlas {
 // A view with less of its picture than this on the mesh is called blind.
 inline constexpr double kLittleSeen = 0.01;
 
-// What is said of them, `first` being one of their names, and of cells that no view sees; empty where there is nothing
-// to say.
+// What is said of them, `first` being one of their names; empty where there are none.
 [[nodiscard]] std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first);
-[[nodiscard]] std::string unseen_cells_warning(std::size_t unseen, std::size_t cells);
 
 }  // namespace lumatlas

@@ -25,7 +25,6 @@
 #include "tools/viewer/packed_arrays.h"
 #include "tools/viewer/page_assets.h"
 #include "tools/viewer/scaled_view.h"
-#include "tools/viewer/view_depth.h"
 #include "tools/viewer/web_mesh.h"
 
 namespace lumatlas {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "tools/viewer/view_depth.h"
+#include "mesh/simplification.h"
 
 namespace lumatlas {
 
@@ -18,11 +18,17 @@ constexpr double kStepsPerPixel = 64;
 constexpr double kStepsPerCell = 100;
 constexpr double kMostSteps = 1 << 24;
 
+// The corners of the faces, one after the other.
+std::vector<std::uint32_t> corners_of(const std::vector<glm::uvec3>& faces) {
+  std::vector<std::uint32_t> corners;
+  corners.reserve(3 * faces.size());
+  for (const glm::uvec3& face : faces) corners.insert(corners.end(), {face.x, face.y, face.z});
+  return corners;
+}
+
 // Faces in an order in which neighbours come one after the other: what is written as a difference is small then.
 std::vector<std::uint32_t> ordered_corners(const ZoneMesh& mesh) {
-  std::vector<std::uint32_t> corners;
-  corners.reserve(3 * mesh.faces.size());
-  for (const glm::uvec3& face : mesh.faces) corners.insert(corners.end(), {face.x, face.y, face.z});
+  std::vector<std::uint32_t> corners = corners_of(mesh.faces);
   std::size_t first = 0;
   for (const std::size_t faces : mesh.face_counts) {
     meshopt_optimizeVertexCacheStrip(&corners[first], &corners[first], 3 * faces, mesh.positions.size());
@@ -44,6 +50,35 @@ std::vector<std::uint32_t> by_first_corner(std::vector<std::uint32_t>& corners, 
     corner = number[corner];
   }
   return order;
+}
+
+// About so many faces, whatever hangs together; `most_error` is a share of the mesh's extent.
+Mesh clustered(const Mesh& mesh, std::size_t faces, float most_error) {
+  const std::vector<std::uint32_t> all = corners_of(mesh.faces);
+  std::vector<std::uint32_t> corners(all.size());
+  corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), &mesh.positions[0].x,
+                                        mesh.positions.size(), sizeof(glm::vec3), 3 * faces, most_error, nullptr));
+  Mesh result;
+  for (const std::uint32_t vertex : by_first_corner(corners, mesh.positions.size())) {
+    result.positions.push_back(mesh.positions[vertex]);
+    result.colors.push_back(mesh.colors[vertex]);
+  }
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    result.faces.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
+  }
+  return result;
+}
+
+// Of a single zone, in which nothing fades.
+ZoneMesh zone_mesh_of(const Mesh& mesh) {
+  ZoneMesh result;
+  result.positions = mesh.positions;
+  result.colors = mesh.colors;
+  result.faces = mesh.faces;
+  result.shares.resize(mesh.positions.size());
+  result.zones.resize(mesh.positions.size());
+  result.face_counts[0] = mesh.faces.size();
+  return result;
 }
 
 }  // namespace
@@ -88,32 +123,13 @@ PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid) {
 ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces) {
   constexpr float kMostError = 0.02F;  // of the mesh's extent
   const Mesh& mesh = snapshot.surface->mesh;
-  ZoneMesh coarse;
-  if (mesh.faces.size() <= 2 * faces) return coarse;
-  std::vector<std::uint32_t> corners;
-  for (const glm::uvec3& face : mesh.faces) corners.insert(corners.end(), {face.x, face.y, face.z});
-  const std::vector<std::uint32_t> all = corners;
-  const float* positions = &mesh.positions[0].x;
-  corners.resize(meshopt_simplify(corners.data(), all.data(), all.size(), positions, mesh.positions.size(),
-                                  sizeof(glm::vec3), 3 * faces, kMostError, 0, nullptr));
+  if (mesh.faces.size() <= 2 * faces) return {};
+  const Mesh colored{mesh.positions, snapshot.vertex_colors, mesh.faces};
+  const Bounds box = bounds(mesh);
+  const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+  const Mesh few = simplified(colored, {kMostError * extent, faces}).mesh;
   // A surface in many small pieces, or with many borders, has edges that may not go.
-  if (corners.size() > 6 * faces) {
-    corners.resize(all.size());
-    corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), positions, mesh.positions.size(),
-                                          sizeof(glm::vec3), 3 * faces, kMostError, nullptr));
-  }
-  const std::vector<std::uint32_t> used = by_first_corner(corners, mesh.positions.size());
-  for (const std::uint32_t vertex : used) {
-    coarse.positions.push_back(mesh.positions[vertex]);
-    coarse.colors.push_back(snapshot.vertex_colors[vertex]);
-  }
-  coarse.shares.resize(used.size());
-  coarse.zones.resize(used.size());
-  for (std::size_t i = 0; i < corners.size(); i += 3) {
-    coarse.faces.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
-  }
-  coarse.face_counts[0] = coarse.faces.size();
-  return coarse;
+  return zone_mesh_of(few.faces.size() > 2 * faces ? clustered(colored, faces, kMostError) : few);
 }
 
 }  // namespace lumatlas
