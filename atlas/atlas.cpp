@@ -56,6 +56,14 @@ std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
   return renumbered;
 }
 
+std::vector<SharedShownCells> renumbered(std::vector<SharedShownCells> shown,
+                                         const std::vector<std::vector<std::uint32_t>>& cells_now) {
+  for (SharedShownCells& of_slot : shown) {
+    if (!of_slot->empty()) of_slot = std::make_shared<const std::vector<ShownCell>>(renumbered(*of_slot, cells_now));
+  }
+  return shown;
+}
+
 const SharedSlots& no_slots() {
   static const SharedSlots none = std::make_shared<const std::vector<std::uint32_t>>();
   return none;
@@ -199,31 +207,44 @@ void Atlas::mark_seen(std::span<const CellPixels> cells) {
   }
 }
 
-void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
-  (void)checked(surface);
+std::pair<std::size_t, std::vector<SharedShownCells>> Atlas::shown_of_cells() const {
   const std::scoped_lock lock(mutex_);
-  require_previous_cells(previous_cell, surface->cells.cells.size(), references_.size());
-  if (surface->offset != surface_->offset) {
-    throw std::invalid_argument("atlas: the new surface has another offset than the one before, must have the same");
+  return {references_.size(), shown_};
+}
+
+// What the tiles show is renumbered without the lock, and once more if meanwhile another thread has changed it.
+void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
+  const std::size_t cells = checked(surface).cells.cells.size();
+  for (;;) {
+    const auto [cells_before, shown_before] = shown_of_cells();
+    require_previous_cells(previous_cell, cells, cells_before);
+    std::vector<SharedShownCells> shown = renumbered(shown_before, cells_that_were(previous_cell, cells_before));
+    const std::scoped_lock lock(mutex_);
+    if (references_.size() != cells_before || shown_ != shown_before) continue;
+    if (surface->offset != surface_->offset) {
+      throw std::invalid_argument("atlas: the new surface has another offset than the one before, must have the same");
+    }
+    shown_.swap(shown);
+    surface_.swap(surface);  // so that the old one is freed after the lock
+    follow_cells(previous_cell);
+    mark_all_changed();
+    return;
   }
+}
+
+// References and what was seen go where their cells went.
+void Atlas::follow_cells(std::span<const std::uint32_t> previous_cell) {
   std::vector<SharedSlots> references(previous_cell.size(), no_slots());
-  std::vector<std::uint32_t> references_to_slot(views_.size(), 0);
   std::vector<std::uint8_t> cell_seen(previous_cell.size(), 0);
+  references_to_slot_.assign(views_.size(), 0);
   for (std::size_t cell = 0; cell < previous_cell.size(); ++cell) {
     if (previous_cell[cell] == kNoCell) continue;
     references[cell] = references_[previous_cell[cell]];
     cell_seen[cell] = cell_seen_[previous_cell[cell]];
-    for (const std::uint32_t slot : *references[cell]) ++references_to_slot[slot];
+    for (const std::uint32_t slot : *references[cell]) ++references_to_slot_[slot];
   }
-  const std::vector<std::vector<std::uint32_t>> cells_now = cells_that_were(previous_cell, references_.size());
-  for (SharedShownCells& shown : shown_) {
-    if (!shown->empty()) shown = std::make_shared<const std::vector<ShownCell>>(renumbered(*shown, cells_now));
-  }
-  surface_.swap(surface);  // so that the old one is freed after the lock
   references_ = std::move(references);
-  references_to_slot_ = std::move(references_to_slot);
   cell_seen_ = std::move(cell_seen);
-  mark_all_changed();
 }
 
 void Atlas::choose_tiles_anew() {

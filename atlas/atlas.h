@@ -11,6 +11,7 @@
 #include <memory>
 #include <mutex>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "atlas/snapshot.h"
@@ -96,6 +97,8 @@ class Atlas {
   void require_stored(std::uint32_t slot) const;
   void require_cell(std::uint32_t cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
+  [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;
+  void follow_cells(std::span<const std::uint32_t> previous_cell);
   void mark_changed(std::uint32_t cell);
   void mark_all_changed() const;
   [[nodiscard]] StoreChanges take_changes() const;

@@ -611,6 +611,25 @@ TEST_CASE("snapshots are consistent while another thread writes") {
   CHECK(atlas.size() == 4);
 }
 
+TEST_CASE("what a view shows follows its cell while another thread replaces the surface") {
+  Atlas atlas(wall_and_panel(2), 2, TileOptions{});
+  atlas.insert(tiny_view("a"), {{0, 1, 1}});
+  atlas.insert(tiny_view("b"), {{0, 0, 1}});
+  atlas.set_references(1, {0});
+  std::atomic<bool> done{false};
+  std::thread views([&] {
+    while (!done) atlas.replace(1, tiny_view("b"), {{0, 0, 1}});
+  });
+  const Slots turned{1, 0};
+  for (int step = 0; step < 3000; ++step) atlas.replace_surface(wall_and_panel(2), turned);
+  done = true;
+  views.join();
+  atlas.replace_surface(wall_and_panel(2), turned);  // an odd number of times: what was cell 1 is cell 0
+  const Snapshot snapshot = atlas.snapshot();
+  CHECK(snapshot.references.offsets == Slots{0, 1, 1});
+  CHECK(snapshot.views[0]);  // whose tile is resident, because it shows the cell that refers to it
+}
+
 TEST_CASE("snapshots are of one surface while another thread replaces it") {
   Atlas atlas(wall_and_panel(1), 1);
   atlas.insert(tiny_view("a"));

@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/base/progress.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"

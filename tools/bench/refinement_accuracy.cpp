@@ -13,7 +13,7 @@
 
 #include "atlas/photograph.h"
 #include "mesh/base/errors.h"
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/score/json_fields.h"
 #include "tools/score/pose_error.h"
 #include "tools/synth/disturbance.h"

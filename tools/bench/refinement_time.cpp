@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/scene/photograph_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"

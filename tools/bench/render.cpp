@@ -20,7 +20,7 @@
 #include "atlas/model_file.h"
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/bench/program.h"
 #include "tools/cli/option_rules.h"
 #include "tools/score/frame_time.h"

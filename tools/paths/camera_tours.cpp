@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/paths/spline.h"
 
 namespace lumatlas {

@@ -8,7 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/paths/camera_tours.h"
 
 namespace lumatlas {

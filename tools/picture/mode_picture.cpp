@@ -5,7 +5,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/picture/stored_depths.h"
 #include "tools/score/error_picture.h"
 

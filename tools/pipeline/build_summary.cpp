@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 #include "tools/pipeline/coverage_names.h"
 #include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/refinement_json.h"

@@ -8,7 +8,7 @@
 #include <glm/glm.hpp>
 #include <stdexcept>
 
-#include "tools/base/percentile.h"
+#include "mesh/base/median.h"
 
 namespace lumatlas {
 

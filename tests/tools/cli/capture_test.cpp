@@ -229,7 +229,7 @@ TEST_CASE("an interruption ends COLMAP too, and the next run goes on") {
   }
   const std::string process = bytes_of(at_work);
   REQUIRE_FALSE(process.empty());
-  run.interrupt();
+  run.send(SIGINT);
   CHECK(run.wait().status == -SIGINT);
   CHECK(kill(std::stoi(process), 0) != 0);
   CHECK_FALSE(fs::exists(room.model()));

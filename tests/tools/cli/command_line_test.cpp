@@ -30,7 +30,7 @@ void check_interrupted(const Arguments& arguments, const fs::path& folder) {
   for (int wait = 0; wait < 2000 && names_in(folder) == before; ++wait) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  run.interrupt();
+  run.send(SIGINT);
   const Outcome outcome = run.wait();
   INFO(outcome.err);
   CHECK(outcome.status == -SIGINT);
@@ -210,7 +210,7 @@ TEST_CASE("view prints an address of this machine alone, and ends by Ctrl-C") {
     out = run.out();
   }
   CHECK(out.starts_with("http://127.0.0.1:"));
-  run.interrupt();
+  run.send(SIGINT);
   const Outcome ended = run.wait();
   CHECK(ended.status == -SIGINT);
   CHECK(ended.out == out);
@@ -660,7 +660,7 @@ TEST_CASE("charts: a run that is killed goes on where it was, and ends with a pa
   for (int wait = 0; wait < 20000 && points_in(out) < 1; ++wait) {
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
-  killed.interrupt();
+  killed.send(SIGINT);
   const Outcome stopped = killed.wait();
   INFO(stopped.err);
   const std::size_t before = points_in(out);
