@@ -18,12 +18,12 @@ namespace lumatlas {
 inline constexpr const char* kModelFileName = "scene.gltf";
 
 // Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. Where one of them cannot be written, a
-// model that is there already stays as it is. With photographs as PNG, reading the model back gives the same pictures
-// to the bit. Free slots and views without a resident tile are left out: the others keep their order, their slots
-// become consecutive. Vertices are split where cells meet; faces keep their order. Names become Unicode on one line.
-// The mesh's own colours are left out: what is shown of them is in the snapshot's vertex colours. Throws InputError if
-// a file cannot be written, or the model has more than 2^24 cells; std::invalid_argument unless the snapshot and the
-// options pass check().
+// model that is there already stays as it is; its images of which there is none now are removed. With photographs as
+// PNG, reading the model back gives the same pictures to the bit. Free slots and views without a resident tile are left
+// out: the others keep their order, their slots become consecutive. Vertices are split where cells meet; faces keep
+// their order. Names become Unicode on one line. The mesh's own colours are left out: what is shown of them is in the
+// snapshot's vertex colours. Throws InputError if a file cannot be written, or the model has more than 2^24 cells;
+// std::invalid_argument unless the snapshot and the options pass check().
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
                  const ImageCoding& photographs = {});
 

@@ -11,7 +11,7 @@ namespace {
 std::string numbered(std::size_t view) {
   std::string number = std::to_string(view);
   number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
-  return "images/" + number;
+  return std::string(kImageFolder) + "/" + number;
 }
 
 // Of the blocks that JPEG transforms: where one holds a pixel that is wanted, the others of it must not be black, or

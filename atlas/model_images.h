@@ -13,6 +13,8 @@ namespace lumatlas {
 
 enum class ModelImageKind { photograph, lens_mask, trust_mask };
 
+inline constexpr const char* kImageFolder = "images";  // within a model's folder
+
 struct ModelImage {
   ModelImageKind kind;
   std::uint32_t slot;  // of the snapshot's view

@@ -317,6 +317,36 @@ class ImageFolder {
   bool kept_ = false;
 };
 
+// Of the model that was written into the folder before, as far as it can be read: the names of its images.
+std::vector<std::string> images_of_earlier(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(folder / kModelFileName, ignored)) return names;
+  std::ifstream file(folder / kModelFileName);
+  const nlohmann::json document = nlohmann::json::parse(file, nullptr, false);
+  if (!document.is_object() || !document.contains("images") || !document["images"].is_array()) return names;
+  for (const nlohmann::json& image : document["images"]) {
+    const nlohmann::json uri = image.is_object() ? image.value("uri", nlohmann::json()) : nlohmann::json();
+    if (!uri.is_string()) continue;
+    const std::filesystem::path name = uri.get<std::string>();
+    if (name.parent_path() == kImageFolder && name.has_filename()) names.push_back(name.string());
+  }
+  return names;
+}
+
+// Of a model that showed more, images would stay that nobody refers to.
+void remove_unused(const std::filesystem::path& folder, const std::vector<std::string>& earlier,
+                   const std::vector<ModelImage>& images) {
+  for (const std::string& name : earlier) {
+    const bool used = std::any_of(images.begin(), images.end(), [&](const ModelImage& i) { return i.name == name; });
+    std::error_code ignored;
+    if (!used &&
+        std::filesystem::symlink_status(folder / name, ignored).type() == std::filesystem::file_type::regular) {
+      std::filesystem::remove(folder / name, ignored);
+    }
+  }
+}
+
 // In the model's only buffer.
 void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images) {
   std::vector<std::vector<std::uint8_t>> files(images.size());
@@ -395,7 +425,8 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   }
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
   const std::string json = json_of(model, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
-  ImageFolder image_folder(folder / "images");
+  const std::vector<std::string> earlier = images_of_earlier(folder);
+  ImageFolder image_folder(folder / kImageFolder);
   PendingFiles files(folder, images.size() + 2);
   tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
     files.write(index, images[index].name, encoded(images[index], snapshot));
@@ -404,6 +435,7 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   files.write(images.size() + 1, kModelFileName, bytes_of(json));
   files.commit();
   image_folder.keep();
+  remove_unused(folder, earlier, images);
 }
 
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,

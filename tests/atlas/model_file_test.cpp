@@ -554,6 +554,19 @@ TEST_CASE("a photograph without a resident tile is not written") {
   CHECK_NOTHROW(check(model.snapshot));
 }
 
+TEST_CASE("a smaller model in the place of a larger one leaves no image that nothing refers to") {
+  const TemporaryFolder folder, anew;
+  write_model(folder.path(), small_snapshot({}, {8, 2, 0}), {});
+  (void)folder.with_file("images/mine.png", "a person's own");
+  const std::size_t before = files_in(folder.path()).size();
+  write_model(folder.path(), with_idle_view(), {});
+  write_model(anew.path(), with_idle_view(), {});
+  std::map<std::string, std::string> expected = files_in(anew.path());
+  expected["images/mine.png"] = "a person's own";
+  CHECK(files_in(folder.path()) == expected);
+  CHECK(expected.size() < before);
+}
+
 TEST_CASE("a photograph without a resident tile is not opened") {
   // As programs wrote models that kept such views: a resident flag of 0 for each of its tiles.
   const TemporaryFolder folder;
