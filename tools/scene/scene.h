@@ -11,6 +11,7 @@
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
+#include "mesh/mesh.h"
 #include "tools/scene/camera_model.h"
 
 namespace lumatlas {
@@ -65,6 +66,10 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // were looked at.
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
+
+// The triangles of a PLY, OBJ, STL or glTF file (.glb, .gltf), by its ending in any case. They are taken to be in the
+// coordinates of the poses. Throws InputError.
+[[nodiscard]] TriangleSoup read_scene_mesh(const std::filesystem::path& file);
 
 // The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
 // the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
