@@ -210,6 +210,9 @@ void run(const BuildFlags& flags) {
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  for (const std::string& note : result.scene_notes) {
+    if (!flags.quiet) std::cerr << "scene: " << note << '\n';
+  }
   if (!flags.quiet && result.masked_views > 0) {
     std::cerr << "masks: of " << result.masked_views << " of " << result.views << " photographs\n";
   }

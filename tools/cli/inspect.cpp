@@ -38,7 +38,8 @@ void print_mesh(const json& mesh) {
 }
 
 void print_views(const json& views) {
-  std::cout << "views      " << views["count"] << '\n';
+  std::cout << "views      " << views["count"] << ", " << views["form"].get<std::string>() << '\n';
+  for (const json& note : views["notes"]) std::cout << "  " << note.get<std::string>() << '\n';
   for (const auto& [lens, count] : views["lenses"].items()) std::cout << "  " << count << " " << lens << '\n';
   if (views["masked"] != 0) std::cout << "  with a mask: " << views["masked"] << '\n';
   if (views["median_distance"].is_null()) return;

@@ -31,7 +31,9 @@ struct SceneView {
 // The views of a scene without its mesh, for `--views SCENE`.
 struct SceneViews {
   std::filesystem::path root;
-  std::vector<SceneView> views;  // by name, in byte order
+  std::vector<SceneView> views;         // by name, in byte order
+  std::string form = {};                // such as "COLMAP", see tools/scene/capture_forms.h
+  std::vector<std::string> notes = {};  // sentences: what was assumed where the form leaves it open, what was left out
 };
 
 // Where a scene's pictures are, if not where they usually are, and what to do about bad ones.
@@ -49,7 +51,8 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // How many views have a mask.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
 
-// Reads a COLMAP workspace, or without one a transforms.json (tools/scene/transforms_json.h). A workspace: sparse/ or
+// Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/capture_forms.h). A workspace:
+// sparse/ or
 // sparse/0/ (or the model's files in the folder itself), binary or text; with images/ beside it. Poses and cameras
 // only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
 // A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
