@@ -5,6 +5,8 @@
 #include <system_error>
 
 #include "tools/scene/metashape.h"
+#include "tools/scene/openmvs.h"
+#include "tools/scene/polycam.h"
 #include "tools/scene/reality_capture.h"
 #include "tools/scene/scannet.h"
 #include "tools/scene/transforms_json.h"
@@ -35,8 +37,10 @@ struct Reader {
 constexpr std::array kReaders{
     Reader{"COLMAP", find_colmap, nullptr},
     Reader{"transforms.json", find_transforms, read_transforms},
+    Reader{"Polycam", find_polycam, read_polycam},
     Reader{"Metashape", find_metashape, read_metashape},
     Reader{"RealityCapture", find_reality_capture, read_reality_capture},
+    Reader{"OpenMVS", find_openmvs, read_openmvs},
     Reader{"ScanNet", find_scannet, read_scannet},
     Reader{"TUM RGB-D", find_tum, read_tum},
 };

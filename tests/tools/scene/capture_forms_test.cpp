@@ -8,14 +8,19 @@
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <iomanip>
+#include <optional>
+#include <span>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/metashape.h"
+#include "tools/scene/openmvs.h"
+#include "tools/scene/polycam.h"
 #include "tools/scene/reality_capture.h"
 #include "tools/scene/scannet.h"
 #include "tools/scene/scene.h"
@@ -397,6 +402,139 @@ TEST_CASE("Metashape: what is damaged or cannot be is refused by its place") {
   CHECK_THAT(refused("<camera sensor_id=\"7\" label=\"a\"><transform>" + kIdentityPose + "</transform></camera>"),
              Catch::Contains("is of sensor '7', which is not in the file"));
   CHECK_THAT(refusal([] { return parse_metashape("<document/>", "c.xml", as_labelled()); }), Catch::Contains("no chunk with cameras"));
+}
+
+// --- Polycam
+
+// world from ARKit's camera, whose axes are right, up and backward; by rows t_00 ... t_23.
+std::string polycam_json(const glm::dmat3& world_from_cam, const glm::dvec3& center) {
+  std::string text = R"({"fx": 50, "fy": 52, "cx": 21, "cy": 14, "width": 40, "height": 30, "blur_score": 9)";
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 4; ++column) {
+      const double value = column == 3 ? center[row] : (column == 0 ? 1 : -1) * world_from_cam[column][row];
+      text += ", \"t_" + std::to_string(row) + std::to_string(column) + "\":";
+      append(text, ' ', value);
+    }
+  }
+  return text + "}";
+}
+
+TEST_CASE("a Polycam folder gives the cameras of COLMAP's form, in the mesh's coordinates") {
+  // mesh from world: a quarter turn about y and a step, by columns. What the cameras are in the world follows.
+  const glm::dmat3 R(glm::dvec3(0, 0, -1), glm::dvec3(0, 1, 0), glm::dvec3(1, 0, 0));
+  const glm::dvec3 t(1, 2, 3);
+  const TemporaryFolder folder;
+  for (const Posed& posed : two_cameras()) {
+    const std::string id = posed.name.substr(0, 1);
+    write_picture(folder / ("keyframes/corrected_images/" + posed.name));
+    write_file(folder / ("keyframes/corrected_cameras/" + id + ".json"),
+               polycam_json(glm::transpose(R) * posed.world_from_cam, glm::transpose(R) * (posed.center - t)));
+    write_file(folder / ("keyframes/cameras/" + id + ".json"), "{}");  // as they were before the correction
+  }
+  write_file(folder / "mesh_info.json", R"({"alignmentTransform": [0,0,-1,0, 0,1,0,0, 1,0,0,0, 1,2,3,1]})");
+  const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0));
+  CHECK(read.form == "Polycam");
+  REQUIRE(read.notes.size() == 1);
+  CHECK_THAT(read.notes[0], Catch::Contains("alignmentTransform"));
+  check_same_cameras(read, colmap_scene(kPinhole));
+}
+
+TEST_CASE("Polycam: what is damaged is refused by file and place") {
+  const std::string one = polycam_json(glm::dmat3(1), glm::dvec3(0));
+  const auto refused = [](const std::string& frame, const std::optional<std::string>& mesh_info = std::nullopt) {
+    return refusal([&] {
+      return parse_polycam({"k", {{"7", frame}}, "mesh_info.json", mesh_info},
+                           [](const std::string& id) { return PosedPhotograph{id}; });
+    });
+  };
+  CHECK(refused(one) == "taken");
+  CHECK(refused(one, "{}") == "taken");
+  CHECK_THAT(refused("{"), Catch::StartsWith("k/7.json: "));
+  CHECK_THAT(refused("{}"), Catch::StartsWith("k/7.json: ") && Catch::Contains("has no t_00"));
+  CHECK_THAT(refused("[]"), Catch::Contains("has no t_00"));
+  std::string negative = one;
+  negative[negative.find("50")] = '-';
+  CHECK_THAT(refused(negative), Catch::Contains("a camera that cannot be"));
+  CHECK_THAT(refused(polycam_json(glm::dmat3(2), glm::dvec3(0))), Catch::Contains("its pose does not begin with a rotation"));
+  CHECK_THAT(refused(one, R"({"alignmentTransform": [1]})"), Catch::Contains("has 1 values, must have 16"));
+  CHECK_THAT(refused(one, R"({"alignmentTransform": [2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1]})"),
+             Catch::Contains("its pose with alignmentTransform does not begin with a rotation"));
+}
+
+// --- OpenMVS
+
+struct MvsOptions {
+  std::uint32_t version = 7;
+  bool has_size = true;
+  std::uint32_t platform_of_b = 0;
+};
+
+Bytes& mvs_text(Bytes& bytes, const std::string& text) {
+  return bytes.u64(text.size()).text(text);
+}
+
+Bytes& mvs_pose(Bytes& bytes, const glm::dmat3& R, const glm::dvec3& C) {
+  for (int i = 0; i < 9; ++i) bytes.f64({R[i % 3][i / 3]});
+  return bytes.f64({C.x, C.y, C.z});
+}
+
+// One platform whose camera is turned and moved in it, three images, the last of them without a pose.
+std::string openmvs(const MvsOptions& options) {
+  const std::uint32_t version = options.version;
+  const glm::dmat3 Rc(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 0, 1));
+  const glm::dvec3 Cc(0.5, 0, 0.25);
+  Bytes bytes;
+  mvs_text(bytes.text("MVSI").u32(version).u32(0).u64(1), "platform").u64(1);
+  mvs_text(bytes, "camera");
+  if (version > 3) mvs_text(bytes, "RGB");
+  if (version > 0) bytes.u32(options.has_size ? kWidth : 0).u32(options.has_size ? kHeight : 0);
+  // The middle of the first pixel is at (0, 0).
+  const double scale = options.has_size ? 1 : 1.0 / kWidth;
+  bytes.f64({50 * scale, 0, 20.5 * scale, 0, 52 * scale, 13.5 * scale, 0, 0, 1});
+  mvs_pose(bytes, Rc, Cc).u64(2);
+  for (const Posed& posed : two_cameras()) {
+    // camera = Rc (R (X - C) - Cc): R and C of the platform follow from those of the camera.
+    const glm::dmat3 R = glm::transpose(Rc) * glm::transpose(posed.world_from_cam);
+    mvs_pose(bytes, R, posed.center - glm::transpose(R) * Cc);
+  }
+  bytes.u64(3);
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    mvs_text(bytes, i == 0 ? "images/a.png" : i == 1 ? "/home/somebody/images/b.png" : "c.png");
+    if (version > 4) mvs_text(bytes, "");
+    bytes.u32(i == 1 ? options.platform_of_b : 0).u32(0).u32(i == 2 ? 0xffffffff : i);
+    if (version > 2) bytes.u32(i);
+    if (version > 6) bytes.u32(0).u32(0).u32(0).u64(1).u32(1).u32(2).u32(3).u32(4).u32(5).u32(6);
+  }
+  return bytes.u64(0).u64(0).u64(0).string();  // points, which are not read
+}
+
+TEST_CASE("an OpenMVS scene of every version gives the cameras of COLMAP's form") {
+  for (const MvsOptions& options : {MvsOptions{7}, MvsOptions{5}, MvsOptions{3}, MvsOptions{1}, MvsOptions{7, false}}) {
+    const TemporaryFolder folder;
+    write_photographs(folder / "images");
+    write_file(folder / "scene.mvs", openmvs(options));
+    const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0));
+    CHECK(read.form == "OpenMVS");
+    REQUIRE(read.notes.size() == 1);
+    CHECK(read.notes[0] == "1 of 3 photographs have no pose and are left out");
+    check_same_cameras(read, colmap_scene(kPinhole));
+  }
+}
+
+TEST_CASE("OpenMVS: what is damaged or cut off is refused, also at every byte") {
+  const auto refused = [](std::string_view file) {
+    return refusal([&] { return parse_openmvs(std::as_bytes(std::span(file)), "s.mvs", as_labelled()); });
+  };
+  CHECK(refused("MVS") == "s.mvs: ends before its platforms and images do: it is damaged or was cut off");
+  CHECK(refused("MVST0000") == "s.mvs: does not begin with MVSI");
+  CHECK_THAT(refused(openmvs({8})), Catch::Contains("is of version 8, but versions up to 7 are known"));
+  CHECK_THAT(refused(openmvs({7, true, 1})), Catch::Contains("image 1 (") && Catch::Contains("has platform 1, which is not there"));
+  const std::string whole = openmvs({});
+  std::size_t taken = 0;
+  for (std::size_t size = 0; size < whole.size(); ++size) {
+    if (refused(std::string_view(whole).substr(0, size)) == "taken") ++taken;
+  }
+  CHECK(taken == 24);  // the points at the end may be missing
 }
 
 // --- Several forms, and photographs by their labels
