@@ -382,11 +382,16 @@ GltfElements GltfFile::elements(int accessor_index, const std::string& what) con
   const auto size = static_cast<std::size_t>(component_bytes) * static_cast<std::size_t>(components);
   const std::size_t given = view_at(accessor.bufferView, where).byteStride;
   const std::size_t stride = given == 0 ? size : given;
-  const bool fits = stride >= size && accessor.byteOffset <= bytes.size() &&
-                    (accessor.count == 0 || (size <= bytes.size() - accessor.byteOffset &&
-                                             accessor.count - 1 <= (bytes.size() - accessor.byteOffset - size) / stride));
+  const bool fits =
+      stride >= size && accessor.byteOffset <= bytes.size() &&
+      (accessor.count == 0 || (size <= bytes.size() - accessor.byteOffset &&
+                               accessor.count - 1 <= (bytes.size() - accessor.byteOffset - size) / stride));
   if (!fits) refuse(where + " reaches beyond its buffer view of " + std::to_string(bytes.size()) + " bytes");
-  return {bytes.data() + accessor.byteOffset, accessor.count, stride, accessor.componentType, components,
+  return {bytes.data() + accessor.byteOffset,
+          accessor.count,
+          stride,
+          accessor.componentType,
+          components,
           accessor.normalized};
 }
 

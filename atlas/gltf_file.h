@@ -30,10 +30,10 @@ struct AccessorType {
 struct GltfElements {
   const unsigned char* first;
   std::size_t count;
-  std::size_t stride;   // bytes from one element to the next
-  int component;        // TINYGLTF_COMPONENT_TYPE_...
-  int components;       // of an element
-  bool normalized;      // integers stand for [0, 1], signed ones for [-1, 1]
+  std::size_t stride;  // bytes from one element to the next
+  int component;       // TINYGLTF_COMPONENT_TYPE_...
+  int components;      // of an element
+  bool normalized;     // integers stand for [0, 1], signed ones for [-1, 1]
 };
 
 // Which extensions a file may require: those of a model, or all that change nothing about where triangles are.

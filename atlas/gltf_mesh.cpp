@@ -216,8 +216,8 @@ class MeshReader {
   }
 
   void require_room(std::size_t vertices, std::size_t corners) const {
-    const std::uint64_t bytes = 27 * (std::uint64_t{soup_.positions.size()} + vertices) +
-                                12 * (std::uint64_t{soup_.faces.size()} + corners);
+    const std::uint64_t bytes =
+        27 * (std::uint64_t{soup_.positions.size()} + vertices) + 12 * (std::uint64_t{soup_.faces.size()} + corners);
     if (bytes <= kAlwaysAllowed + kMostGrowth * file_.buffer_bytes()) return;
     file_.refuse("its nodes show its meshes too often: write fewer copies, or another form");
   }

@@ -74,8 +74,8 @@ TEST_CASE("a .glb holds the same as a .gltf with its buffer beside it") {
   std::string text = triangle.document.dump();
   text.resize((text.size() + 3) / 4 * 4, ' ');
   const auto u32 = [](std::size_t value) { return bytes<std::uint32_t>({static_cast<std::uint32_t>(value)}); };
-  const std::string chunks = u32(text.size()) + "JSON" + text + u32(triangle.buffer.size()) +
-                             std::string("BIN\0", 4) + triangle.buffer;
+  const std::string chunks =
+      u32(text.size()) + "JSON" + text + u32(triangle.buffer.size()) + std::string("BIN\0", 4) + triangle.buffer;
   const TriangleSoup soup =
       read_gltf_mesh(folder.with_file("mesh.glb", "glTF" + u32(2) + u32(12 + chunks.size()) + chunks));
   CHECK(soup.positions == Triangle().read(folder).positions);
@@ -144,7 +144,9 @@ TEST_CASE("what this program does not read is refused by its name") {
   CHECK_THAT(refused([](Triangle& t) { t.document["accessors"][0].erase("bufferView"); }),
              Catch::Contains("has no buffer view"));
   CHECK_THAT(refused([](Triangle& t) { t.document["nodes"][0]["skin"] = 0; }), Catch::Contains("node 0 has a skin"));
-  CHECK_THAT(refused([](Triangle& t) { t.primitive()["targets"] = {{{"POSITION", 0}}}; }),
+  CHECK_THAT(refused([](Triangle& t) {
+               t.primitive()["targets"] = {{{"POSITION", 0}}};
+             }),
              Catch::Contains("morph targets"));
 }
 
@@ -161,8 +163,11 @@ TEST_CASE("what is damaged is refused with its place") {
              Catch::Contains("reaches beyond"));
   CHECK_THAT(refused([](Triangle& t) { t.document["nodes"][0]["children"] = {0}; }),
              Catch::Contains("node 0 hangs on two others"));
-  CHECK_THAT(refused([](Triangle& t) { t.document["nodes"][0]["mesh"] = 1; }), Catch::Contains("mesh 1 does not exist"));
-  CHECK_THAT(refused([](Triangle& t) { t.document["nodes"][0]["rotation"] = {0, 0, 0, 0}; }),
+  CHECK_THAT(refused([](Triangle& t) { t.document["nodes"][0]["mesh"] = 1; }),
+             Catch::Contains("mesh 1 does not exist"));
+  CHECK_THAT(refused([](Triangle& t) {
+               t.document["nodes"][0]["rotation"] = {0, 0, 0, 0};
+             }),
              Catch::Contains("node 0: its rotation"));
   CHECK_THAT(refused([](Triangle& t) { t.primitive()["mode"] = 0; }), Catch::Contains("has no faces"));
   CHECK_THAT(refused([](Triangle& t) { t.document["buffers"][0]["uri"] = "../mesh.bin"; }),

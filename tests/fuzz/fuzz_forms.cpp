@@ -47,7 +47,8 @@ PosedPhotographs parse(char form, std::string_view text) {
   switch (form) {
     case 'T':
       files.resize(3);
-      return parse_tum({"freiburg1", files[0], files[1], files[2].empty() ? std::nullopt : std::optional(files[2])}, size_of);
+      return parse_tum({"freiburg1", files[0], files[1], files[2].empty() ? std::nullopt : std::optional(files[2])},
+                       size_of);
     case 'S':
       return parse_scannet({"scene", files[0], rest}, size_of);
     case 'R':
@@ -55,8 +56,9 @@ PosedPhotographs parse(char form, std::string_view text) {
     case 'M':
       return parse_metashape(text, "cameras.xml", lookup);
     case 'P':
-      return parse_polycam({"cameras", rest, "mesh_info.json", files[0].empty() ? std::nullopt : std::optional(files[0])},
-                           [](const std::string& id) { return PosedPhotograph{id}; });
+      return parse_polycam(
+          {"cameras", rest, "mesh_info.json", files[0].empty() ? std::nullopt : std::optional(files[0])},
+          [](const std::string& id) { return PosedPhotograph{id}; });
     default:
       return parse_openmvs(std::as_bytes(std::span(text)), "scene.mvs", lookup);
   }

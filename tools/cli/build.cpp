@@ -251,7 +251,8 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
   add_file(command, "-o,--output", flags.output, "MODEL",
            "Folder, or one file that ends in .glb; an earlier model there is replaced")
       ->required();
-  add_file(command, "--mesh", flags.mesh, "FILE", "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
+  add_file(command, "--mesh", flags.mesh, "FILE",
+           "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   add_choice(command, "--image", flags.photograph_coding.format,
              {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
       ->transform(other_name("jpg", "jpeg"));

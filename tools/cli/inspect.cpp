@@ -83,7 +83,8 @@ void add_inspect_command(CLI::App& program) {
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
       ->required();
   begin_group(*command, "Of a scene");
-  add_file(*command, "--mesh", flags->mesh, "FILE", "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
+  add_file(*command, "--mesh", flags->mesh, "FILE",
+           "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   flags->cells.add_size_to(*command);
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);

@@ -12,8 +12,8 @@
 namespace lumatlas {
 
 struct CaptureForm {
-  std::string name;                // such as "COLMAP"
-  std::filesystem::path file;      // what the form was told by
+  std::string name;            // such as "COLMAP"
+  std::filesystem::path file;  // what the form was told by
   // Throws InputError. Empty for COLMAP's, which tools/scene/colmap.h reads.
   PosedPhotographs (*read)(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
 };

@@ -91,7 +91,8 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
     throw InputError(scene.string() + ": no such folder, name a COLMAP workspace");
   }
   if (std::optional<fs::path> found = mesh_beside(scene)) return *std::move(found);
-  throw InputError(scene.string() + ": no mesh in it, in dense/ or in dense/0/ (looked for .ply, .obj, .stl, .glb and .gltf of " +
+  throw InputError(scene.string() +
+                   ": no mesh in it, in dense/ or in dense/0/ (looked for .ply, .obj, .stl, .glb and .gltf of " +
                    list_of_names() + "): name one with --mesh, or make one with `" +
                    shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
 }

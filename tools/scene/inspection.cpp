@@ -161,13 +161,10 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
                     {"offset", {surface.offset.x, surface.offset.y, surface.offset.z}}};
   result["cells"] = cells_json(surface.cells, options.partition);
   result["cells"]["unseen"] = seen.unseen_cells;
-  result["views"] = {{"form", scene.form},
-                     {"notes", scene.notes},
-                     {"count", scene.views.size()},
-                     {"lenses", lenses_of(scene)},
-                     {"masked", masked_views(scene)},
-                     {"median_distance", seen.median_distance},
-                     {"blind", seen.blind}};
+  result["views"] = {
+      {"form", scene.form},         {"notes", scene.notes},          {"count", scene.views.size()},
+      {"lenses", lenses_of(scene)}, {"masked", masked_views(scene)}, {"median_distance", seen.median_distance},
+      {"blind", seen.blind}};
   result["warnings"] = warnings(seen, scene, input);
   return result;
 }

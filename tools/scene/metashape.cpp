@@ -161,8 +161,9 @@ class ChunkReader {
     finish(posed_, path_);
     const std::string_view reference = chunk_.child("reference").text().get();
     if (!reference.empty() && !reference.starts_with("LOCAL_CS")) {
-      posed_.notes.emplace_back("the chunk is georeferenced, and the mesh is taken to be in geocentric coordinates: export "
-                                "both in local ones if they do not meet");
+      posed_.notes.emplace_back(
+          "the chunk is georeferenced, and the mesh is taken to be in geocentric coordinates: export "
+          "both in local ones if they do not meet");
     }
     return std::move(posed_);
   }
@@ -231,8 +232,8 @@ PosedPhotographs parse_metashape(std::string_view text, const fs::path& path, co
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
   if (!parsed) {
-    throw InputError(path.string() + ": is no XML from byte " + std::to_string(parsed.offset) + " on: " +
-                     short_reason(parsed.description()));
+    throw InputError(path.string() + ": is no XML from byte " + std::to_string(parsed.offset) +
+                     " on: " + short_reason(parsed.description()));
   }
   std::size_t chunks = 0;
   pugi::xml_node first;

@@ -143,8 +143,9 @@ Image take_image(Archive& archive, std::uint32_t version) {
   return image;
 }
 
-CameraModel lens_in(const PlatformCamera& camera, const PosedPhotograph& photograph, const PhotographLookup& photographs) {
-  constexpr double kMostSkew = 1e-6;   // of the focal length
+CameraModel lens_in(const PlatformCamera& camera, const PosedPhotograph& photograph,
+                    const PhotographLookup& photographs) {
+  constexpr double kMostSkew = 1e-6;  // of the focal length
   constexpr double kHalfPixel = 0.5;  // from the middle of the first pixel to its corner
   const bool has_size = camera.width > 0 && camera.height > 0;
   const ImageSize size = has_size ? ImageSize{camera.width, camera.height} : photographs.size_of(photograph);
@@ -184,16 +185,18 @@ PosedPhotographs parse_openmvs(std::span<const std::byte> file, const fs::path& 
       ++without_pose;
       continue;
     }
-    if (image.platform >= platforms.size()) refuse("has platform " + std::to_string(image.platform) + ", which is not there");
+    if (image.platform >= platforms.size())
+      refuse("has platform " + std::to_string(image.platform) + ", which is not there");
     const Platform& platform = platforms[image.platform];
-    if (image.camera >= platform.cameras.size()) refuse("has camera " + std::to_string(image.camera) + ", which is not there");
+    if (image.camera >= platform.cameras.size())
+      refuse("has camera " + std::to_string(image.camera) + ", which is not there");
     if (image.pose >= platform.poses.size()) refuse("has pose " + std::to_string(image.pose) + ", which is not there");
     const PlatformCamera& camera = platform.cameras[image.camera];
     const Pose& pose = platform.poses[image.pose];
     PosedPhotograph photograph = photographs.find(image.name);
     const glm::dvec3 center = glm::transpose(pose.R) * camera.in_platform.C + pose.C;
-    const std::string broken = set_pose(photograph, glm::transpose(camera.in_platform.R * pose.R), center,
-                                        CameraAxes::right_down_forward);
+    const std::string broken =
+        set_pose(photograph, glm::transpose(camera.in_platform.R * pose.R), center, CameraAxes::right_down_forward);
     if (!broken.empty()) refuse("its pose " + broken);
     try {
       photograph.lens = lens_in(camera, photograph, photographs);

@@ -50,9 +50,11 @@ glm::dmat4 alignment_of(const PolycamFiles& files, PosedPhotographs& posed) {
   const JsonPlace place = all.at("alignmentTransform");
   const std::vector<JsonPlace> values = place.elements();
   if (values.size() != 16) place.refuse("has " + std::to_string(values.size()) + " values, must have 16");
-  for (std::size_t i = 0; i < 16; ++i) mesh_from_world[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = values[i].number();
-  posed.notes.emplace_back("the poses are turned by alignmentTransform of mesh_info.json, so that they are in the "
-                           "coordinates of raw.glb");
+  for (std::size_t i = 0; i < 16; ++i)
+    mesh_from_world[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = values[i].number();
+  posed.notes.emplace_back(
+      "the poses are turned by alignmentTransform of mesh_info.json, so that they are in the "
+      "coordinates of raw.glb");
   return mesh_from_world;
 }
 

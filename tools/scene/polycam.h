@@ -5,7 +5,8 @@
 //                                        (0, 0) the corner of the picture; t_00 ... t_23 world from camera by rows, of
 //                                        ARKit's camera: x right, y up, z backward
 //   keyframes/corrected_images/ID.jpg    or images/ID.jpg, for those cameras
-//   mesh_info.json alignmentTransform    mesh from world, 4 x 4 by columns, a rotation and a translation. It is applied,
+//   mesh_info.json alignmentTransform    mesh from world, 4 x 4 by columns, a rotation and a translation. It is
+//   applied,
 //                                        so that poses are in the coordinates of raw.glb
 #pragma once
 
@@ -21,9 +22,9 @@
 namespace lumatlas {
 
 struct PolycamFiles {
-  std::filesystem::path cameras;                             // the folder, for sentences
-  std::vector<std::pair<std::string, std::string>> frames;   // of each camera its ID and its JSON
-  std::filesystem::path mesh_info;                           // for sentences
+  std::filesystem::path cameras;                            // the folder, for sentences
+  std::vector<std::pair<std::string, std::string>> frames;  // of each camera its ID and its JSON
+  std::filesystem::path mesh_info;                          // for sentences
   std::optional<std::string> mesh_info_text;
 };
 

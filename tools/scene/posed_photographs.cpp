@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFarthest = 1e12;  // beyond, double precision cannot tell neighbouring cameras apart
+constexpr double kFarthest = 1e12;   // beyond, double precision cannot tell neighbouring cameras apart
 constexpr double kMostError = 0.01;  // rotations are written with few digits by some programs
 
 std::string lower_case(std::string text) {
@@ -71,8 +71,9 @@ std::string set_pose(PosedPhotograph& photograph, const glm::dmat3& world_from_c
 
 CameraModel lens_of(const BrownLens& b) {
   if (b.k4 != 0) {
-    throw std::invalid_argument("k4 is " + number_text(b.k4) +
-                                ", which no lens of COLMAP has: calibrate without it, or export undistorted photographs");
+    throw std::invalid_argument(
+        "k4 is " + number_text(b.k4) +
+        ", which no lens of COLMAP has: calibrate without it, or export undistorted photographs");
   }
   CameraModel lens;
   lens.width = b.width;
@@ -188,7 +189,8 @@ std::string PhotographNames::find(const std::string& label) const {
   return only_one(by_stem_, without_ending(label), false).value_or(label);
 }
 
-std::function<ImageSize(const PosedPhotograph&)> sizes_in(const fs::path& scene, const std::optional<fs::path>& images) {
+std::function<ImageSize(const PosedPhotograph&)> sizes_in(const fs::path& scene,
+                                                          const std::optional<fs::path>& images) {
   return [=](const PosedPhotograph& photograph) {
     return photograph_size(images ? *images / photograph.name : scene / photograph.file, Orientation::as_stored);
   };
@@ -203,7 +205,8 @@ PhotographLookup photographs_of(const fs::path& scene, const std::optional<fs::p
   lookup.find = [=](std::string_view label) {
     const std::optional<fs::path> inner = inner_path(label);
     if (!inner) {
-      throw InputError("the photograph " + in_quotes(label) + " must be in the folder of photographs, or without a path");
+      throw InputError("the photograph " + in_quotes(label) +
+                       " must be in the folder of photographs, or without a path");
     }
     PosedPhotograph photograph{names->find(inner->generic_string())};
     photograph.file = below / photograph.name;

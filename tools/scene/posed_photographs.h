@@ -29,9 +29,9 @@ struct PosedPhotograph {
 };
 
 struct PosedPhotographs {
-  std::vector<PosedPhotograph> photographs = {};          // by name, in byte order; at least one, no name twice
-  std::optional<std::filesystem::path> points = {};       // a PLY, relative to the scene's folder
-  std::vector<std::string> notes = {};                    // sentences: what was assumed, what was left out
+  std::vector<PosedPhotograph> photographs = {};     // by name, in byte order; at least one, no name twice
+  std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
+  std::vector<std::string> notes = {};               // sentences: what was assumed, what was left out
 };
 
 // Where the axes of a form's camera point.
@@ -48,10 +48,10 @@ enum class CameraAxes {
 
 // A lens by Brown's coefficients as OpenCV has them, but for k4, which stands before r^8 as k3 before r^6.
 struct BrownLens {
-  std::uint32_t width = 0, height = 0;         // pixels
-  double fx = 0, fy = 0, cx = 0, cy = 0;       // pixels, (0, 0) is the corner of the picture
-  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;       // radial
-  double p1 = 0, p2 = 0;                       // tangential
+  std::uint32_t width = 0, height = 0;    // pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels, (0, 0) is the corner of the picture
+  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;  // radial
+  double p1 = 0, p2 = 0;                  // tangential
 };
 // The simplest of COLMAP's models that has all of the coefficients. Throws std::invalid_argument as check() does, and
 // for a k4, which none of them has.
@@ -80,7 +80,8 @@ class PhotographNames {
 
  private:
   using Index = std::unordered_multimap<std::string, std::size_t>;
-  [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label, bool with_ending) const;
+  [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label,
+                                                    bool with_ending) const;
 
   std::vector<std::string> names_;  // in byte order
   Index by_file_, by_stem_;         // the last part of a name, with and without its ending

@@ -102,8 +102,9 @@ PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& pa
   PosedPhotographs posed;
   for (const TextRow& row : rows_of(text, true)) {
     if (row.fields.size() != columns.count()) {
-      refuse_row(path, row, "has " + std::to_string(row.fields.size()) + " values, but the first line names " +
-                                std::to_string(columns.count()) + " columns");
+      refuse_row(path, row,
+                 "has " + std::to_string(row.fields.size()) + " values, but the first line names " +
+                     std::to_string(columns.count()) + " columns");
     }
     try {
       PosedPhotograph photograph = photographs.find(row.fields.front());
@@ -119,7 +120,8 @@ PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& pa
   }
   finish(posed, path);
   posed.notes.emplace_back(
-      "px and py are taken to be in millimetres on 36 mm of film, as f is, and x, y and alt to be the mesh's coordinates");
+      "px and py are taken to be in millimetres on 36 mm of film, as f is, and x, y and alt to be the mesh's "
+      "coordinates");
   return posed;
 }
 

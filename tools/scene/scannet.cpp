@@ -82,8 +82,7 @@ PosedPhotographs parse_scannet(const ScanNetFiles& files,
   note_skipped(posed, lost, "have a pose that is not finite");
   finish(posed, files.folder / "pose");
   const fs::path path = files.folder / "intrinsic" / "intrinsic_color.txt";
-  const CameraModel lens =
-      lens_of_matrix(matrix_of(files.intrinsic, path), size_of(posed.photographs.front()), path);
+  const CameraModel lens = lens_of_matrix(matrix_of(files.intrinsic, path), size_of(posed.photographs.front()), path);
   for (PosedPhotograph& photograph : posed.photographs) photograph.lens = lens;
   return posed;
 }

@@ -14,7 +14,6 @@
 #include "tools/scene/capture_forms.h"
 #include "tools/scene/colmap.h"
 
-
 namespace lumatlas {
 namespace {
 

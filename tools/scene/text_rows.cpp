@@ -52,8 +52,9 @@ void refuse_row(const std::filesystem::path& path, const TextRow& row, const std
 
 double number_in(const TextRow& row, std::size_t field, const std::filesystem::path& path) {
   if (field >= row.fields.size()) {
-    refuse_row(path, row, "has " + std::to_string(row.fields.size()) + " values, must have " +
-                              std::to_string(field + 1) + " or more");
+    refuse_row(
+        path, row,
+        "has " + std::to_string(row.fields.size()) + " values, must have " + std::to_string(field + 1) + " or more");
   }
   const std::optional<double> number = parse_number(row.fields[field]);
   if (!number || !std::isfinite(*number)) {

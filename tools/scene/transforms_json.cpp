@@ -152,8 +152,8 @@ fs::path with_ending(const fs::path& folder, const fs::path& file) {
 }  // namespace
 
 PosedPhotographs parse_transforms(std::string_view text, const fs::path& path,
-                            const std::function<fs::path(const fs::path&)>& complete,
-                            const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
+                                  const std::function<fs::path(const fs::path&)>& complete,
+                                  const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
   const nlohmann::json content = parse_json(text, path.string());
   const JsonPlace all(path.string(), "", content);
   if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");

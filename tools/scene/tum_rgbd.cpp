@@ -45,8 +45,8 @@ std::vector<TimedPose> poses_of(const std::string& text, const fs::path& path) {
 }
 
 const TimedPose* nearest(const std::vector<TimedPose>& poses, double time) {
-  const auto after = std::lower_bound(poses.begin(), poses.end(), time,
-                                      [](const TimedPose& pose, double t) { return pose.time < t; });
+  const auto after =
+      std::lower_bound(poses.begin(), poses.end(), time, [](const TimedPose& pose, double t) { return pose.time < t; });
   const TimedPose* best = nullptr;
   for (const auto candidate : {after, after == poses.begin() ? after : after - 1}) {
     if (candidate == poses.end()) continue;
@@ -77,8 +77,9 @@ BrownLens lens_of_file(const std::string& text, const fs::path& path) {
   const TextRow& row = rows.front();
   const std::size_t count = row.fields.size();
   if (count != 4 && count != 8 && count != 9) {
-    refuse_row(path, row, "has " + std::to_string(count) +
-                              " values, must have 4 (fx fy cx cy), 8 (and k1 k2 p1 p2) or 9 (and k3)");
+    refuse_row(
+        path, row,
+        "has " + std::to_string(count) + " values, must have 4 (fx fy cx cy), 8 (and k1 k2 p1 p2) or 9 (and k3)");
   }
   std::vector<double> numbers;
   for (std::size_t i = 0; i < count; ++i) numbers.push_back(number_in(row, i, path));

@@ -205,7 +205,8 @@ TEST_CASE("TUM: what is damaged is refused by file and line") {
   CHECK(refused(one, pose) == "taken");
   CHECK(refused(one, "1 0 0 0 0 0 0\n") == "s/groundtruth.txt: line 1: has 7 values, must have 8 or more");
   CHECK_THAT(refused(one, "1 0 0 0 0 0 0 2\n"), Catch::Contains("line 1: has a quaternion that is not of length 1"));
-  CHECK_THAT(refused(one, "1 0 2e12 0 0 0 0 1\n"), Catch::Contains("s/groundtruth.txt: line 1") && Catch::Contains("1e12"));
+  CHECK_THAT(refused(one, "1 0 2e12 0 0 0 0 1\n"),
+             Catch::Contains("s/groundtruth.txt: line 1") && Catch::Contains("1e12"));
   CHECK_THAT(refused("1 ../a.png\n", pose), Catch::Contains("s/rgb.txt: line 1: names '../a.png'"));
   CHECK_THAT(refused("x a.png\n", pose), Catch::Contains("s/rgb.txt: line 1"));
   CHECK_THAT(refused("9 a.png\n", pose), Catch::Contains("gives no photograph a pose"));
@@ -248,11 +249,13 @@ TEST_CASE("ScanNet: what is damaged is refused by file") {
   CHECK(refused(lens, pose) == "taken");
   CHECK(refused(lens, "1 0 0") == "s/pose/7.txt: value 3 of 16 is '', must be a number");
   CHECK(refused(lens, pose + " 1") == "s/pose/7.txt: has more than 16 values");
-  CHECK_THAT(refused(lens, std::string("2").append(pose, 1)), Catch::Contains("s/pose/7.txt: does not begin with a rotation"));
+  CHECK_THAT(refused(lens, std::string("2").append(pose, 1)),
+             Catch::Contains("s/pose/7.txt: does not begin with a rotation"));
   CHECK_THAT(refused(lens, std::string("-").append(pose)), Catch::Contains("s/pose/7.txt: mirrors the camera"));
   CHECK_THAT(refused(lens, std::string("nan").append(pose, 1)), Catch::Contains("gives no photograph a pose"));
   CHECK_THAT(refused(std::string("50 3").append(lens, 4), pose), Catch::Contains("has a skew of 3 pixels"));
-  CHECK_THAT(refused(std::string("0").append(lens, 2), pose), Catch::Contains("intrinsic_color.txt: a camera that cannot be"));
+  CHECK_THAT(refused(std::string("0").append(lens, 2), pose),
+             Catch::Contains("intrinsic_color.txt: a camera that cannot be"));
 }
 
 // --- RealityCapture
@@ -269,8 +272,9 @@ glm::dmat3 axes_of(const PosedPhotograph& photograph) {  // right, down, forward
 
 TEST_CASE("RealityCapture: at no angle the camera looks down with +y up; heading turns it clockwise, pitch raises it") {
   const auto axes = [](const std::string& angles) {
-    return axes_of(parse_reality_capture(kColumns + "a,1,2,3," + angles + ",36,0,0,0,0,0,0,0,0\n", "c.csv", as_labelled())
-                       .photographs.at(0));
+    return axes_of(
+        parse_reality_capture(kColumns + "a,1,2,3," + angles + ",36,0,0,0,0,0,0,0,0\n", "c.csv", as_labelled())
+            .photographs.at(0));
   };
   const auto is = [](const glm::dmat3& a, const glm::dmat3& b) {
     return glm::distance(a[0], b[0]) + glm::distance(a[1], b[1]) + glm::distance(a[2], b[2]) < 1e-12;
@@ -290,7 +294,8 @@ void write_reality_capture(const fs::path& scene) {
     // world from OpenGL's camera is turn(-heading, z) * turn(pitch, x) * turn(roll, y), whose last row is
     // (-cos p sin r, sin p, cos p cos r) and whose middle column is (sin h cos p, cos h cos p, sin p).
     const glm::dmat3 m(posed.world_from_cam[0], -posed.world_from_cam[1], -posed.world_from_cam[2]);
-    const double heading = std::atan2(m[1][0], m[1][1]), pitch = std::asin(m[1][2]), roll = std::atan2(-m[0][2], m[2][2]);
+    const double heading = std::atan2(m[1][0], m[1][1]), pitch = std::asin(m[1][2]),
+                 roll = std::atan2(-m[0][2], m[2][2]);
     text += posed.name;
     for (const double value : {posed.center.x, posed.center.y, posed.center.z}) append(text, ',', value);
     for (const double angle : {heading, pitch, roll}) append(text, ',', glm::degrees(angle));
@@ -320,9 +325,12 @@ TEST_CASE("RealityCapture: what is damaged is refused by line") {
   CHECK(refused("#name,x,y,alt,heading,pitch,roll,f,px\na,0,0,0,0,0,0,36,0\n") == "taken");
   CHECK_THAT(refused("name,x\n"), Catch::Contains("its first line does not begin with #name,x,y,alt"));
   CHECK_THAT(refused(kColumns), Catch::Contains("gives no photograph a pose"));
-  CHECK_THAT(refused(kColumns + "a,1,2\n"), Catch::StartsWith("c.csv: line 2: has 3 values, but the first line names 16"));
-  CHECK_THAT(refused(kColumns + one + "b,x,0,0,0,0,0,36,0,0,0,0,0,0,0,0\n"), Catch::Contains("line 3: has the value 'x'"));
-  CHECK_THAT(refused(kColumns + "a,0,0,0,0,0,0,-1,0,0,0,0,0,0,0,0\n"), Catch::Contains("line 2: a camera that cannot be"));
+  CHECK_THAT(refused(kColumns + "a,1,2\n"),
+             Catch::StartsWith("c.csv: line 2: has 3 values, but the first line names 16"));
+  CHECK_THAT(refused(kColumns + one + "b,x,0,0,0,0,0,36,0,0,0,0,0,0,0,0\n"),
+             Catch::Contains("line 3: has the value 'x'"));
+  CHECK_THAT(refused(kColumns + "a,0,0,0,0,0,0,-1,0,0,0,0,0,0,0,0\n"),
+             Catch::Contains("line 2: a camera that cannot be"));
   CHECK_THAT(refused(kColumns + "a,0,0,0,0,0,0,36,0,0,0,0,0,1,0,0\n"), Catch::Contains("k4 is 1"));
   CHECK_THAT(refused(kColumns + one + one), Catch::Contains("two frames have the photograph 'a.jpg'"));
 }
@@ -344,7 +352,8 @@ std::string metashape_camera(const std::string& label, const std::string& transf
 }
 
 // u = 20 + 1 + x' (52 - 2), v = 15 - 1 + y' 52; p1 and p2 stand the other way round than OpenCV's.
-const std::string kCalibration = "<f>52</f><b1>-2</b1><cx>1</cx><cy>-1</cy><k1>-0.1</k1><k2>0.01</k2><p1>0.002</p1><p2>0.001</p2>";
+const std::string kCalibration =
+    "<f>52</f><b1>-2</b1><cx>1</cx><cy>-1</cy><k1>-0.1</k1><k2>0.01</k2><p1>0.002</p1><p2>0.001</p2>";
 const std::string kIdentityPose = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
 
 TEST_CASE("a Metashape XML gives the cameras of COLMAP's form, through the chunk's and the component's transform") {
@@ -352,12 +361,14 @@ TEST_CASE("a Metashape XML gives the cameras of COLMAP's form, through the chunk
   const glm::dmat3 R(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 0, 1));
   const glm::dvec3 t(10, 20, 30);
   const std::string transform =
-      "<transform><rotation>0 -1 0 1 0 0 0 0 1</rotation><translation>10 20 30</translation><scale>2</scale></transform>";
-  for (const std::string& where : {transform, "<components><component id=\"3\">" + transform + "</component></components>"}) {
+      "<transform><rotation>0 -1 0 1 0 0 0 0 1</rotation><translation>10 20 "
+      "30</translation><scale>2</scale></transform>";
+  for (const std::string& where :
+       {transform, "<components><component id=\"3\">" + transform + "</component></components>"}) {
     std::string cameras;
     for (const Posed& posed : two_cameras()) {
-      const std::string pose = matrix_rows(glm::transpose(R) * posed.world_from_cam,
-                                           glm::transpose(R) * (posed.center - t) / 2.0);
+      const std::string pose =
+          matrix_rows(glm::transpose(R) * posed.world_from_cam, glm::transpose(R) * (posed.center - t) / 2.0);
       cameras += metashape_camera(posed.name.substr(0, 1), pose, "component_id=\"3\"");  // without its ending
     }
     cameras = "<group id=\"0\">" + cameras + "</group><camera id=\"8\" sensor_id=\"0\" label=\"lost\"/>" +
@@ -374,8 +385,9 @@ TEST_CASE("a Metashape XML gives the cameras of COLMAP's form, through the chunk
 }
 
 TEST_CASE("Metashape: a fisheye's coefficients go to the lens of COLMAP that has them") {
-  std::string text = metashape(metashape_camera("a", kIdentityPose), "<f>52</f><k1>1</k1><k2>2</k2><k3>3</k3><k4>4</k4>"
-                                                                     "<p1>5</p1><p2>6</p2>");
+  std::string text = metashape(metashape_camera("a", kIdentityPose),
+                               "<f>52</f><k1>1</k1><k2>2</k2><k3>3</k3><k4>4</k4>"
+                               "<p1>5</p1><p2>6</p2>");
   text.replace(text.find("type=\"frame\" class=\"adjusted\""), 12, "type=\"fisheye\"");
   const CameraModel lens = parse_metashape(text, "c.xml", as_labelled()).photographs.at(0).lens;
   CHECK(lens.model == LensModel::kThinPrismFisheye);  // fx fy cx cy k1 k2 p1 p2 k3 k4 sx1 sy1
@@ -393,15 +405,18 @@ TEST_CASE("Metashape: what is damaged or cannot be is refused by its place") {
   CHECK_THAT(refused(""), Catch::Contains("gives no photograph a pose"));
   CHECK(refused(metashape_camera("a", "1 0")) == "c.xml: camera 'a': its transform has 2 values, must have 16");
   CHECK_THAT(refused(metashape_camera("a", "x")), Catch::Contains("its transform has the value 'x'"));
-  CHECK_THAT(refused(metashape_camera("a", std::string("2").append(kIdentityPose, 1))), Catch::Contains("camera 'a': its transform does not"));
+  CHECK_THAT(refused(metashape_camera("a", std::string("2").append(kIdentityPose, 1))),
+             Catch::Contains("camera 'a': its transform does not"));
   CHECK_THAT(refused(one, "<k1>1</k1>"), Catch::Contains("sensor '0': a camera that cannot be"));
   CHECK_THAT(refused(one, "<f>50</f><b2>1</b2>"), Catch::Contains("sensor '0': has a skew b2 of 1"));
   CHECK_THAT(refused(one, "<f>50</f><k4>1</k4>"), Catch::Contains("k4 is 1, which no lens of COLMAP has"));
   CHECK_THAT(refused(one, "<fx>50</fx>"), Catch::Contains("PhotoScan before 1.2"));
-  CHECK_THAT(refused(one, kCalibration, "<transform><scale>-1</scale></transform>"), Catch::Contains("its chunk: its scale is -1"));
+  CHECK_THAT(refused(one, kCalibration, "<transform><scale>-1</scale></transform>"),
+             Catch::Contains("its chunk: its scale is -1"));
   CHECK_THAT(refused("<camera sensor_id=\"7\" label=\"a\"><transform>" + kIdentityPose + "</transform></camera>"),
              Catch::Contains("is of sensor '7', which is not in the file"));
-  CHECK_THAT(refusal([] { return parse_metashape("<document/>", "c.xml", as_labelled()); }), Catch::Contains("no chunk with cameras"));
+  CHECK_THAT(refusal([] { return parse_metashape("<document/>", "c.xml", as_labelled()); }),
+             Catch::Contains("no chunk with cameras"));
 }
 
 // --- Polycam
@@ -455,7 +470,8 @@ TEST_CASE("Polycam: what is damaged is refused by file and place") {
   std::string negative = one;
   negative[negative.find("50")] = '-';
   CHECK_THAT(refused(negative), Catch::Contains("a camera that cannot be"));
-  CHECK_THAT(refused(polycam_json(glm::dmat3(2), glm::dvec3(0))), Catch::Contains("its pose does not begin with a rotation"));
+  CHECK_THAT(refused(polycam_json(glm::dmat3(2), glm::dvec3(0))),
+             Catch::Contains("its pose does not begin with a rotation"));
   CHECK_THAT(refused(one, R"({"alignmentTransform": [1]})"), Catch::Contains("has 1 values, must have 16"));
   CHECK_THAT(refused(one, R"({"alignmentTransform": [2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1]})"),
              Catch::Contains("its pose with alignmentTransform does not begin with a rotation"));
@@ -528,7 +544,8 @@ TEST_CASE("OpenMVS: what is damaged or cut off is refused, also at every byte") 
   CHECK(refused("MVS") == "s.mvs: ends before its platforms and images do: it is damaged or was cut off");
   CHECK(refused("MVST0000") == "s.mvs: does not begin with MVSI");
   CHECK_THAT(refused(openmvs({8})), Catch::Contains("is of version 8, but versions up to 7 are known"));
-  CHECK_THAT(refused(openmvs({7, true, 1})), Catch::Contains("image 1 (") && Catch::Contains("has platform 1, which is not there"));
+  CHECK_THAT(refused(openmvs({7, true, 1})),
+             Catch::Contains("image 1 (") && Catch::Contains("has platform 1, which is not there"));
   const std::string whole = openmvs({});
   std::size_t taken = 0;
   for (std::size_t size = 0; size < whole.size(); ++size) {
@@ -566,7 +583,8 @@ TEST_CASE("a label is a photograph's name, the end of it, or that without its en
   CHECK(names.find("left/1") == "left/1.jpg");
   CHECK(names.find("4") == "4");
   CHECK(names.find("ight/2") == "ight/2");
-  CHECK_THROWS_WITH(names.find("1.jpg"), "the photograph '1.jpg' may be 'left/1.jpg' or 'right/1.jpg': keep one of them");
+  CHECK_THROWS_WITH(names.find("1.jpg"),
+                    "the photograph '1.jpg' may be 'left/1.jpg' or 'right/1.jpg': keep one of them");
 }
 
 }  // namespace

@@ -67,9 +67,10 @@ TEST_CASE("OpenGL's camera looks along -z with y up, lumatlas's along z with y d
 }
 
 TEST_CASE("a lens is the frame's or the file's, and what is not said is as usual") {
-  const PosedPhotographs t = parsed(R"({"w": 100, "h": 80.0, "fl_x": 90, "k1": 0.1, "frames": [)" +
-                              frame("images/b.png", kIdentity, R"("fl_x": 95, "fl_y": 96, "cx": 51.5, "cy": 39)") +
-                              "," + frame("./images/a.png", kIdentity) + "]}");
+  const PosedPhotographs t =
+      parsed(R"({"w": 100, "h": 80.0, "fl_x": 90, "k1": 0.1, "frames": [)" +
+             frame("images/b.png", kIdentity, R"("fl_x": 95, "fl_y": 96, "cx": 51.5, "cy": 39)") + "," +
+             frame("./images/a.png", kIdentity) + "]}");
   REQUIRE(t.photographs.size() == 2);
   CHECK(t.photographs[0].name == "a.png");
   CHECK(t.photographs[0].file == "images/a.png");
@@ -94,7 +95,9 @@ TEST_CASE("a field of view is turned into a focal length, and a size that is mis
 }
 
 TEST_CASE("coefficients go to the model of COLMAP that has them") {
-  const auto lens = [](const std::string& more) { return one_frame(kIdentity, kSize + ", " + more).photographs[0].lens; };
+  const auto lens = [](const std::string& more) {
+    return one_frame(kIdentity, kSize + ", " + more).photographs[0].lens;
+  };
   const CameraModel tangential = lens(R"("k1": 1e-2, "k2": 2e-2, "p1": 3e-3, "p2": 4e-3)");
   CHECK(tangential.model == LensModel::kOpenCv);
   CHECK(tangential.parameters[5] == 0.02);
