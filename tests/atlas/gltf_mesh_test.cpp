@@ -88,7 +88,8 @@ TEST_CASE("nodes put meshes where they are: translation after rotation after sca
   // A quarter turn about z takes x to y. The second node stands for the same by its matrix, by columns.
   triangle.document["nodes"] = json::parse(R"([
     {"children": [1, 2], "translation": [10, 0, 0]},
-    {"mesh": 0, "translation": [0, 0, 7], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476], "scale": [2, 3, 1]},
+    {"mesh": 0, "translation": [0, 0, 7], "rotation": [0, 0, 0.7071067811865476, 0.7071067811865476],
+     "scale": [2, 3, 1]},
     {"mesh": 0, "matrix": [0, 2, 0, 0,  -3, 0, 0, 0,  0, 0, 1, 0,  0, 0, 7, 1]}, {"mesh": 0}])");
   const TriangleSoup soup = triangle.read(folder);
   REQUIRE(soup.positions.size() == 6);  // the last node is not in the scene

@@ -338,7 +338,8 @@ TEST_CASE("RealityCapture: what is damaged is refused by line") {
 // --- Metashape
 
 std::string metashape(const std::string& cameras, const std::string& calibration, const std::string& rest = "") {
-  return R"(<?xml version="1.0" encoding="UTF-8"?><document version="2.0.0"><chunk label="Chunk 1" enabled="true"><sensors>
+  return R"(<?xml version="1.0" encoding="UTF-8"?><document version="2.0.0"><chunk label="Chunk 1" enabled="true">
+    <sensors>
     <sensor id="0" label="unknown" type="frame"><resolution width="40" height="30"/>
     <calibration type="frame" class="initial"><resolution width="40" height="30"/><f>1</f></calibration>
     <calibration type="frame" class="adjusted"><resolution width="40" height="30"/>)" +
