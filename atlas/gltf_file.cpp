@@ -2,6 +2,7 @@
 #include "atlas/gltf_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -120,7 +121,7 @@ struct Folder {
 
 }  // namespace
 
-GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
+GltfFile::GltfFile(fs::path path, GltfUse use) : path_(std::move(path)) {
   GlbFrame frame;
   if (is_glb(path_)) {
     frame = read_glb_frame(path_);
@@ -135,7 +136,7 @@ GltfFile::GltfFile(fs::path path) : path_(std::move(path)) {
     refuse("nests its values " + std::to_string(levels) + " deep, must be at most " + std::to_string(kMaxNesting));
   }
   parse(frame);
-  check_version();
+  check_version(use);
 }
 
 void GltfFile::refuse(const std::string& why) const {
@@ -210,12 +211,24 @@ void GltfFile::parse(const GlbFrame& frame) {
   if (!parsed) refuse("is no glTF 2.0 file that can be read: " + short_reason(error));
 }
 
-void GltfFile::check_version() const {
+namespace {
+
+bool is_known(const std::string& extension, GltfUse use) {
+  if (extension == kLumigraphExtension || extension == kUnlitExtension) return true;
+  if (use == GltfUse::model) return false;
+  constexpr std::array kElsewhere{"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_"};
+  return extension == "KHR_mesh_quantization" ||
+         std::any_of(kElsewhere.begin(), kElsewhere.end(), [&](auto start) { return extension.starts_with(start); });
+}
+
+}  // namespace
+
+void GltfFile::check_version(GltfUse use) const {
   if (!model_.asset.version.starts_with("2.")) {
     refuse("is of glTF version " + model_.asset.version + ", this program reads 2.0");
   }
   for (const std::string& required : model_.extensionsRequired) {
-    if (required != kLumigraphExtension && required != kUnlitExtension) {
+    if (!is_known(required, use)) {
       refuse("requires the extension " + required + ", which this program does not know");
     }
   }
@@ -309,16 +322,22 @@ int GltfFile::accessor(const Object& object, const std::string& where, const cha
   return static_cast<int>(whole_number(object, where, name, 0, kMaxIndex));
 }
 
+const tinygltf::Accessor& GltfFile::accessor_at(int accessor, const std::string& where) const {
+  if (accessor < 0 || static_cast<std::size_t>(accessor) >= model_.accessors.size()) refuse(where + " does not exist");
+  return model_.accessors[static_cast<std::size_t>(accessor)];
+}
+
+const tinygltf::BufferView& GltfFile::view_at(int view, const std::string& where) const {
+  if (view < 0 || static_cast<std::size_t>(view) >= model_.bufferViews.size()) refuse(where + " does not exist");
+  return model_.bufferViews[static_cast<std::size_t>(view)];
+}
+
 std::span<const unsigned char> GltfFile::view_bytes(int view_index, const std::string& what) const {
   const std::string where = what + ": buffer view " + std::to_string(view_index);
-  if (view_index < 0 || static_cast<std::size_t>(view_index) >= model_.bufferViews.size()) {
-    refuse(where + " does not exist");
-  }
-  const tinygltf::BufferView& view = model_.bufferViews[static_cast<std::size_t>(view_index)];
+  const tinygltf::BufferView& view = view_at(view_index, where);
   if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) {
     refuse(where + " is of buffer " + std::to_string(view.buffer) + ", which does not exist");
   }
-  if (view.byteStride != 0) refuse(where + " has a stride, must be packed");
   const std::vector<unsigned char>& bytes = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
   if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
     refuse(where + " reaches beyond its buffer of " + std::to_string(bytes.size()) + " bytes");
@@ -326,13 +345,16 @@ std::span<const unsigned char> GltfFile::view_bytes(int view_index, const std::s
   return std::span(bytes).subspan(view.byteOffset, view.byteLength);
 }
 
+std::span<const unsigned char> GltfFile::packed_bytes(int view, const std::string& what) const {
+  const std::string where = what + ": buffer view " + std::to_string(view);
+  if (view_at(view, where).byteStride != 0) refuse(where + " has a stride, must be packed");
+  return view_bytes(view, what);
+}
+
 GltfFile::Bytes GltfFile::bytes_of(int accessor_index, const std::string& what, const AccessorType& type,
                                    std::size_t value_size) const {
   const std::string where = what + ": accessor " + std::to_string(accessor_index);
-  if (accessor_index < 0 || static_cast<std::size_t>(accessor_index) >= model_.accessors.size()) {
-    refuse(where + " does not exist");
-  }
-  const tinygltf::Accessor& accessor = model_.accessors[static_cast<std::size_t>(accessor_index)];
+  const tinygltf::Accessor& accessor = accessor_at(accessor_index, where);
   if (accessor.componentType != type.component || accessor.type != type.type || accessor.sparse.isSparse) {
     refuse(where + " has another type than this program writes");
   }
@@ -340,7 +362,7 @@ GltfFile::Bytes GltfFile::bytes_of(int accessor_index, const std::string& what, 
     refuse(where + " has " + std::to_string(accessor.count) + " elements, must have a multiple of " +
            std::to_string(type.elements_per_value));
   }
-  const std::span<const unsigned char> bytes = view_bytes(accessor.bufferView, what);
+  const std::span<const unsigned char> bytes = packed_bytes(accessor.bufferView, what);
   const std::size_t count = accessor.count / type.elements_per_value;
   if (accessor.byteOffset > bytes.size() || count > (bytes.size() - accessor.byteOffset) / value_size) {
     refuse(where + " reaches beyond its buffer view of " + std::to_string(bytes.size()) + " bytes");
@@ -348,12 +370,43 @@ GltfFile::Bytes GltfFile::bytes_of(int accessor_index, const std::string& what, 
   return {bytes.data() + accessor.byteOffset, count};
 }
 
+GltfElements GltfFile::elements(int accessor_index, const std::string& what) const {
+  const std::string where = what + ": accessor " + std::to_string(accessor_index);
+  const tinygltf::Accessor& accessor = accessor_at(accessor_index, where);
+  if (accessor.sparse.isSparse) refuse(where + " is sparse, which this program does not read: write it out in full");
+  if (accessor.bufferView < 0) refuse(where + " has no buffer view, as if it were compressed: write it out in full");
+  const int component_bytes = tinygltf::GetComponentSizeInBytes(static_cast<std::uint32_t>(accessor.componentType));
+  const int components = tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(accessor.type));
+  if (component_bytes <= 0 || components <= 0) refuse(where + " is of a type that glTF does not have");
+  const std::span<const unsigned char> bytes = view_bytes(accessor.bufferView, what);
+  const auto size = static_cast<std::size_t>(component_bytes) * static_cast<std::size_t>(components);
+  const std::size_t given = view_at(accessor.bufferView, where).byteStride;
+  const std::size_t stride = given == 0 ? size : given;
+  const bool fits =
+      stride >= size && accessor.byteOffset <= bytes.size() &&
+      (accessor.count == 0 || (size <= bytes.size() - accessor.byteOffset &&
+                               accessor.count - 1 <= (bytes.size() - accessor.byteOffset - size) / stride));
+  if (!fits) refuse(where + " reaches beyond its buffer view of " + std::to_string(bytes.size()) + " bytes");
+  return {bytes.data() + accessor.byteOffset,
+          accessor.count,
+          stride,
+          accessor.componentType,
+          components,
+          accessor.normalized};
+}
+
+std::uint64_t GltfFile::buffer_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const tinygltf::Buffer& buffer : model_.buffers) bytes += buffer.data.size();
+  return bytes;
+}
+
 GltfImage GltfFile::image(std::uint32_t index) const {
   const std::string where = "image " + std::to_string(index);
   if (index >= images_.size()) refuse(where + " does not exist");
   const ImagePlace& place = images_[index];
   if (place.buffer_view >= 0) {
-    const std::span<const unsigned char> bytes = view_bytes(place.buffer_view, where);
+    const std::span<const unsigned char> bytes = packed_bytes(place.buffer_view, where);
     if (bytes.empty()) refuse(where + " is empty");
     return {path_.string() + ": " + where, bytes};
   }

@@ -26,6 +26,19 @@ struct AccessorType {
   std::size_t elements_per_value = 1;
 };
 
+// What an accessor of any type and layout holds, not yet converted.
+struct GltfElements {
+  const unsigned char* first;
+  std::size_t count;
+  std::size_t stride;  // bytes from one element to the next
+  int component;       // TINYGLTF_COMPONENT_TYPE_...
+  int components;      // of an element
+  bool normalized;     // integers stand for [0, 1], signed ones for [-1, 1]
+};
+
+// Which extensions a file may require: those of a model, or all that change nothing about where triangles are.
+enum class GltfUse { model, mesh };
+
 // An image, not decoded: a file, or bytes of a buffer.
 struct GltfImage {
   std::filesystem::path file;            // in a buffer: what stands for it in sentences
@@ -36,13 +49,16 @@ class GltfFile {
  public:
   using Object = tinygltf::Value;
 
-  explicit GltfFile(std::filesystem::path path);  // which must be a file
+  explicit GltfFile(std::filesystem::path path, GltfUse use = GltfUse::model);  // which must be a file
 
   [[noreturn]] void refuse(const std::string& why) const;
 
   [[nodiscard]] const Object& extension(const char* name) const;  // refuses if there is none
   [[nodiscard]] const tinygltf::Primitive& triangles() const;     // the first primitive of the first mesh
   [[nodiscard]] int attribute(const char* name) const;            // of triangles(): the accessor's number
+
+  [[nodiscard]] const tinygltf::Model& contents() const { return model_; }  // with no check but of what is read below
+  [[nodiscard]] std::uint64_t buffer_bytes() const;
 
   // Fields of an object; `where` names it in refusals.
   [[nodiscard]] const Object& field(const Object& object, const std::string& where, const char* name) const;
@@ -66,6 +82,9 @@ class GltfFile {
     return values;
   }
 
+  // The elements of any accessor that is not sparse, all inside its buffer; they live as long as this object.
+  [[nodiscard]] GltfElements elements(int accessor, const std::string& what) const;
+
   [[nodiscard]] GltfImage image(std::uint32_t index) const;  // its bytes live as long as this object
 
  private:
@@ -75,11 +94,14 @@ class GltfFile {
   };
   [[nodiscard]] Bytes bytes_of(int accessor, const std::string& what, const AccessorType& type,
                                std::size_t value_size) const;
+  [[nodiscard]] const tinygltf::Accessor& accessor_at(int accessor, const std::string& where) const;
+  [[nodiscard]] const tinygltf::BufferView& view_at(int view, const std::string& where) const;
   [[nodiscard]] std::span<const unsigned char> view_bytes(int view, const std::string& what) const;
+  [[nodiscard]] std::span<const unsigned char> packed_bytes(int view, const std::string& what) const;
   void require_within(double x, const std::string& what, double least, double most) const;
   void parse(const GlbFrame& frame);
   void take_images(nlohmann::json& document);
-  void check_version() const;
+  void check_version(GltfUse use) const;
 
   // tinygltf is not given the images: it would look for them before their places have been checked.
   struct ImagePlace {

@@ -14,6 +14,7 @@
 #include "mesh/base/whole_file.h"
 #include "mesh/obj_reader.h"
 #include "mesh/ply_reader.h"
+#include "mesh/stl_reader.h"
 
 namespace lumatlas {
 
@@ -74,8 +75,9 @@ TriangleSoup read_triangle_soup(const std::filesystem::path& path) {
   const std::string ending = lower_case_ending(path);
   if (ending == ".ply") return parse_ply(read_whole_file(path), path.string());
   if (ending == ".obj") return parse_obj(read_whole_file(path), path.string());
+  if (ending == ".stl") return parse_stl(read_whole_file(path), path.string());
   throw InputError(path.string() + ": the ending " + in_quotes(ending) +
-                   " is not .ply or .obj; convert the mesh to one of these");
+                   " is not .ply, .obj or .stl; convert the mesh to one of these");
 }
 
 void write_ply(const std::filesystem::path& path, const Mesh& mesh) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Triangle soups from files: PLY (ASCII, binary little and big endian) and OBJ (with per-vertex colours as most
-// scanners write them). Polygons are cut into triangles; normals, texture coordinates and unknown properties are
+// Triangle soups from files: PLY (ASCII, binary little and big endian), OBJ (with per-vertex colours as most scanners
+// write them) and STL. Polygons are cut into triangles; normals, texture coordinates and unknown properties are
 // skipped.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// Picks the reader by the file's ending, .ply or .obj, in any case. Never allocates more than the file's own size
+// Picks the reader by the file's ending, .ply, .obj or .stl, in any case. Never allocates more than the file's own size
 // justifies, whatever its header claims. Throws InputError: path, element and its index, value, what is wrong with it.
 [[nodiscard]] TriangleSoup read_triangle_soup(const std::filesystem::path& path);
 

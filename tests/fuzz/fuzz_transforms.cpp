@@ -8,13 +8,13 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lumatlas;
   check_refusal([&] {
-    const Transforms read = parse_transforms(
+    const PosedPhotographs read = parse_transforms(
         text_of(data, size), "transforms.json", [](const std::filesystem::path& file) { return file; },
-        [](const std::filesystem::path&) {
+        [](const PosedPhotograph&) {
           return ImageSize{64, 48};
         });
-    require(!read.frames.empty());
-    for (const TransformsFrame& frame : read.frames) {
+    require(!read.photographs.empty());
+    for (const PosedPhotograph& frame : read.photographs) {
       check(frame.lens);
       require(std::abs(glm::length(frame.cam_from_world_rotation) - 1) < 1e-9);
       require(std::isfinite(glm::length(frame.cam_from_world_translation)));

@@ -16,6 +16,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/obj_reader.h"
 #include "mesh/ply_reader.h"
+#include "mesh/stl_reader.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 
@@ -503,6 +504,59 @@ TEST_CASE("OBJ: any byte changed gives valid faces or a sentence") {
   }
 }
 
+// Two triangles that share an edge, as binary STL with `count` in its header.
+std::string binary_stl(const std::string& header, std::uint32_t count = 2) {
+  std::string bytes = header + std::string(80 - header.size(), ' ');
+  bytes.append(reinterpret_cast<const char*>(&count), 4);
+  for (const auto& corners : {std::array<float, 9>{0, 0, 0, 1, 0, 0, 0, 1.5f, 0}, {1, 0, 0, 1, 1, 0, 0, 1.5f, 0}}) {
+    const std::array<float, 3> normal{0, 0, 1};
+    bytes.append(reinterpret_cast<const char*>(normal.data()), 12);
+    bytes.append(reinterpret_cast<const char*>(corners.data()), 36);
+    bytes.append("\x12\x34", 2);
+  }
+  return bytes;
+}
+
+const std::string kAsciiStl =
+    "solid two words\r\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1.5e0 0\n"
+    "  endloop\n endfacet\nfacet normal 0 0 1\nouter loop\nvertex 1 0 -0\nvertex +1 1 0\nvertex 0 1.5 0\nendloop\n"
+    "endfacet\nendsolid";
+
+TEST_CASE("STL: corners at the same place are one vertex, in binary and ASCII files alike") {
+  // Some programs begin binary files with "solid" too.
+  for (const std::string& contents : {binary_stl("made by hand"), binary_stl("solid"), kAsciiStl}) {
+    const TriangleSoup soup = parse_stl(contents, "m.stl");
+    CHECK(soup.positions == std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {0, 1.5, 0}, {1, 1, 0}});
+    CHECK(soup.faces == Faces{{0, 1, 2}, {1, 3, 2}});
+    CHECK(soup.colors.empty());
+  }
+}
+
+TEST_CASE("STL: what is damaged is refused by line or length, and what is not a number stays for the repair") {
+  const auto refused = [](const std::string& contents) -> std::string {
+    try {
+      (void)parse_stl(contents, "m.stl");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  const std::string neither = "m.stl: is neither ASCII STL, which begins with \"solid\", nor binary STL";
+  CHECK(refused("x") == neither + ", which has at least 84 bytes");
+  CHECK(refused(binary_stl("", 3)) == neither + ": for its 3 triangles it would have 234 bytes, but it has 184");
+  CHECK(refused(binary_stl("solid", 4294967295)) ==
+        neither + ": for its 4294967295 triangles it would have 214748364834 bytes, but it has 184");
+  CHECK_THAT(refused("solid\nendsolid\n"), Catch::StartsWith("m.stl: has no faces"));
+  CHECK(refused("solid\nvertex 0 0\n") == "m.stl: line 2: a vertex has the value '', which is not a number");
+  CHECK(refused("solid\nvertex 0 0 0\nendloop\n") == "m.stl: line 3: a triangle has 1 vertices, must have 3");
+  CHECK(refused("solid\nvertex 0 0 0\n") == "m.stl: line 2: ends within a triangle");
+  CHECK(refused("solid\nedge 0 0 0\n") == "m.stl: line 2: begins with 'edge', which is no word of STL");
+  const std::string corner = "vertex 1 0 0\n";
+  CHECK(refused("solid\n" + corner + corner + corner + corner) == "m.stl: line 5: a triangle has a fourth vertex");
+  const std::string nan = "vertex nan 0 0\n";
+  CHECK(parse_stl("solid\n" + nan + nan + corner + "endloop\n", "m.stl").positions.size() == 3);
+}
+
 Mesh tetrahedron() {
   Mesh mesh;
   mesh.positions = {{0, 0, 0}, {1.5f, 0, 0}, {0, 0.1f, 0}, {0, 0, -1e-20f}};
@@ -562,9 +616,10 @@ TEST_CASE("the reader of a mesh file is picked by its ending, in any case") {
   const TemporaryFolder folder;
   CHECK(read_triangle_soup(folder.with_file("a.PlY", square(Encoding::Little).bytes())).positions == kSquare);
   CHECK(read_triangle_soup(folder.with_file("a.OBJ", "v 0 0 0\nf 1 1 1\n")).faces == Faces{{0, 0, 0}});
-  const fs::path stl = folder.with_file("a.stl", "solid");
-  CHECK_THROWS_WITH(read_triangle_soup(stl),
-                    stl.string() + ": the ending '.stl' is not .ply or .obj; convert the mesh to one of these");
+  CHECK(read_triangle_soup(folder.with_file("a.Stl", kAsciiStl)).faces.size() == 2);
+  const fs::path fbx = folder.with_file("a.fbx", "solid");
+  CHECK_THROWS_WITH(read_triangle_soup(fbx),
+                    fbx.string() + ": the ending '.fbx' is not .ply, .obj or .stl; convert the mesh to one of these");
   const fs::path missing = folder / "missing.ply";
   CHECK_THROWS_WITH(read_triangle_soup(missing), missing.string() + ": no such file");
   fs::create_directory(folder / "folder.obj");

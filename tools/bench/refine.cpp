@@ -151,7 +151,8 @@ void add_exact_command(CLI::App& program, ExactFlags& flags) {
 void add_time_command(CLI::App& program, TimeFlags& flags) {
   CLI::App* command = program.add_subcommand("time", "What refining a view costs, 60 evenly spaced views at most");
   command->add_option("SCENE", flags.scenes, "COLMAP workspaces with a mesh")->required();
-  command->add_option("--mesh", flags.mesh, "PLY or OBJ; without it the usual names are looked for in each SCENE");
+  command->add_option("--mesh", flags.mesh,
+                      "PLY, OBJ, STL or GLB; without it the usual names are looked for in each SCENE");
   flags.refinement.add_to(*command);
   command
       ->add_option("--megapixels", flags.megapixels,

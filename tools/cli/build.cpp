@@ -210,6 +210,9 @@ void run(const BuildFlags& flags) {
   ModelOutput output(flags.output);
   const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
+  for (const std::string& note : result.scene_notes) {
+    if (!flags.quiet) std::cerr << "scene: " << note << '\n';
+  }
   if (!flags.quiet && result.masked_views > 0) {
     std::cerr << "masks: of " << result.masked_views << " of " << result.views << " photographs\n";
   }
@@ -248,7 +251,8 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
   add_file(command, "-o,--output", flags.output, "MODEL",
            "Folder, or one file that ends in .glb; an earlier model there is replaced")
       ->required();
-  add_file(command, "--mesh", flags.mesh, "FILE", "PLY or OBJ; without it the usual names are looked for in SCENE");
+  add_file(command, "--mesh", flags.mesh, "FILE",
+           "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   add_choice(command, "--image", flags.photograph_coding.format,
              {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
       ->transform(other_name("jpg", "jpeg"));

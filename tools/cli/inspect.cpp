@@ -38,7 +38,8 @@ void print_mesh(const json& mesh) {
 }
 
 void print_views(const json& views) {
-  std::cout << "views      " << views["count"] << '\n';
+  std::cout << "views      " << views["count"] << ", " << views["form"].get<std::string>() << '\n';
+  for (const json& note : views["notes"]) std::cout << "  " << note.get<std::string>() << '\n';
   for (const auto& [lens, count] : views["lenses"].items()) std::cout << "  " << count << " " << lens << '\n';
   if (views["masked"] != 0) std::cout << "  with a mask: " << views["masked"] << '\n';
   if (views["median_distance"].is_null()) return;
@@ -82,7 +83,8 @@ void add_inspect_command(CLI::App& program) {
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
       ->required();
   begin_group(*command, "Of a scene");
-  add_file(*command, "--mesh", flags->mesh, "FILE", "PLY or OBJ; without it the usual names are looked for in SCENE");
+  add_file(*command, "--mesh", flags->mesh, "FILE",
+           "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   flags->cells.add_size_to(*command);
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);

@@ -375,6 +375,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   SceneViews views = read_scene_views(scene, mesh.offset, options.pictures);
   result.views = views.views.size();
   result.masked_views = masked_views(views);
+  result.scene_notes = views.notes;
   result.skipped = skipped_views(views);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);

@@ -116,6 +116,7 @@ struct BuildResult {
   double simplified_distance = 0;           // its distance
   std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences
   std::vector<SkippedView> skipped;         // by name
+  std::vector<std::string> scene_notes;     // sentences: what was assumed of the scene, see SceneViews::notes
   std::size_t views = 0, masked_views = 0;  // of the scene
   PlannerOptions effective;                 // with every automatic value filled in
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline

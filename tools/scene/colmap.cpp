@@ -50,7 +50,7 @@ Files find_model(const fs::path& scene) {
   throw InputError(scene.string() + (is_there(scene)
                                          ? ": holds no COLMAP model (cameras.bin and images.bin, or "
                                            "cameras.txt and images.txt, in sparse/, sparse/0/ or itself) and no "
-                                           "transforms.json"
+                                           "transforms.json or other form of capture"
                                          : ": no such folder"));
 }
 

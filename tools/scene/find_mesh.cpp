@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <string>
 #include <system_error>
 
+#include "atlas/gltf_mesh.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
 #include "tools/scene/scene.h"
 
@@ -24,8 +29,9 @@ constexpr std::array kNames{
     "scene_dense_mesh_refine_texture",  // OpenMVS
     "scene_dense_mesh_texture",         // OpenMVS
     "scene_mesh_texture",               // OpenMVS
+    "raw",                              // Polycam
 };
-constexpr std::array kEndings{".ply", ".obj"};
+constexpr std::array kEndings{".ply", ".obj", ".stl", ".glb", ".gltf"};  // the preferred first
 constexpr std::array kFolders{"", "dense", "dense/0"};
 
 bool is_file(const fs::path& path) {
@@ -41,7 +47,23 @@ std::string list_of_names() {
   return list;
 }
 
+std::string lower_case_ending(const fs::path& path) {
+  std::string ending = path.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
 }  // namespace
+
+TriangleSoup read_scene_mesh(const fs::path& file) {
+  const std::string ending = lower_case_ending(file);
+  if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end()) {
+    throw InputError(file.string() + ": the ending " + in_quotes(ending) +
+                     " is not .ply, .obj, .stl, .glb or .gltf; convert the mesh to one of these");
+  }
+  return ending == ".glb" || ending == ".gltf" ? read_gltf_mesh(file) : read_triangle_soup(file);
+}
 
 std::optional<fs::path> mesh_beside(const fs::path& scene) {
   for (const char* const folder : kFolders) {
@@ -69,7 +91,8 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
     throw InputError(scene.string() + ": no such folder, name a COLMAP workspace");
   }
   if (std::optional<fs::path> found = mesh_beside(scene)) return *std::move(found);
-  throw InputError(scene.string() + ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of " +
+  throw InputError(scene.string() +
+                   ": no mesh in it, in dense/ or in dense/0/ (looked for .ply, .obj, .stl, .glb and .gltf of " +
                    list_of_names() + "): name one with --mesh, or make one with `" +
                    shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
 }

@@ -111,7 +111,9 @@ json inspect_views(const std::filesystem::path& scene_path) {
   json result{{"mesh", nullptr},
               {"cells", nullptr},
               {"views",
-               {{"count", scene.views.size()},
+               {{"form", scene.form},
+                {"notes", scene.notes},
+                {"count", scene.views.size()},
                 {"lenses", lenses_of(scene)},
                 {"masked", masked_views(scene)},
                 {"median_distance", nullptr},
@@ -159,11 +161,10 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
                     {"offset", {surface.offset.x, surface.offset.y, surface.offset.z}}};
   result["cells"] = cells_json(surface.cells, options.partition);
   result["cells"]["unseen"] = seen.unseen_cells;
-  result["views"] = {{"count", scene.views.size()},
-                     {"lenses", lenses_of(scene)},
-                     {"masked", masked_views(scene)},
-                     {"median_distance", seen.median_distance},
-                     {"blind", seen.blind}};
+  result["views"] = {
+      {"form", scene.form},         {"notes", scene.notes},          {"count", scene.views.size()},
+      {"lenses", lenses_of(scene)}, {"masked", masked_views(scene)}, {"median_distance", seen.median_distance},
+      {"blind", seen.blind}};
   result["warnings"] = warnings(seen, scene, input);
   return result;
 }

@@ -13,8 +13,9 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "tools/scene/capture_forms.h"
 #include "tools/scene/colmap.h"
-#include "tools/scene/transforms_json.h"
+#include "tools/scene/posed_photographs.h"
 #include "tools/scene/undistortion.h"
 
 namespace lumatlas {
@@ -102,7 +103,7 @@ void look_at_photograph(bool skip_bad, SceneView& view, const Task& task) {
 }
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).
-// Of a ColmapImage or a TransformsFrame.
+// Of a ColmapImage or a PosedPhotograph.
 template <typename Posed>
 void place(Camera& camera, const Posed& posed, const glm::dvec3& offset) {
   camera.cam_from_world_rotation = glm::mat3_cast(posed.cam_from_world_rotation);
@@ -199,11 +200,11 @@ SceneViews colmap_views(const fs::path& scene, const glm::dvec3& offset, const P
   return result;
 }
 
-// The pinhole cameras of the frames, of identity pose. Lenses that frames share are worked out once.
-std::vector<Camera> pinhole_views(const std::vector<TransformsFrame>& frames, const fs::path& path) {
+// The pinhole cameras of photographs, of identity pose. Lenses that frames share are worked out once.
+std::vector<Camera> pinhole_views(const std::vector<PosedPhotograph>& frames, const fs::path& path) {
   std::vector<Camera> result;
   const CameraModel* last = nullptr;
-  for (const TransformsFrame& frame : frames) {
+  for (const PosedPhotograph& frame : frames) {
     try {
       result.push_back(last && *last == frame.lens ? result.back() : pinhole_view(frame.lens));
     } catch (const std::invalid_argument& error) {
@@ -214,14 +215,16 @@ std::vector<Camera> pinhole_views(const std::vector<TransformsFrame>& frames, co
   return result;
 }
 
-SceneViews transforms_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
-  const fs::path path = scene / "transforms.json";
-  const Transforms transforms = read_transforms(scene);
-  const std::vector<Camera> cameras = pinhole_views(transforms.frames, path);
+SceneViews posed_views(const fs::path& scene, const CaptureForm& form, const glm::dvec3& offset,
+                       const PictureFolders& folders) {
+  const fs::path& path = form.file;
   if (folders.images) check_is_folder(*folders.images);
+  PosedPhotographs posed = form.read(scene, folders.images);
+  const std::vector<Camera> cameras = pinhole_views(posed.photographs, path);
   SceneViews result{scene, {}};
+  result.notes = std::move(posed.notes);
   for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const TransformsFrame& frame = transforms.frames[i];
+    const PosedPhotograph& frame = posed.photographs[i];
     SceneView view{frame.name, folders.images ? *folders.images / frame.name : scene / frame.file, frame.lens,
                    Orientation::as_stored, cameras[i]};
     if (frame.mask && !folders.masks) view.mask = scene / *frame.mask;
@@ -255,8 +258,12 @@ void find_bad(SceneViews& scene) {
 }  // namespace
 
 SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
+  const std::vector<CaptureForm> forms = forms_in(scene);
+  const bool is_posed = !forms.empty() && forms.front().read;
   SceneViews result =
-      is_transforms_scene(scene) ? transforms_views(scene, offset, folders) : colmap_views(scene, offset, folders);
+      is_posed ? posed_views(scene, forms.front(), offset, folders) : colmap_views(scene, offset, folders);
+  result.form = is_posed ? forms.front().name : "COLMAP";
+  if (const std::string note = other_forms_note(forms); !note.empty()) result.notes.push_back(note);
   find_masks(folders.masks.value_or(scene / "masks"), folders.masks.has_value(), result.views);
   if (folders.skip_bad) find_bad(result);
   return result;

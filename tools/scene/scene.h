@@ -11,6 +11,7 @@
 #include "atlas/photograph.h"
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
+#include "mesh/mesh.h"
 #include "tools/scene/camera_model.h"
 
 namespace lumatlas {
@@ -30,7 +31,9 @@ struct SceneView {
 // The views of a scene without its mesh, for `--views SCENE`.
 struct SceneViews {
   std::filesystem::path root;
-  std::vector<SceneView> views;  // by name, in byte order
+  std::vector<SceneView> views;         // by name, in byte order
+  std::string form = {};                // such as "COLMAP", see tools/scene/capture_forms.h
+  std::vector<std::string> notes = {};  // sentences: what was assumed where the form leaves it open, what was left out
 };
 
 // Where a scene's pictures are, if not where they usually are, and what to do about bad ones.
@@ -48,7 +51,8 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // How many views have a mask.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
 
-// Reads a COLMAP workspace, or without one a transforms.json (tools/scene/transforms_json.h). A workspace: sparse/ or
+// Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/capture_forms.h). A workspace:
+// sparse/ or
 // sparse/0/ (or the model's files in the folder itself), binary or text; with images/ beside it. Poses and cameras
 // only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
 // A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
@@ -65,6 +69,10 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // were looked at.
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
+
+// The triangles of a PLY, OBJ, STL or glTF file (.glb, .gltf), by its ending in any case. They are taken to be in the
+// coordinates of the poses. Throws InputError.
+[[nodiscard]] TriangleSoup read_scene_mesh(const std::filesystem::path& file);
 
 // The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
 // the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:

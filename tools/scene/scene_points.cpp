@@ -11,8 +11,8 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "mesh/ply_reader.h"
+#include "tools/scene/capture_forms.h"
 #include "tools/scene/colmap.h"
-#include "tools/scene/transforms_json.h"
 
 namespace lumatlas {
 namespace {
@@ -79,11 +79,10 @@ ScenePoints points_of_model(const fs::path& scene) {
   return points;
 }
 
-ScenePoints points_of_transforms(const fs::path& scene) {
-  const std::optional<fs::path> points = read_transforms(scene).points;
+ScenePoints points_of_form(const fs::path& scene, const CaptureForm& form) {
+  const std::optional<fs::path> points = form.read(scene, std::nullopt).points;
   if (points) return points_of_ply(scene / *points);
-  throw InputError((scene / "transforms.json").string() +
-                   ": names no points (ply_file_path): name a PLY of points with --points");
+  throw InputError(form.file.string() + ": names no points: name a PLY of points with --points");
 }
 
 }  // namespace
@@ -91,7 +90,8 @@ ScenePoints points_of_transforms(const fs::path& scene) {
 ScenePoints read_scene_points(const fs::path& scene, const std::optional<fs::path>& given) {
   if (given) return points_of_ply(*given);
   if (const std::optional<fs::path> dense = dense_points_in(scene)) return points_of_ply(*dense);
-  if (is_transforms_scene(scene)) return points_of_transforms(scene);
+  const std::vector<CaptureForm> forms = forms_in(scene);
+  if (!forms.empty() && forms.front().read) return points_of_form(scene, forms.front());
   return points_of_model(scene);
 }
 

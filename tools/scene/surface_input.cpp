@@ -12,7 +12,6 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/holes.h"
-#include "mesh/mesh_file.h"
 #include "mesh/simplification.h"
 #include "tools/base/interrupt.h"
 #include "tools/scene/scene.h"
@@ -169,7 +168,7 @@ MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std:
   MeshInput input;
   SurfaceInput& facts = input.facts;
   facts.mesh_file = find_mesh(scene, mesh_file);
-  const TriangleSoup soup = read_triangle_soup(facts.mesh_file);
+  const TriangleSoup soup = read_scene_mesh(facts.mesh_file);
   facts.file_vertices = soup.positions.size();
   facts.file_faces = soup.faces.size();
   facts.file_has_colors = !soup.colors.empty();

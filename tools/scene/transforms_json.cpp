@@ -21,17 +21,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kFarthest = 1e12;  // beyond, double precision cannot tell neighbouring cameras apart
-
-// A path that stays in the folder of the file, without "./" in it.
-fs::path inner_path(const JsonPlace& place) {
+fs::path path_in(const JsonPlace& place) {
   const std::string text = place.text();
-  const fs::path path = fs::path(text).lexically_normal();
-  const bool leaves = std::find(path.begin(), path.end(), fs::path("..")) != path.end();
-  if (path.is_absolute() || leaves || !path.has_filename() || path == ".") {
-    place.refuse("is " + in_quotes(text) + ", must be a path to a file in the folder of this one");
-  }
-  return path;
+  if (const std::optional<fs::path> path = inner_path(text)) return *path;
+  place.refuse("is " + in_quotes(text) + ", must be a path to a file in the folder of this one");
 }
 
 // A frame's own value, else that of all frames.
@@ -98,15 +91,15 @@ void set_distortion(const Settings& settings, CameraModel& lens) {
   }
 }
 
-CameraModel lens_of(const Settings& settings, const fs::path& file,
-                    const std::function<ImageSize(const fs::path&)>& size_of) {
+CameraModel lens_of(const Settings& settings, const PosedPhotograph& frame,
+                    const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
   CameraModel lens;
   const auto width = settings.size("w"), height = settings.size("h");
   if (width && height) {
     lens.width = *width;
     lens.height = *height;
   } else {
-    const ImageSize size = size_of(file);
+    const ImageSize size = size_of(frame);
     lens.width = width.value_or(size.width);
     lens.height = height.value_or(size.height);
   }
@@ -125,7 +118,7 @@ CameraModel lens_of(const Settings& settings, const fs::path& file,
   return lens;
 }
 
-void set_pose(const JsonPlace& place, TransformsFrame& frame) {
+void set_pose(const JsonPlace& place, PosedPhotograph& frame) {
   const std::vector<JsonPlace> rows = place.elements();
   if (rows.size() != 3 && rows.size() != 4) {
     place.refuse("has " + std::to_string(rows.size()) + " rows, must have 4, or 3 without the last");
@@ -139,35 +132,9 @@ void set_pose(const JsonPlace& place, TransformsFrame& frame) {
       world_from_gl[column][row] = values[static_cast<std::size_t>(column)].number();
     }
     center[row] = values[3].number();
-    if (!(std::abs(center[row]) <= kFarthest)) values[3].refuse("is not within 1e12 of 0");
   }
-  // Written with few digits by some programs; beyond a hundredth it is no rotation.
-  constexpr double kMostError = 0.01;
-  const glm::dmat3 square = glm::transpose(world_from_gl) * world_from_gl;
-  for (int i = 0; i < 9; ++i) {
-    const double expected = i / 3 == i % 3 ? 1 : 0;
-    if (!(std::abs(square[i / 3][i % 3] - expected) <= kMostError)) {
-      place.refuse("does not begin with a rotation: its columns must be of length 1 and at right angles");
-    }
-  }
-  if (glm::determinant(world_from_gl) < 0) place.refuse("mirrors the camera, must turn it");
-  const glm::dmat3 world_from_cam(world_from_gl[0], -world_from_gl[1], -world_from_gl[2]);
-  frame.cam_from_world_rotation = glm::normalize(glm::quat_cast(glm::transpose(world_from_cam)));
-  frame.cam_from_world_translation = -(frame.cam_from_world_rotation * center);
-}
-
-std::string name_of(const fs::path& file) {
-  const std::string name = file.generic_string();
-  constexpr std::string_view kImages = "images/";
-  return name.starts_with(kImages) ? name.substr(kImages.size()) : name;
-}
-
-void check_names(const std::vector<TransformsFrame>& frames, const fs::path& path) {
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    if (frames[i].name == frames[i - 1].name) {
-      throw InputError(path.string() + ": two frames have the photograph " + in_quotes(frames[i].name));
-    }
-  }
+  const std::string broken = set_pose(frame, world_from_gl, center, CameraAxes::right_up_backward);
+  if (!broken.empty()) place.refuse(broken);
 }
 
 // NeRF's own files leave the ending out.
@@ -184,49 +151,41 @@ fs::path with_ending(const fs::path& folder, const fs::path& file) {
 
 }  // namespace
 
-Transforms parse_transforms(std::string_view text, const fs::path& path,
-                            const std::function<fs::path(const fs::path&)>& complete,
-                            const std::function<ImageSize(const fs::path&)>& size_of) {
+PosedPhotographs parse_transforms(std::string_view text, const fs::path& path,
+                                  const std::function<fs::path(const fs::path&)>& complete,
+                                  const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
   const nlohmann::json content = parse_json(text, path.string());
   const JsonPlace all(path.string(), "", content);
   if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");
-  Transforms result;
+  PosedPhotographs result;
   for (const JsonPlace& place : all.at("frames").elements()) {
     if (!place.value().is_object() || !place.has("file_path") || !place.has("transform_matrix")) {
       place.refuse("must have file_path and transform_matrix");
     }
-    TransformsFrame frame;
-    frame.file = complete(inner_path(place.at("file_path")));
-    frame.name = name_of(frame.file);
-    if (place.has("mask_path")) frame.mask = inner_path(place.at("mask_path"));
-    frame.lens = lens_of(Settings(place, all), frame.file, size_of);
+    PosedPhotograph frame;
+    frame.file = complete(path_in(place.at("file_path")));
+    frame.name = name_without(frame.file, "images");
+    if (place.has("mask_path")) frame.mask = path_in(place.at("mask_path"));
+    frame.lens = lens_of(Settings(place, all), frame, size_of);
     set_pose(place.at("transform_matrix"), frame);
-    result.frames.push_back(std::move(frame));
+    result.photographs.push_back(std::move(frame));
   }
-  if (result.frames.empty()) throw InputError(path.string() + ": holds no frame, so there is nothing to see");
-  if (all.has("ply_file_path")) result.points = inner_path(all.at("ply_file_path"));
-  std::sort(result.frames.begin(), result.frames.end(),
-            [](const TransformsFrame& a, const TransformsFrame& b) { return a.name < b.name; });
-  check_names(result.frames, path);
+  if (all.has("ply_file_path")) result.points = path_in(all.at("ply_file_path"));
+  finish(result, path);
   return result;
 }
 
-bool is_transforms_scene(const fs::path& scene) {
+std::optional<fs::path> find_transforms(const fs::path& scene) {
   std::error_code ignored;
-  if (!fs::exists(scene / "transforms.json", ignored)) return false;
-  for (const fs::path& folder : {scene / "sparse", scene / "sparse" / "0", scene}) {
-    for (const char* const images : {"images.bin", "images.txt"}) {
-      if (fs::exists(folder / images, ignored)) return false;
-    }
-  }
-  return true;
+  const fs::path path = scene / "transforms.json";
+  return fs::exists(path, ignored) ? std::optional(path) : std::nullopt;
 }
 
-Transforms read_transforms(const fs::path& scene) {
+PosedPhotographs read_transforms(const fs::path& scene, const std::optional<fs::path>& images) {
   const fs::path path = scene / "transforms.json";
   return parse_transforms(
       read_whole_file(path), path, [&](const fs::path& file) { return with_ending(scene, file); },
-      [&](const fs::path& file) { return photograph_size(scene / file, Orientation::as_stored); });
+      sizes_in(scene, images));
 }
 
 }  // namespace lumatlas

@@ -18,43 +18,25 @@
 
 #include <filesystem>
 #include <functional>
-#include <glm/gtc/quaternion.hpp>
-#include <glm/vec3.hpp>
 #include <optional>
-#include <string>
 #include <string_view>
-#include <vector>
 
 #include "atlas/photograph.h"
-#include "tools/scene/camera_model.h"
+#include "tools/scene/posed_photographs.h"
 
 namespace lumatlas {
 
-struct TransformsFrame {
-  std::string name;                                // file_path without "./" and "images/" before it
-  std::filesystem::path file;                      // relative to the folder of transforms.json, which it does not leave
-  std::optional<std::filesystem::path> mask;       // the same
-  CameraModel lens;                                // passes check()
-  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
-  glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
-};
-
-struct Transforms {
-  std::vector<TransformsFrame> frames;          // by name, in byte order; at least one, no name twice
-  std::optional<std::filesystem::path> points;  // relative to the folder of transforms.json
-};
-
 // `complete` is called with each file_path and returns the file's, with its ending; `size_of`, where w or h are
-// missing, with what that returned. Throws InputError that begins with `path`, and what these two throw.
-[[nodiscard]] Transforms parse_transforms(
+// missing, with name and file. Throws InputError that begins with `path`, and what these two throw.
+[[nodiscard]] PosedPhotographs parse_transforms(
     std::string_view text, const std::filesystem::path& path,
     const std::function<std::filesystem::path(const std::filesystem::path&)>& complete,
-    const std::function<ImageSize(const std::filesystem::path&)>& size_of);
+    const std::function<ImageSize(const PosedPhotograph&)>& size_of);
 
-// Whether the scene is to be read by its transforms.json: it has one, and no COLMAP model.
-[[nodiscard]] bool is_transforms_scene(const std::filesystem::path& scene);
-
-// The one in the folder `scene`, whose photographs are looked at for their endings and sizes.
-[[nodiscard]] Transforms read_transforms(const std::filesystem::path& scene);
+// transforms.json in the folder `scene`, if there is one.
+[[nodiscard]] std::optional<std::filesystem::path> find_transforms(const std::filesystem::path& scene);
+// Photographs are looked at for their endings, and for their sizes in `images` if it is given.
+[[nodiscard]] PosedPhotographs read_transforms(const std::filesystem::path& scene,
+                                               const std::optional<std::filesystem::path>& images = std::nullopt);
 
 }  // namespace lumatlas

@@ -326,7 +326,7 @@ TEST_CASE("a folder without a whole model gets an exact sentence") {
   const auto message = [&] { return complaint([&] { return read_colmap_model(scene); }); };
   CHECK(message() == scene +
                          ": holds no COLMAP model (cameras.bin and images.bin, or cameras.txt and images.txt, in "
-                         "sparse/, sparse/0/ or itself) and no transforms.json");
+                         "sparse/, sparse/0/ or itself) and no transforms.json or other form of capture");
   write_file(folder.path() / "sparse/cameras.bin", kCameras.string());
   CHECK(message() == scene + "/sparse/images.bin: no such file, but COLMAP's model needs it beside cameras.bin");
   write_file(folder.path() / "sparse/images.bin", count(0).string());

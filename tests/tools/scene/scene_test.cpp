@@ -373,13 +373,15 @@ TEST_CASE("a scene without a mesh gets a sentence with all the places") {
   const TemporaryFolder folder;
   write_file(folder.path() / "fused.ply", "");  // points without faces
   fs::create_directories(folder.path() / "mesh.ply");
-  CHECK_THROWS_WITH(find_mesh(folder.path(), {}),
-                    folder.path().string() +
-                        ": no mesh in it, in dense/ or in dense/0/ (looked for .ply and .obj of mesh, meshed-poisson, "
-                        "meshed-delaunay, scene_dense_mesh_refine, scene_dense_mesh, scene_mesh_refine, scene_mesh, "
-                        "scene_dense_mesh_refine_texture, scene_dense_mesh_texture, scene_mesh_texture): name one with "
-                        "--mesh, or make one with `lumatlas mesh " +
-                        folder.path().string() + " -o " + folder.path().string() + "/mesh.ply`");
+  CHECK_THROWS_WITH(
+      find_mesh(folder.path(), {}),
+      folder.path().string() +
+          ": no mesh in it, in dense/ or in dense/0/ (looked for .ply, .obj, .stl, .glb and .gltf of "
+          "mesh, meshed-poisson, meshed-delaunay, scene_dense_mesh_refine, scene_dense_mesh, scene_mesh_refine, "
+          "scene_mesh, "
+          "scene_dense_mesh_refine_texture, scene_dense_mesh_texture, scene_mesh_texture, raw): name one with "
+          "--mesh, or make one with `lumatlas mesh " +
+          folder.path().string() + " -o " + folder.path().string() + "/mesh.ply`");
 }
 
 TEST_CASE("every hold-th view is held out and scored") {

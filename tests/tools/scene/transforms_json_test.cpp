@@ -23,10 +23,10 @@ using test::write_file;
 const std::string kIdentity = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
 const std::string kSize = R"("w": 40, "h": 30, "fl_x": 50)";
 
-Transforms parsed(const std::string& text) {
+PosedPhotographs parsed(const std::string& text) {
   return parse_transforms(
       text, "transforms.json", [](const fs::path& file) { return file; },
-      [](const fs::path&) {
+      [](const PosedPhotograph&) {
         return ImageSize{64, 48};
       });
 }
@@ -38,12 +38,12 @@ std::string frame(const std::string& file, const std::string& matrix, const std:
   return text.str();
 }
 
-Transforms one_frame(const std::string& matrix, const std::string& more = kSize) {
+PosedPhotographs one_frame(const std::string& matrix, const std::string& more = kSize) {
   return parsed("{\"frames\": [" + frame("images/a.png", matrix, more) + "]}");
 }
 
-glm::dvec3 in_camera(const Transforms& transforms, const glm::dvec3& world) {
-  const TransformsFrame& f = transforms.frames.at(0);
+glm::dvec3 in_camera(const PosedPhotographs& transforms, const glm::dvec3& world) {
+  const PosedPhotograph& f = transforms.photographs.at(0);
   return f.cam_from_world_rotation * world + f.cam_from_world_translation;
 }
 
@@ -57,35 +57,36 @@ std::string complaint(const std::string& text) {
 }
 
 TEST_CASE("OpenGL's camera looks along -z with y up, lumatlas's along z with y down") {
-  const Transforms t = one_frame(kIdentity);
+  const PosedPhotographs t = one_frame(kIdentity);
   CHECK(in_camera(t, {0, 0, -7}) == glm::dvec3(0, 0, 7));
   CHECK(in_camera(t, {2, 3, -7}) == glm::dvec3(2, -3, 7));
   // At (10, 20, 30), looking along the world's x, with its z up: right is -y, up is z, backward is -x.
-  const Transforms turned = one_frame("[[0,0,-1,10],[-1,0,0,20],[0,1,0,30]]");
+  const PosedPhotographs turned = one_frame("[[0,0,-1,10],[-1,0,0,20],[0,1,0,30]]");
   CHECK(glm::distance(in_camera(turned, {15, 20, 30}), {0, 0, 5}) < 1e-12);
   CHECK(glm::distance(in_camera(turned, {15, 19, 32}), {1, -2, 5}) < 1e-12);
 }
 
 TEST_CASE("a lens is the frame's or the file's, and what is not said is as usual") {
-  const Transforms t = parsed(R"({"w": 100, "h": 80.0, "fl_x": 90, "k1": 0.1, "frames": [)" +
-                              frame("images/b.png", kIdentity, R"("fl_x": 95, "fl_y": 96, "cx": 51.5, "cy": 39)") +
-                              "," + frame("./images/a.png", kIdentity) + "]}");
-  REQUIRE(t.frames.size() == 2);
-  CHECK(t.frames[0].name == "a.png");
-  CHECK(t.frames[0].file == "images/a.png");
-  const CameraModel& a = t.frames[0].lens;
+  const PosedPhotographs t =
+      parsed(R"({"w": 100, "h": 80.0, "fl_x": 90, "k1": 0.1, "frames": [)" +
+             frame("images/b.png", kIdentity, R"("fl_x": 95, "fl_y": 96, "cx": 51.5, "cy": 39)") + "," +
+             frame("./images/a.png", kIdentity) + "]}");
+  REQUIRE(t.photographs.size() == 2);
+  CHECK(t.photographs[0].name == "a.png");
+  CHECK(t.photographs[0].file == "images/a.png");
+  const CameraModel& a = t.photographs[0].lens;
   CHECK(a.model == LensModel::kOpenCv);
   CHECK(a.width == 100);
   CHECK(a.height == 80);
   CHECK(a.focal_length() == glm::dvec2(90, 90));
   CHECK(a.principal_point() == glm::dvec2(50, 40));  // the middle, counted from the corner
   CHECK(a.parameters[4] == 0.1);
-  CHECK(t.frames[1].lens.focal_length() == glm::dvec2(95, 96));
-  CHECK(t.frames[1].lens.principal_point() == glm::dvec2(51.5, 39));
+  CHECK(t.photographs[1].lens.focal_length() == glm::dvec2(95, 96));
+  CHECK(t.photographs[1].lens.principal_point() == glm::dvec2(51.5, 39));
 }
 
 TEST_CASE("a field of view is turned into a focal length, and a size that is missing is the photograph's") {
-  const CameraModel lens = one_frame(kIdentity, R"("camera_angle_x": 1.5707963267948966)").frames[0].lens;
+  const CameraModel lens = one_frame(kIdentity, R"("camera_angle_x": 1.5707963267948966)").photographs[0].lens;
   CHECK(lens.width == 64);
   CHECK(lens.height == 48);
   CHECK(lens.focal_length().x == Approx(32));
@@ -94,7 +95,9 @@ TEST_CASE("a field of view is turned into a focal length, and a size that is mis
 }
 
 TEST_CASE("coefficients go to the model of COLMAP that has them") {
-  const auto lens = [](const std::string& more) { return one_frame(kIdentity, kSize + ", " + more).frames[0].lens; };
+  const auto lens = [](const std::string& more) {
+    return one_frame(kIdentity, kSize + ", " + more).photographs[0].lens;
+  };
   const CameraModel tangential = lens(R"("k1": 1e-2, "k2": 2e-2, "p1": 3e-3, "p2": 4e-3)");
   CHECK(tangential.model == LensModel::kOpenCv);
   CHECK(tangential.parameters[5] == 0.02);
@@ -117,7 +120,7 @@ TEST_CASE("coefficients go to the model of COLMAP that has them") {
 TEST_CASE("what cannot be gets a sentence with its place") {
   const auto frames = [](const std::string& inner) { return "{\"frames\": [" + inner + "]}"; };
   CHECK(complaint("[]") == "transforms.json: has no list of frames");
-  CHECK(complaint(frames("")) == "transforms.json: holds no frame, so there is nothing to see");
+  CHECK(complaint(frames("")) == "transforms.json: gives no photograph a pose, so there is nothing to see");
   CHECK_THAT(complaint("{\"frames\": 3}"), Catch::StartsWith("transforms.json: frames"));
   CHECK_THAT(complaint(frames("7")), Catch::Contains("frames[0]") && Catch::Contains("file_path and transform_matrix"));
   CHECK_THAT(complaint(frames(frame("/etc/a.png", kIdentity, kSize))), Catch::Contains("in the folder of this one"));
@@ -205,7 +208,6 @@ TEST_CASE("a scene from transforms.json is the one from COLMAP's files: views, p
 TEST_CASE("COLMAP's model goes before transforms.json beside it") {
   const TemporaryFolder folder;
   write_both(folder.path(), folder.path());
-  CHECK_FALSE(is_transforms_scene(folder.path()));
   CHECK_FALSE(read_scene_views(folder.path(), glm::dvec3(0)).views[1].mask.has_value());
 }
 

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/capture_forms.h"
+
+#include <array>
+#include <system_error>
+
+#include "tools/scene/metashape.h"
+#include "tools/scene/openmvs.h"
+#include "tools/scene/polycam.h"
+#include "tools/scene/reality_capture.h"
+#include "tools/scene/scannet.h"
+#include "tools/scene/transforms_json.h"
+#include "tools/scene/tum_rgbd.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::optional<fs::path> find_colmap(const fs::path& scene) {
+  std::error_code ignored;
+  for (const fs::path& folder : {scene / "sparse", scene / "sparse" / "0", scene}) {
+    for (const char* const images : {"images.bin", "images.txt"}) {
+      if (fs::exists(folder / images, ignored)) return folder / images;
+    }
+  }
+  return std::nullopt;
+}
+
+struct Reader {
+  const char* name;
+  std::optional<fs::path> (*find)(const fs::path& scene);
+  decltype(CaptureForm::read) read;
+};
+
+constexpr std::array kReaders{
+    Reader{"COLMAP", find_colmap, nullptr},
+    Reader{"transforms.json", find_transforms, read_transforms},
+    Reader{"Polycam", find_polycam, read_polycam},
+    Reader{"Metashape", find_metashape, read_metashape},
+    Reader{"RealityCapture", find_reality_capture, read_reality_capture},
+    Reader{"OpenMVS", find_openmvs, read_openmvs},
+    Reader{"ScanNet", find_scannet, read_scannet},
+    Reader{"TUM RGB-D", find_tum, read_tum},
+};
+
+}  // namespace
+
+std::vector<CaptureForm> forms_in(const fs::path& scene) {
+  std::vector<CaptureForm> forms;
+  for (const Reader& reader : kReaders) {
+    if (const std::optional<fs::path> file = reader.find(scene)) forms.push_back({reader.name, *file, reader.read});
+  }
+  return forms;
+}
+
+std::string other_forms_note(const std::vector<CaptureForm>& forms) {
+  if (forms.size() < 2) return {};
+  std::string others;
+  for (std::size_t i = 1; i < forms.size(); ++i) others += (i == 1 ? "" : ", ") + forms[i].file.string();
+  return "the scene is read from " + forms[0].file.string() + ", and not from what lies beside it: " + others;
+}
+
+}  // namespace lumatlas

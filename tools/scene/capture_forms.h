@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The forms in which programs and apps leave posed photographs, and which of them a folder has.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/scene/posed_photographs.h"
+
+namespace lumatlas {
+
+struct CaptureForm {
+  std::string name;            // such as "COLMAP"
+  std::filesystem::path file;  // what the form was told by
+  // Throws InputError. Empty for COLMAP's, which tools/scene/colmap.h reads.
+  PosedPhotographs (*read)(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
+};
+
+// The forms in the folder `scene`, the one to read first: COLMAP, then those that say most of lenses and names, then
+// bare trajectories. Never throws: what cannot be looked at is not there.
+[[nodiscard]] std::vector<CaptureForm> forms_in(const std::filesystem::path& scene);
+
+// What should be said where a folder has several forms; empty where it has not.
+[[nodiscard]] std::string other_forms_note(const std::vector<CaptureForm>& forms);
+
+}  // namespace lumatlas

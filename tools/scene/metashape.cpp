@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Agisoft Metashape user manual, appendix "Camera models".
+#include "tools/scene/metashape.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <map>
+#include <pugixml.hpp>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// world = scale * rotation * chunk + translation
+struct Similarity {
+  glm::dmat3 rotation{1.0};
+  glm::dvec3 translation{0.0};
+  double scale = 1;
+};
+
+// Where in the file something is, for sentences.
+struct Place {
+  const fs::path& path;
+  std::string where;
+
+  [[noreturn]] void refuse(const std::string& reason) const {
+    throw InputError(path.string() + ": " + where + ": " + reason);
+  }
+};
+
+// pugixml would read them as the C locale has it, and what is no number as 0.
+std::vector<double> numbers(const pugi::xml_node& node, std::size_t count, const Place& place) {
+  std::string_view text = node.text().get();
+  std::vector<double> values;
+  while (true) {
+    const std::string_view field = take_field(text, " \t\r\v\f\n");
+    if (field.empty()) break;
+    const std::optional<double> value = parse_number(field);
+    if (!value || !std::isfinite(*value)) {
+      place.refuse("its " + std::string(node.name()) + " has the value " + in_quotes(field) +
+                   ", which is not a finite number");
+    }
+    values.push_back(*value);
+  }
+  if (values.size() != count) {
+    place.refuse("its " + std::string(node.name()) + " has " + std::to_string(values.size()) + " values, must have " +
+                 std::to_string(count));
+  }
+  return values;
+}
+
+double number_or_0(const pugi::xml_node& parent, const char* name, const Place& place) {
+  const pugi::xml_node node = parent.child(name);
+  return node ? numbers(node, 1, place)[0] : 0;
+}
+
+std::uint32_t size_in(const pugi::xml_node& resolution, const char* name, const Place& place) {
+  const std::string_view text = resolution.attribute(name).value();
+  const std::optional<long long> value = parse_integer(text);
+  if (!value || *value < 1 || *value > 65536) {
+    place.refuse("its " + std::string(name) + " is " + in_quotes(text) + ", must be a whole number in [1, 65536]");
+  }
+  return static_cast<std::uint32_t>(*value);
+}
+
+// As adjusted, if there are others.
+pugi::xml_node calibration_of(const pugi::xml_node& sensor) {
+  const pugi::xml_node adjusted = sensor.find_child_by_attribute("calibration", "class", "adjusted");
+  return adjusted ? adjusted : sensor.child("calibration");
+}
+
+CameraModel fisheye_lens(const BrownLens& b) {
+  CameraModel lens{LensModel::kThinPrismFisheye, b.width, b.height, {}};
+  lens.parameters = {b.fx, b.fy, b.cx, b.cy, b.k1, b.k2, b.p1, b.p2, b.k3, b.k4, 0, 0};
+  check(lens);
+  return lens;
+}
+
+CameraModel lens_of_sensor(const pugi::xml_node& sensor, const Place& place) {
+  const pugi::xml_node calibration = calibration_of(sensor);
+  if (!calibration) place.refuse("has no calibration: export the cameras after aligning them");
+  const pugi::xml_node resolution =
+      calibration.child("resolution") ? calibration.child("resolution") : sensor.child("resolution");
+  if (calibration.child("fx")) place.refuse("is calibrated by fx and fy, as PhotoScan before 1.2 did: export it again");
+  const auto value = [&](const char* name) { return number_or_0(calibration, name, place); };
+  BrownLens lens{size_in(resolution, "width", place), size_in(resolution, "height", place)};
+  lens.fy = value("f");
+  lens.fx = lens.fy + value("b1");
+  lens.cx = 0.5 * lens.width + value("cx");
+  lens.cy = 0.5 * lens.height + value("cy");
+  lens.k1 = value("k1");
+  lens.k2 = value("k2");
+  lens.k3 = value("k3");
+  lens.k4 = value("k4");
+  lens.p1 = value("p2");  // see the header
+  lens.p2 = value("p1");
+  if (value("b2") != 0) {
+    place.refuse("has a skew b2 of " + number_text(value("b2")) +
+                 ", which no lens of COLMAP has: calibrate without it, or export undistorted photographs");
+  }
+  std::string_view type = calibration.attribute("type").value();
+  if (type.empty()) type = sensor.attribute("type").value();
+  if (type != "frame" && type != "fisheye" && type != "equidistant_fisheye") {
+    place.refuse("is of the type " + in_quotes(type) + ", must be frame or fisheye");
+  }
+  try {
+    return type == "frame" ? lens_of(lens) : fisheye_lens(lens);
+  } catch (const std::invalid_argument& error) {
+    place.refuse(std::string("a camera that cannot be: ") + error.what());
+  }
+}
+
+Similarity similarity_of(const pugi::xml_node& transform, const Place& place) {
+  Similarity result;
+  if (const pugi::xml_node node = transform.child("rotation")) {
+    const std::vector<double> r = numbers(node, 9, place);
+    for (int i = 0; i < 9; ++i) result.rotation[i % 3][i / 3] = r[static_cast<std::size_t>(i)];
+  }
+  if (const pugi::xml_node node = transform.child("translation")) {
+    const std::vector<double> t = numbers(node, 3, place);
+    result.translation = {t[0], t[1], t[2]};
+  }
+  if (const pugi::xml_node node = transform.child("scale")) result.scale = numbers(node, 1, place)[0];
+  if (!(result.scale > 0)) place.refuse("its scale is " + number_text(result.scale) + ", must be positive");
+  return result;
+}
+
+class ChunkReader {
+ public:
+  ChunkReader(const pugi::xml_node& chunk, const fs::path& path, const PhotographLookup& photographs)
+      : chunk_(chunk), path_(path), photographs_(photographs) {}
+
+  PosedPhotographs read() {
+    for (const pugi::xml_node& sensor : chunk_.child("sensors").children("sensor")) {
+      sensors_.emplace(sensor.attribute("id").value(), sensor);
+    }
+    if (const pugi::xml_node transform = chunk_.child("transform")) {
+      world_from_chunk_ = similarity_of(transform, {path_, "its chunk"});
+    }
+    for (const pugi::xml_node& component : chunk_.child("components").children("component")) {
+      if (!component.child("transform")) continue;
+      const std::string id = component.attribute("id").value();
+      components_.emplace(id, similarity_of(component.child("transform"), {path_, "component " + in_quotes(id)}));
+    }
+    read_cameras(chunk_.child("cameras"));
+    for (const pugi::xml_node& group : chunk_.child("cameras").children("group")) read_cameras(group);
+    note_skipped(posed_, without_pose_, "are disabled or were not aligned");
+    finish(posed_, path_);
+    const std::string_view reference = chunk_.child("reference").text().get();
+    if (!reference.empty() && !reference.starts_with("LOCAL_CS")) {
+      posed_.notes.emplace_back(
+          "the chunk is georeferenced, and the mesh is taken to be in geocentric coordinates: export "
+          "both in local ones if they do not meet");
+    }
+    return std::move(posed_);
+  }
+
+ private:
+  void read_cameras(const pugi::xml_node& cameras) {
+    for (const pugi::xml_node& camera : cameras.children("camera")) {
+      const std::string_view enabled = camera.attribute("enabled").value();
+      if (enabled == "false" || enabled == "0" || !camera.child("transform")) {
+        ++without_pose_;
+      } else {
+        read_camera(camera);
+      }
+    }
+  }
+
+  void read_camera(const pugi::xml_node& camera) {
+    const std::string label = camera.attribute("label").value();
+    const Place place{path_, "camera " + in_quotes(label)};
+    PosedPhotograph photograph = photographs_.find(label);
+    const std::vector<double> m = numbers(camera.child("transform"), 16, place);
+    glm::dmat3 chunk_from_camera;
+    for (int i = 0; i < 9; ++i) chunk_from_camera[i % 3][i / 3] = m[static_cast<std::size_t>(4 * (i / 3) + i % 3)];
+    const Similarity& world = world_of(camera);
+    const glm::dvec3 center = world.scale * (world.rotation * glm::dvec3(m[3], m[7], m[11])) + world.translation;
+    const std::string broken =
+        set_pose(photograph, world.rotation * chunk_from_camera, center, CameraAxes::right_down_forward);
+    if (!broken.empty()) place.refuse("its transform " + broken);
+    photograph.lens = lens_of_camera(camera, place);
+    posed_.photographs.push_back(std::move(photograph));
+  }
+
+  [[nodiscard]] const Similarity& world_of(const pugi::xml_node& camera) const {
+    const auto found = components_.find(camera.attribute("component_id").value());
+    return found == components_.end() ? world_from_chunk_ : found->second;
+  }
+
+  const CameraModel& lens_of_camera(const pugi::xml_node& camera, const Place& place) {
+    const std::string id = camera.attribute("sensor_id").value();
+    const auto sensor = sensors_.find(id);
+    if (sensor == sensors_.end()) place.refuse("is of sensor " + in_quotes(id) + ", which is not in the file");
+    const auto known = lenses_.find(id);
+    if (known != lenses_.end()) return known->second;
+    return lenses_.emplace(id, lens_of_sensor(sensor->second, {path_, "sensor " + in_quotes(id)})).first->second;
+  }
+
+  const pugi::xml_node chunk_;
+  const fs::path& path_;
+  const PhotographLookup& photographs_;
+  std::map<std::string, pugi::xml_node> sensors_;
+  std::map<std::string, CameraModel> lenses_;  // of sensors that cameras have
+  std::map<std::string, Similarity> components_;
+  Similarity world_from_chunk_;
+  std::size_t without_pose_ = 0;
+  PosedPhotographs posed_;
+};
+
+bool begins_as_metashape(std::string_view text) {
+  const std::size_t document = text.find("<document");
+  return document != std::string_view::npos && text.find("<chunk", document) != std::string_view::npos;
+}
+
+}  // namespace
+
+PosedPhotographs parse_metashape(std::string_view text, const fs::path& path, const PhotographLookup& photographs) {
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
+  if (!parsed) {
+    throw InputError(path.string() + ": is no XML from byte " + std::to_string(parsed.offset) +
+                     " on: " + short_reason(parsed.description()));
+  }
+  std::size_t chunks = 0;
+  pugi::xml_node first;
+  for (const pugi::xml_node& chunk : document.child("document").children("chunk")) {
+    if (!chunk.child("cameras")) continue;
+    if (++chunks == 1) first = chunk;
+  }
+  if (chunks == 0) throw InputError(path.string() + ": has no chunk with cameras, as Metashape exports them");
+  PosedPhotographs posed = ChunkReader(first, path, photographs).read();
+  if (chunks > 1) posed.notes.push_back("the first of its " + std::to_string(chunks) + " chunks is read");
+  return posed;
+}
+
+std::optional<fs::path> find_metashape(const fs::path& scene) {
+  for (const fs::path& file : files_ending_in(scene, ".xml")) {
+    if (begins_as_metashape(first_bytes(file))) return file;
+  }
+  return std::nullopt;
+}
+
+PosedPhotographs read_metashape(const fs::path& scene, const std::optional<fs::path>& images) {
+  const fs::path path = find_metashape(scene).value();
+  return parse_metashape(read_whole_file(path), path, photographs_of(scene, images));
+}
+
+}  // namespace lumatlas

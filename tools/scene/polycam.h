@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Polycam's raw export.
+//
+//   keyframes/corrected_cameras/ID.json  or cameras/ID.json where there is none: fx fy cx cy width height in pixels,
+//                                        (0, 0) the corner of the picture; t_00 ... t_23 world from camera by rows, of
+//                                        ARKit's camera: x right, y up, z backward
+//   keyframes/corrected_images/ID.jpg    or images/ID.jpg, for those cameras
+//   mesh_info.json alignmentTransform    mesh from world, 4 x 4 by columns, a rotation and a translation. It is
+//   applied,
+//                                        so that poses are in the coordinates of raw.glb
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/scene/posed_photographs.h"
+
+namespace lumatlas {
+
+struct PolycamFiles {
+  std::filesystem::path cameras;                            // the folder, for sentences
+  std::vector<std::pair<std::string, std::string>> frames;  // of each camera its ID and its JSON
+  std::filesystem::path mesh_info;                          // for sentences
+  std::optional<std::string> mesh_info_text;
+};
+
+// `photograph_of` gives name and file of a camera's ID. Throws InputError that names file and place.
+[[nodiscard]] PosedPhotographs parse_polycam(const PolycamFiles& files,
+                                             const std::function<PosedPhotograph(const std::string&)>& photograph_of);
+
+// The folder of cameras, if there is one.
+[[nodiscard]] std::optional<std::filesystem::path> find_polycam(const std::filesystem::path& scene);
+[[nodiscard]] PosedPhotographs read_polycam(const std::filesystem::path& scene,
+                                            const std::optional<std::filesystem::path>& images);
+
+}  // namespace lumatlas

@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/posed_photographs.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <cmath>
+#include <fstream>
+#include <glm/glm.hpp>
+#include <memory>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+#include "mesh/base/text_fields.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFarthest = 1e12;   // beyond, double precision cannot tell neighbouring cameras apart
+constexpr double kMostError = 0.01;  // rotations are written with few digits by some programs
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+bool is_picture(const fs::path& file) {
+  constexpr std::array kEndings{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp"};
+  return std::find(kEndings.begin(), kEndings.end(), lower_case(file.extension().string())) != kEndings.end();
+}
+
+bool ends_a_path(const std::string& name, std::string_view end) {
+  if (!name.ends_with(end)) return false;
+  return name.size() == end.size() || name[name.size() - end.size() - 1] == '/';
+}
+
+std::string without_ending(const std::string& name) {
+  return fs::path(name).replace_extension().generic_string();
+}
+
+}  // namespace
+
+std::string set_pose(PosedPhotograph& photograph, const glm::dmat3& world_from_camera, const glm::dvec3& center,
+                     CameraAxes axes) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!(std::abs(center[axis]) <= kFarthest)) {
+      return "puts the camera at " + number_text(center[axis]) + ", which is not within 1e12 of 0";
+    }
+  }
+  const glm::dmat3 square = glm::transpose(world_from_camera) * world_from_camera;
+  for (int i = 0; i < 9; ++i) {
+    const double expected = i / 3 == i % 3 ? 1 : 0;
+    if (!(std::abs(square[i / 3][i % 3] - expected) <= kMostError)) {
+      return "does not begin with a rotation: its columns must be of length 1 and at right angles";
+    }
+  }
+  if (glm::determinant(world_from_camera) < 0) return "mirrors the camera, must turn it";
+  const double turn = axes == CameraAxes::right_up_backward ? -1 : 1;
+  const glm::dmat3 world_from_cam(world_from_camera[0], turn * world_from_camera[1], turn * world_from_camera[2]);
+  photograph.cam_from_world_rotation = glm::normalize(glm::quat_cast(glm::transpose(world_from_cam)));
+  photograph.cam_from_world_translation = -(photograph.cam_from_world_rotation * center);
+  return {};
+}
+
+CameraModel lens_of(const BrownLens& b) {
+  if (b.k4 != 0) {
+    throw std::invalid_argument(
+        "k4 is " + number_text(b.k4) +
+        ", which no lens of COLMAP has: calibrate without it, or export undistorted photographs");
+  }
+  CameraModel lens;
+  lens.width = b.width;
+  lens.height = b.height;
+  lens.parameters = {b.fx, b.fy, b.cx, b.cy};
+  const auto set = [&](LensModel model, std::initializer_list<double> coefficients) {
+    lens.model = model;
+    std::copy(coefficients.begin(), coefficients.end(), lens.parameters.begin() + 4);
+  };
+  if (b.k3 != 0) {
+    set(LensModel::kFullOpenCv, {b.k1, b.k2, b.p1, b.p2, b.k3, 0, 0, 0});
+  } else if (b.k1 != 0 || b.k2 != 0 || b.p1 != 0 || b.p2 != 0) {
+    set(LensModel::kOpenCv, {b.k1, b.k2, b.p1, b.p2});
+  }
+  check(lens);
+  return lens;
+}
+
+std::optional<fs::path> inner_path(std::string_view text) {
+  const bool has_control =
+      std::any_of(text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  const fs::path path = fs::path(text).lexically_normal();
+  const bool leaves = std::find(path.begin(), path.end(), fs::path("..")) != path.end();
+  if (has_control || path.is_absolute() || leaves || !path.has_filename() || path == ".") return std::nullopt;
+  return path;
+}
+
+std::string name_without(const fs::path& file, std::string_view first) {
+  const std::string name = file.generic_string(), start = std::string(first) + "/";
+  return name.starts_with(start) ? name.substr(start.size()) : name;
+}
+
+void finish(PosedPhotographs& posed, const fs::path& path) {
+  std::vector<PosedPhotograph>& all = posed.photographs;
+  if (all.empty()) throw InputError(path.string() + ": gives no photograph a pose, so there is nothing to see");
+  std::sort(all.begin(), all.end(), [](const PosedPhotograph& a, const PosedPhotograph& b) { return a.name < b.name; });
+  for (std::size_t i = 1; i < all.size(); ++i) {
+    if (all[i].name != all[i - 1].name) continue;
+    throw InputError(path.string() + ": two frames have the photograph " + in_quotes(all[i].name));
+  }
+}
+
+void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::string& why) {
+  if (skipped == 0) return;
+  posed.notes.push_back(std::to_string(skipped) + " of " + std::to_string(posed.photographs.size() + skipped) +
+                        " photographs " + why + " and are left out");
+}
+
+std::vector<std::string> pictures_in(const fs::path& folder) {
+  constexpr std::size_t kMost = 1'000'000;
+  std::vector<std::string> names;
+  std::error_code error;
+  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
+  for (; !error && entry != fs::recursive_directory_iterator() && names.size() < kMost; entry.increment(error)) {
+    std::error_code ignored;
+    if (entry->is_regular_file(ignored) && is_picture(entry->path())) {
+      names.push_back(entry->path().lexically_relative(folder).generic_string());
+    }
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<fs::path> files_ending_in(const fs::path& folder, std::string_view ending) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code ignored;
+    const bool fits = lower_case(entry->path().extension().string()) == ending;
+    if (fits && entry->is_regular_file(ignored)) files.push_back(entry->path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::string first_bytes(const fs::path& file) {
+  std::string bytes(4096, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  bytes.resize(static_cast<std::size_t>(stream.gcount()));
+  return bytes;
+}
+
+PhotographNames::PhotographNames(std::vector<std::string> names) : names_(std::move(names)) {
+  std::sort(names_.begin(), names_.end());
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    by_file_.emplace(fs::path(names_[i]).filename().string(), i);
+    by_stem_.emplace(fs::path(names_[i]).stem().string(), i);
+  }
+}
+
+std::optional<std::string> PhotographNames::only_one(const Index& index, const std::string& label,
+                                                     bool with_ending) const {
+  std::optional<std::size_t> found;
+  const auto [first, last] = index.equal_range(fs::path(label).filename().string());
+  for (auto entry = first; entry != last; ++entry) {
+    const std::string& name = names_[entry->second];
+    if (!ends_a_path(with_ending ? name : without_ending(name), label)) continue;
+    if (found) {
+      const auto [a, b] = std::minmax(names_[*found], name);
+      throw InputError("the photograph " + in_quotes(label) + " may be " + in_quotes(a) + " or " + in_quotes(b) +
+                       ": keep one of them");
+    }
+    found = entry->second;
+  }
+  return found ? std::optional(names_[*found]) : std::nullopt;
+}
+
+std::string PhotographNames::find(const std::string& label) const {
+  if (std::binary_search(names_.begin(), names_.end(), label)) return label;
+  if (const auto name = only_one(by_file_, label, true)) return *name;
+  if (const auto name = only_one(by_stem_, label, false)) return *name;
+  return only_one(by_stem_, without_ending(label), false).value_or(label);
+}
+
+std::function<ImageSize(const PosedPhotograph&)> sizes_in(const fs::path& scene,
+                                                          const std::optional<fs::path>& images) {
+  return [=](const PosedPhotograph& photograph) {
+    return photograph_size(images ? *images / photograph.name : scene / photograph.file, Orientation::as_stored);
+  };
+}
+
+PhotographLookup photographs_of(const fs::path& scene, const std::optional<fs::path>& images) {
+  std::error_code ignored;
+  const fs::path below = fs::is_directory(scene / "images", ignored) ? "images" : "";
+  const fs::path folder = images.value_or(scene / below);
+  const auto names = std::make_shared<const PhotographNames>(pictures_in(folder));
+  PhotographLookup lookup;
+  lookup.find = [=](std::string_view label) {
+    const std::optional<fs::path> inner = inner_path(label);
+    if (!inner) {
+      throw InputError("the photograph " + in_quotes(label) +
+                       " must be in the folder of photographs, or without a path");
+    }
+    PosedPhotograph photograph{names->find(inner->generic_string())};
+    photograph.file = below / photograph.name;
+    return photograph;
+  };
+  lookup.size_of = sizes_in(scene, images);
+  return lookup;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the readers of all forms of capture but COLMAP's give, and what they have in common: poses, lenses, names.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "tools/scene/camera_model.h"
+
+namespace lumatlas {
+
+struct PosedPhotograph {
+  std::string name;                                // relative to the folder of photographs, with '/' between folders
+  std::filesystem::path file = {};                 // relative to the scene's folder, which it does not leave
+  std::optional<std::filesystem::path> mask = {};  // the same
+  CameraModel lens = {};                           // passes check()
+  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
+  glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
+};
+
+struct PosedPhotographs {
+  std::vector<PosedPhotograph> photographs = {};     // by name, in byte order; at least one, no name twice
+  std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
+  std::vector<std::string> notes = {};               // sentences: what was assumed, what was left out
+};
+
+// Where the axes of a form's camera point.
+enum class CameraAxes {
+  right_down_forward,  // OpenCV, COLMAP, lumatlas
+  right_up_backward,   // OpenGL, ARKit
+};
+
+// Sets the pose from the axes of the form's camera, in world coordinates, and where it stands. Returns the rule that
+// is broken, empty if none is: axes of length 1 and at right angles within a hundredth, which are not mirrored; a
+// centre within 1e12.
+[[nodiscard]] std::string set_pose(PosedPhotograph& photograph, const glm::dmat3& world_from_camera,
+                                   const glm::dvec3& center, CameraAxes axes);
+
+// A lens by Brown's coefficients as OpenCV has them, but for k4, which stands before r^8 as k3 before r^6.
+struct BrownLens {
+  std::uint32_t width = 0, height = 0;    // pixels
+  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels, (0, 0) is the corner of the picture
+  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;  // radial
+  double p1 = 0, p2 = 0;                  // tangential
+};
+// The simplest of COLMAP's models that has all of the coefficients. Throws std::invalid_argument as check() does, and
+// for a k4, which none of them has.
+[[nodiscard]] CameraModel lens_of(const BrownLens& brown);
+
+// A path that stays in its folder, without "./" in it; none if it does not, or is no path to a file.
+[[nodiscard]] std::optional<std::filesystem::path> inner_path(std::string_view text);
+
+// `file` without the folder `first` if it begins with it.
+[[nodiscard]] std::string name_without(const std::filesystem::path& file, std::string_view first);
+
+// Sorts by name. Throws InputError that begins with `path` if there is no photograph or a name occurs twice.
+void finish(PosedPhotographs& posed, const std::filesystem::path& path);
+
+// "3 of 7 photographs WHY and are left out"; empty where none is.
+void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::string& why);
+
+// The names of photographs, to be found by what a form calls them.
+class PhotographNames {
+ public:
+  explicit PhotographNames(std::vector<std::string> names);
+
+  // The name that is `label`, else the only one that ends in it after a '/', else the only one that does so without its
+  // ending, or without both's. `label` itself if there is none. Throws InputError if there are several.
+  [[nodiscard]] std::string find(const std::string& label) const;
+
+ private:
+  using Index = std::unordered_multimap<std::string, std::size_t>;
+  [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label,
+                                                    bool with_ending) const;
+
+  std::vector<std::string> names_;  // in byte order
+  Index by_file_, by_stem_;         // the last part of a name, with and without its ending
+};
+
+// How parsers ask about photographs, so that they need no files themselves.
+struct PhotographLookup {
+  // The photograph that a form calls `label`, see PhotographNames. Throws InputError for a label that is several
+  // photographs, or leaves their folder.
+  std::function<PosedPhotograph(std::string_view label)> find;
+  // In pixels, as stored. Throws InputError.
+  std::function<ImageSize(const PosedPhotograph&)> size_of;
+};
+
+// Of photographs in `images` by their names if it is given, else of their files in the scene's folder.
+[[nodiscard]] std::function<ImageSize(const PosedPhotograph&)> sizes_in(
+    const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
+
+// The names of all pictures in a folder and those below, with '/' between folders, in byte order. What cannot be looked
+// at is left out: whoever opens it says why.
+[[nodiscard]] std::vector<std::string> pictures_in(const std::filesystem::path& folder);
+
+// For telling a form: the files of a folder, not of those below, whose names end in `ending` in any case, by name; and
+// the first 4096 bytes of one. Both are empty where nothing can be looked at.
+[[nodiscard]] std::vector<std::filesystem::path> files_ending_in(const std::filesystem::path& folder,
+                                                                 std::string_view ending);
+[[nodiscard]] std::string first_bytes(const std::filesystem::path& file);
+
+// In `images` if it is given, else in the scene's folder images/ or, without one, in the scene's folder.
+[[nodiscard]] PhotographLookup photographs_of(const std::filesystem::path& scene,
+                                              const std::optional<std::filesystem::path>& images);
+
+}  // namespace lumatlas

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/reality_capture.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/gtc/constants.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/trigonometric.hpp>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
+#include "tools/scene/text_rows.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kFilmWidth = 36;  // millimetres
+constexpr std::string_view kFirstColumns = "#name,x,y,alt,heading,pitch,roll,f,";
+
+// The first line says the columns. It begins with '#', as comments do.
+class Columns {
+ public:
+  Columns(std::string_view header, const fs::path& path) : path_(path) {
+    header.remove_prefix(header.find('#') + 1);
+    const std::vector<TextRow> rows = rows_of(header, true);
+    for (const std::string_view name : rows.front().fields) names_.emplace_back(name);
+  }
+
+  [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const {
+    const auto found = std::find(names_.begin(), names_.end(), name);
+    if (found == names_.end()) return std::nullopt;
+    return static_cast<std::size_t>(found - names_.begin());
+  }
+  [[nodiscard]] double number(const TextRow& row, std::string_view name) const {
+    const std::optional<std::size_t> column = find(name);
+    if (!column) throw InputError(path_.string() + ": has no column " + std::string(name));
+    return number_in(row, *column, path_);
+  }
+  [[nodiscard]] double number_or_0(const TextRow& row, std::string_view name) const {
+    return find(name) ? number(row, name) : 0;
+  }
+  [[nodiscard]] std::size_t count() const { return names_.size(); }
+
+ private:
+  const fs::path& path_;
+  std::vector<std::string> names_;
+};
+
+glm::dmat3 turn(double degrees, const glm::dvec3& axis) {
+  return glm::mat3_cast(glm::angleAxis(glm::radians(degrees), axis));
+}
+
+glm::dmat3 world_from_camera(const Columns& columns, const TextRow& row) {
+  return turn(-columns.number(row, "heading"), {0, 0, 1}) * turn(columns.number(row, "pitch"), {1, 0, 0}) *
+         turn(columns.number(row, "roll"), {0, 1, 0});
+}
+
+BrownLens lens_in(const Columns& columns, const TextRow& row, const ImageSize& size) {
+  const double pixels = std::max(size.width, size.height) / kFilmWidth;  // per millimetre
+  BrownLens lens{size.width, size.height};
+  lens.fx = lens.fy = columns.number(row, "f") * pixels;
+  lens.cx = 0.5 * size.width + columns.number_or_0(row, "px") * pixels;
+  lens.cy = 0.5 * size.height + columns.number_or_0(row, "py") * pixels;
+  lens.k1 = columns.number_or_0(row, "k1");
+  lens.k2 = columns.number_or_0(row, "k2");
+  lens.k3 = columns.number_or_0(row, "k3");
+  lens.k4 = columns.number_or_0(row, "k4");
+  lens.p1 = columns.number_or_0(row, "t1");
+  lens.p2 = columns.number_or_0(row, "t2");
+  return lens;
+}
+
+std::string_view without_byte_order_mark(std::string_view text) {
+  return text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;
+}
+
+bool begins_with_columns(std::string_view text) {
+  std::string line(take_line(text));
+  std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
+  return line.starts_with(kFirstColumns);
+}
+
+}  // namespace
+
+PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& path,
+                                       const PhotographLookup& photographs) {
+  text = without_byte_order_mark(text);
+  if (!begins_with_columns(text)) {
+    throw InputError(path.string() + ": its first line does not begin with " + std::string(kFirstColumns));
+  }
+  std::string_view header = text;
+  const Columns columns(take_line(header), path);
+  PosedPhotographs posed;
+  for (const TextRow& row : rows_of(text, true)) {
+    if (row.fields.size() != columns.count()) {
+      refuse_row(path, row,
+                 "has " + std::to_string(row.fields.size()) + " values, but the first line names " +
+                     std::to_string(columns.count()) + " columns");
+    }
+    try {
+      PosedPhotograph photograph = photographs.find(row.fields.front());
+      const glm::dvec3 center(columns.number(row, "x"), columns.number(row, "y"), columns.number(row, "alt"));
+      const std::string broken =
+          set_pose(photograph, world_from_camera(columns, row), center, CameraAxes::right_up_backward);
+      if (!broken.empty()) refuse_row(path, row, broken);
+      photograph.lens = lens_of(lens_in(columns, row, photographs.size_of(photograph)));
+      posed.photographs.push_back(std::move(photograph));
+    } catch (const std::invalid_argument& error) {
+      refuse_row(path, row, std::string("a camera that cannot be: ") + error.what());
+    }
+  }
+  finish(posed, path);
+  posed.notes.emplace_back(
+      "px and py are taken to be in millimetres on 36 mm of film, as f is, and x, y and alt to be the mesh's "
+      "coordinates");
+  return posed;
+}
+
+std::optional<fs::path> find_reality_capture(const fs::path& scene) {
+  for (const fs::path& file : files_ending_in(scene, ".csv")) {
+    if (begins_with_columns(without_byte_order_mark(first_bytes(file)))) return file;
+  }
+  return std::nullopt;
+}
+
+PosedPhotographs read_reality_capture(const fs::path& scene, const std::optional<fs::path>& images) {
+  const fs::path path = find_reality_capture(scene).value();
+  return parse_reality_capture(read_whole_file(path), path, photographs_of(scene, images));
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The CSV that RealityCapture (RealityScan) exports as "Internal/External camera parameters".
+//
+//   #name                photograph, by its file's name
+//   x y alt              where the camera stands
+//   heading pitch roll   degrees. At 0 0 0 the camera looks down, against alt, its right is +x and its up is +y; then
+//                        world from camera = turn by -heading about alt * by pitch about x * by roll about y
+//   f                    millimetres on film 36 mm wide: 36 is the longer side of the photograph
+//   px py                the same, from the middle of the photograph to its principal point, right and down
+//   k1 k2 k3 k4 t1 t2    Brown's, by the plane z = 1; t1 and t2 are OpenCV's p1 and p2
+//
+// Columns are found by these names, others are ignored; distortion may be missing.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string_view>
+
+#include "tools/scene/posed_photographs.h"
+
+namespace lumatlas {
+
+// Throws InputError that names line and value, and what the lookup throws.
+[[nodiscard]] PosedPhotographs parse_reality_capture(std::string_view text, const std::filesystem::path& path,
+                                                     const PhotographLookup& photographs);
+
+// The first .csv, by name, that begins with such columns.
+[[nodiscard]] std::optional<std::filesystem::path> find_reality_capture(const std::filesystem::path& scene);
+[[nodiscard]] PosedPhotographs read_reality_capture(const std::filesystem::path& scene,
+                                                    const std::optional<std::filesystem::path>& images);
+
+}  // namespace lumatlas

@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/scene/scannet.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <system_error>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Matrix = std::array<double, 16>;  // by rows
+
+// Infinite values and those that are no numbers are taken too.
+Matrix matrix_of(std::string_view text, const fs::path& path) {
+  constexpr std::string_view kBlanks = " \t\r\v\f\n";
+  Matrix matrix;
+  for (std::size_t i = 0; i < matrix.size(); ++i) {
+    const std::string_view field = take_field(text, kBlanks);
+    const std::optional<double> number = parse_number(field);
+    if (!number) {
+      throw InputError(path.string() + ": value " + std::to_string(i) + " of 16 is " + in_quotes(field) +
+                       ", must be a number");
+    }
+    matrix[i] = *number;
+  }
+  if (!take_field(text, kBlanks).empty()) throw InputError(path.string() + ": has more than 16 values");
+  return matrix;
+}
+
+bool is_lost(const Matrix& m) {
+  return std::any_of(m.begin(), m.end(), [](double x) { return !std::isfinite(x); });
+}
+
+CameraModel lens_of_matrix(const Matrix& m, const ImageSize& size, const fs::path& path) {
+  constexpr double kMostSkew = 1e-3;  // pixels for each unit of y / z
+  if (!(std::abs(m[1]) <= kMostSkew)) {
+    throw InputError(path.string() + ": has a skew of " + number_text(m[1]) + " pixels, which no lens of COLMAP has");
+  }
+  constexpr double kHalfPixel = 0.5;  // from the middle of the first pixel to its corner
+  try {
+    return lens_of({size.width, size.height, m[0], m[5], m[2] + kHalfPixel, m[6] + kHalfPixel});
+  } catch (const std::invalid_argument& error) {
+    throw InputError(path.string() + ": a camera that cannot be: " + error.what());
+  }
+}
+
+fs::path pose_file(const fs::path& folder, const std::string& name) {
+  return folder / "pose" / (fs::path(name).stem().string() + ".txt");
+}
+
+}  // namespace
+
+PosedPhotographs parse_scannet(const ScanNetFiles& files,
+                               const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
+  PosedPhotographs posed;
+  std::size_t lost = 0;
+  for (const auto& [name, text] : files.poses) {
+    const fs::path path = pose_file(files.folder, name);
+    const Matrix m = matrix_of(text, path);
+    if (is_lost(m)) {
+      ++lost;
+      continue;
+    }
+    PosedPhotograph photograph{name, fs::path("color") / name};
+    glm::dmat3 world_from_camera;
+    for (int i = 0; i < 9; ++i) world_from_camera[i % 3][i / 3] = m[static_cast<std::size_t>(4 * (i / 3) + i % 3)];
+    const std::string broken =
+        set_pose(photograph, world_from_camera, {m[3], m[7], m[11]}, CameraAxes::right_down_forward);
+    if (!broken.empty()) throw InputError(path.string() + ": " + broken);
+    posed.photographs.push_back(std::move(photograph));
+  }
+  note_skipped(posed, lost, "have a pose that is not finite");
+  finish(posed, files.folder / "pose");
+  const fs::path path = files.folder / "intrinsic" / "intrinsic_color.txt";
+  const CameraModel lens = lens_of_matrix(matrix_of(files.intrinsic, path), size_of(posed.photographs.front()), path);
+  for (PosedPhotograph& photograph : posed.photographs) photograph.lens = lens;
+  return posed;
+}
+
+std::optional<fs::path> find_scannet(const fs::path& scene) {
+  std::error_code ignored;
+  const fs::path intrinsic = scene / "intrinsic" / "intrinsic_color.txt";
+  const bool is_one = fs::exists(intrinsic, ignored) && fs::is_directory(scene / "pose", ignored);
+  return is_one ? std::optional(intrinsic) : std::nullopt;
+}
+
+PosedPhotographs read_scannet(const fs::path& scene, const std::optional<fs::path>& images) {
+  ScanNetFiles files{scene, read_whole_file(scene / "intrinsic" / "intrinsic_color.txt"), {}};
+  std::size_t without_pose = 0;
+  for (const std::string& name : pictures_in(images.value_or(scene / "color"))) {
+    std::error_code ignored;
+    const fs::path pose = pose_file(scene, name);
+    if (fs::exists(pose, ignored)) {
+      files.poses.emplace_back(name, read_whole_file(pose));
+    } else {
+      ++without_pose;
+    }
+  }
+  PosedPhotographs posed = parse_scannet(files, sizes_in(scene, images));
+  note_skipped(posed, without_pose, "have no file in pose/");
+  return posed;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// ScanNet's exported folders.
+//
+//   color/N.jpg                    the photographs
+//   pose/N.txt                     world from camera, 4 x 4 by rows; the camera looks along +z with y down. Where
+//                                  tracking was lost it is all -inf: such photographs are left out and counted
+//   intrinsic/intrinsic_color.txt  fx, fy, cx and cy in a 4 x 4, pixels, the middle of the first pixel at (0, 0)
+//
+// A mesh, such as ScanNet's NAME_vh_clean_2.ply, is in the same coordinates.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/scene/posed_photographs.h"
+
+namespace lumatlas {
+
+struct ScanNetFiles {
+  std::filesystem::path folder;                            // for sentences
+  std::string intrinsic;                                   // the contents
+  std::vector<std::pair<std::string, std::string>> poses;  // of each photograph its name in color/ and its pose's text
+};
+
+// Throws InputError that names the file, and what size_of throws.
+[[nodiscard]] PosedPhotographs parse_scannet(const ScanNetFiles& files,
+                                             const std::function<ImageSize(const PosedPhotograph&)>& size_of);
+
+// intrinsic/intrinsic_color.txt, if the folder is one of these.
+[[nodiscard]] std::optional<std::filesystem::path> find_scannet(const std::filesystem::path& scene);
+[[nodiscard]] PosedPhotographs read_scannet(const std::filesystem::path& scene,
+                                            const std::optional<std::filesystem::path>& images);
+
+}  // namespace lumatlas
