@@ -21,6 +21,7 @@
 #include "tools/base/html_text.h"
 #include "tools/base/output_folder.h"
 #include "tools/paths/camera_tours.h"
+#include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
 #include "tools/viewer/packed_arrays.h"
 #include "tools/viewer/page_assets.h"
@@ -80,7 +81,7 @@ json shaders() {
       {"surface.vert", k_surface_vert}, {"surface.frag", k_surface_frag},         {"screen.vert", k_screen_vert},
       {"blend.frag", k_blend_frag},     {"silhouettes.frag", k_silhouettes_frag}, {"diagnose.frag", k_diagnose_frag},
       {"depth.frag", k_depth_frag},     {"photograph.frag", k_photograph_frag},   {"page.frag", k_page_frag},
-      {"modes.frag", k_modes_frag}};
+      {"modes.frag", k_modes_frag},     {"fade.frag", k_fade_frag},             {"glance.frag", k_glance_frag}};
 }
 
 std::vector<Camera> cameras_of(const Snapshot& snapshot) {
@@ -260,6 +261,10 @@ void SiteWriter::write_scene(const PackedMesh& mesh, const PackedMesh& coarse, c
                       {"near_depth", kNearShare * glm::length(box.max - box.min)},
                       {"inverse_depth", NearbyExposure(snapshot_).per_depth()},
                       {"up", json_of(upward(cameras))},
+                      {"photographed",
+                       {{"cosine", kPhotographedCosine},
+                        {"enlargement", kPhotographedEnlargement},
+                        {"share", kCoveredShare}}},
                       {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
                       {"first_view", first_view(snapshot_)},
                       {"poster", "poster.jpg"},

@@ -133,6 +133,9 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(said.at("thumbnails") == "12");
   CHECK(std::stod(said.at("jumped")) < 1e-3);
   CHECK(said.at("dragged") == "true");
+  CHECK(said.at("let-go") == "true");
+  CHECK(std::stod(said.at("stops")) == 0);
+  CHECK(said.at("came-back") == "true");
   CHECK(said.at("screenshot") == "image/png true");
 }
 

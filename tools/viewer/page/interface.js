@@ -13,13 +13,14 @@ const LEGENDS = {
 const element = (id) => document.getElementById(id);
 
 export class Interface {
-  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(orbits)}
+  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(), hold()}
   constructor(actions) {
     this.actions = actions;
     element('mode').addEventListener('change', (event) => actions.mode(event.target.value));
     element('quality').addEventListener('change', (event) => actions.quality(event.target.value));
     element('save').addEventListener('click', () => actions.save());
     element('walk').addEventListener('click', () => actions.walk());
+    element('hold').addEventListener('click', () => actions.hold());
     element('full').addEventListener('click', () => this.toggleFullScreen());
     element('views').addEventListener('click', () => this.toggleThumbnails());
     element('help').addEventListener('click', () => element('keys').showModal());
@@ -65,6 +66,11 @@ export class Interface {
   showOrbits(orbits) {
     element('walk').setAttribute('aria-pressed', String(!orbits));
     element('walk').title = orbits ? 'A drag turns around the surface' : 'A drag turns the head';
+  }
+
+  showHold(on) {
+    element('hold').setAttribute('aria-pressed', String(on));
+    element('hold').title = on ? 'Where nobody photographed one comes back' : 'One may go anywhere';
   }
 
   // `done` of `total` photographs are there.

@@ -94,7 +94,7 @@ export class Viewer {
       const slot = this.navigation.viewsByDistance().find((number) => waiting.has(number));
       waiting.delete(slot);
       const view = await Photographs.fetched(this.files, this.scene, slot);
-      this.renderer.photographs.store(view, this.renderer);
+      this.renderer.photographs.store(view, this.renderer).then((share) => this.navigation.hold.addOwn(share));
       ++this.progress.done;
       this.progressed();
       this.invalidate();
@@ -199,8 +199,10 @@ export class Viewer {
     const {canvas, renderer} = this;
     this.dirty = false;
     const size = [canvas.width, canvas.height].map((v) => Math.max(1, Math.round(v * this.share)));
-    const target = renderer.draw(this.camera(...size));
+    const camera = this.camera(...size);
+    const target = renderer.draw(camera);
     this.target = target;
+    this.drawn = {target, camera, pose: this.navigation.pose};
     // Until the programs are compiled and a photograph has come, averaged colours are the picture.
     const pictures = renderer.ready() && renderer.photographs.there.size > 0;
     if (this.mode !== 'picture' || !pictures) {
@@ -208,7 +210,22 @@ export class Viewer {
     }
     renderer.present(target.colour, canvas.width, canvas.height, this.background);
     this.shown = {pictures, share: this.share};
+    if (pictures) this.look();
     if (!pictures) this.waitForPrograms();
+  }
+
+  // How much of the last picture was photographed; of what a photograph would show of it, as the window may be wider.
+  async look() {
+    if (this.looking) return;
+    this.looking = true;
+    const {width, height} = this.scene.views[this.scene.first_view];
+    let seen;
+    do {
+      seen = this.drawn;
+      const share = await this.renderer.photographedShare(seen.target, seen.camera, width / height);
+      this.navigation.hold.measured(seen.pose, share);
+    } while (seen !== this.drawn);
+    this.looking = false;
   }
 
   waitForPrograms() {
@@ -221,7 +238,7 @@ export class Viewer {
     if (this.still === 'done' || !this.shown.pictures) return;
     if (this.mode !== 'picture') return this.refineMode();
     if (!renderer.readyForStills()) return;
-    if (!this.still) this.still = renderer.drawStill(this.camera());
+    if (!this.still) this.still = renderer.drawStill(this.camera(), true);
     const {done, value} = this.still.next();
     if (!done) return;
     renderer.present(value.colour, canvas.width, canvas.height, this.background);
@@ -246,10 +263,11 @@ export class Viewer {
         this.target, inside(x, box.width, this.target.width), inside(y, box.height, this.target.height));
   }
 
-  // A camera's picture as RGBA, row by row from the top, with alpha 0 where there is no surface; at once.
+  // A camera's picture as `lumatlas render` draws it: RGBA, row by row from the top, with alpha 0 where there is no
+  // surface; at once.
   pixels(camera) {
     const {gl, renderer} = this;
-    const parts = renderer.drawStill(camera);
+    const parts = renderer.drawStill(camera, false);
     let step = parts.next();
     while (!step.done) step = parts.next();
     const rows = new Uint8Array(4 * camera.width * camera.height);
@@ -319,6 +337,11 @@ function connect(viewer) {
       viewer.navigation.goTo(pose, fov, performance.now());
     },
     save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
+    hold: () => {
+      const {hold} = viewer.navigation;
+      hold.on = !hold.on;
+      page.showHold(hold.on);
+    },
     walk: () => {
       viewer.navigation.orbits = !viewer.navigation.orbits;
       page.showOrbits(viewer.navigation.orbits);
@@ -353,6 +376,7 @@ async function main() {
     page.showThumbnails(scene, viewer.files);
     page.showMode(viewer.mode);
     page.showOrbits(viewer.navigation.orbits);
+    page.showHold(viewer.navigation.hold.on);
     linkAddress(viewer, page);
     const controls = new Controls(canvas, viewer.navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
     new ResizeObserver(() => viewer.resize()).observe(canvas);
