@@ -31,10 +31,10 @@ struct KeptPath {
 };
 
 // A frame is covered if its share is at least kCoveredShare of the median share of what the `stored` cameras see
-// themselves, with the path's field of view. Frames that are not are pulled towards the cameras nearest to them, as far as they must and
-// no further; their neighbours go along, so that the path stays smooth. `up`, unit, stays upwards in the pictures.
-// `depth` > 0: as in camera_tours.h, by which moving is weighed against turning. `closed`: the last frame is followed
-// by the first. Throws std::invalid_argument without stored cameras.
+// themselves, with the path's field of view. Frames that are not are pulled towards the cameras nearest to them, as far
+// as they must and no further; their neighbours go along, so that the path stays smooth. `up`, unit, stays upwards in
+// the pictures. `depth` > 0: as in camera_tours.h, by which moving is weighed against turning. `closed`: the last frame
+// is followed by the first. Throws std::invalid_argument without stored cameras.
 [[nodiscard]] KeptPath keep_to_photographs(const std::vector<Vantage>& path, std::span<const Camera> stored,
                                            const glm::dvec3& up, double depth, bool closed,
                                            const PhotographedShare& share);

@@ -20,7 +20,8 @@ bool is_photographed(const Snapshot& snapshot, std::uint32_t cell, const glm::dv
   return std::any_of(views.begin(), views.end(), [&](std::uint32_t slot) {
     const glm::dvec3 from_view = point - snapshot.views[slot]->camera.center();
     const double view_distance = glm::length(from_view);
-    return view_distance < kPhotographedEnlargement * distance && glm::dot(from_view, direction) > kPhotographedCosine * view_distance;
+    return view_distance < kPhotographedEnlargement * distance &&
+           glm::dot(from_view, direction) > kPhotographedCosine * view_distance;
   });
 }
 

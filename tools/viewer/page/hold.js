@@ -11,7 +11,7 @@ const BACK_S = 0.35;    // in which most of the way back is done
 export class Hold {
   // `covered_share`: of what stored views show, that is enough. `depth`: what moving is weighed by against turning.
   constructor(coveredShare, depth) {
-    Object.assign(this, {coveredShare, depth, on: true, own: []});
+    Object.assign(this, {coveredShare, depth, on: true, own: new Map()});
     this.forget();
   }
 
@@ -22,13 +22,13 @@ export class Hold {
   }
 
   // Of a stored view's own picture.
-  addOwn(share) {
-    const place = this.own.findIndex((other) => other > share);
-    this.own.splice(place < 0 ? this.own.length : place, 0, share);
+  setOwn(slot, share) {
+    this.own.set(slot, share);
   }
 
   enough() {
-    return this.own.length > 0 ? this.coveredShare * this.own[this.own.length >> 1] : 0;
+    const own = [...this.own.values()].sort((a, b) => a - b);
+    return own.length > 0 ? this.coveredShare * own[own.length >> 1] : 0;
   }
 
   measured(pose, share) {

@@ -39,8 +39,14 @@ export class Interface {
   }
 
   showThumbnails(scene, files) {
-    const buttons = scene.views.map((view, slot) => view && this.thumbnail(view, slot, files)).filter(Boolean);
-    element('thumbnails').replaceChildren(...buttons);
+    const strip = element('thumbnails');
+    const known = new Map([...strip.children].map((button) => [button.dataset.content, button]));
+    const buttons = scene.views.map((view, slot) => {
+      return view && (known.get(`${slot} ${view.thumbnail}`) ?? this.thumbnail(view, slot, files));
+    }).filter(Boolean);
+    if (buttons.length !== strip.children.length || buttons.some((button, i) => button !== strip.children[i])) {
+      strip.replaceChildren(...buttons);
+    }
   }
 
   thumbnail(view, slot, files) {
@@ -51,6 +57,7 @@ export class Interface {
     image.alt = '';
     button.title = view.name;
     button.dataset.slot = slot;
+    button.dataset.content = `${slot} ${view.thumbnail}`;
     button.setAttribute('aria-label', `Photograph ${view.name}`);
     button.append(image);
     button.addEventListener('click', () => this.actions.jump(slot));
@@ -80,6 +87,10 @@ export class Interface {
     bar.value = done;
     bar.hidden = done >= total;
     element('status').textContent = done >= total ? '' : text;
+  }
+
+  showNote(text) {
+    element('status').textContent = text;
   }
 
   showPoster(address) {

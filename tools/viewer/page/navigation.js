@@ -10,15 +10,25 @@ const JUMP_MS = 700;
 
 export class Navigation {
   constructor(scene) {
-    this.scene = scene;
-    this.up = normalized(scene.up);
+    this.follow(scene);
     this.pose = {position: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]};
     this.fov = 50;
-    this.orbits = looksAtOneThing(scene);
-    this.typicalDepth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
     this.depth = this.typicalDepth;  // of what movements are about
     this.jump = null;
     this.hold = new Hold(scene.photographed.share, this.typicalDepth);
+  }
+
+  // Another version of the scene, which may show better what is up and what it is about.
+  follow(scene) {
+    this.scene = scene;
+    this.up = normalized(scene.up);
+    this.typicalDepth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
+    if (!this.chosen) this.orbits = looksAtOneThing(scene);
+  }
+
+  toggleOrbits() {
+    this.orbits = !this.orbits;
+    this.chosen = true;
   }
 
   // The point in the middle of the view that one orbits.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photographs on the GPU. A view comes as a picture and a mask; its depths are drawn from the mesh when it comes.
 import {scaledCamera} from './camera.js';
-import {DEPTHS_AT_ONCE, slotOfTile} from './layout.js';
+import {DEPTHS_AT_ONCE, samePlaces, slotOfTile} from './layout.js';
 import {loadMask} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
 
@@ -127,15 +127,47 @@ export class Photographs {
     return target;
   }
 
+  // Another version of the scene. What was stored stays, unless it is of a view that is not there any more; false: it
+  // does not fit.
+  follow(scene, layout, resident) {
+    if (!samePlaces(layout, this.layout) || scene.levels !== this.scene.levels) return false;
+    const before = this.scene;
+    Object.assign(this, {scene, layout, resident});
+    this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
+    for (const slot of this.there) {
+      if (scene.views[slot]?.name === before.views[slot]?.name) {
+        this.fill(slot);
+      } else {
+        this.there.delete(slot);
+      }
+    }
+    this.tileSlots.release();
+    this.views.release();
+    this.tileSlots = new Table(this.gl, this.slots, 1);
+    this.views = new Table(this.gl, viewTable(scene, layout), 4);
+    return true;
+  }
+
+  release() {
+    for (const texture of [this.colours, this.depths]) this.gl.deleteTexture(texture);
+    this.tileSlots.release();
+    this.views.release();
+    this.gl.deleteFramebuffer(this.framebuffer);
+  }
+
   // From now on pictures may show it.
   show(slot) {
+    this.fill(slot);
+    this.tileSlots.store(this.slots, 1);
+    this.there.add(slot);
+  }
+
+  fill(slot) {
     const place = this.layout.places[slot];
     const tiles = place.tileColumns * place.tileRows;
     for (let tile = 0; tile < tiles; ++tile) {
       const number = place.firstTile + tile;
       this.slots[number] = this.resident[number] ? slotOfTile(this.layout, place, tile) : NO_SLOT;
     }
-    this.tileSlots.store(this.slots, 1);
-    this.there.add(slot);
   }
 }

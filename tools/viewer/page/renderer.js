@@ -62,8 +62,16 @@ export class Renderer {
     gl.bindVertexArray(this.nothing);
   }
 
+  // Of each vertex, in place of those that the mesh came with.
+  setColors(colors) {
+    const {gl} = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[1]);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, colors);
+  }
+
   setTables(tables) {
     const {gl} = this;
+    for (const table of Object.values(this.tables ?? {})) table.release();
     this.tables = {
       zones: new Table(gl, tables.zones, 3),
       cells: new Table(gl, tables.cells, 3),

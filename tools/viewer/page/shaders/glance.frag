@@ -16,7 +16,9 @@ bool is_photographed(uvec2 range, vec3 world) {
   vec3 to_novel = center.xyz - world;
   float o = length(to_novel);
   for (uint i = range.x; i < range.y; ++i) {
-    vec3 to_stored = view_texel(entry(references, i).x & 0x0FFFFFFFu, 3u).xyz - world;
+    uint view = entry(references, i).x & 0x0FFFFFFFu;
+    if (!(view_texel(view, 4u).x > 0.0)) continue;  // one that the page does not know yet
+    vec3 to_stored = view_texel(view, 3u).xyz - world;
     float stored = length(to_stored);
     if (stored < enlargement * o && dot(to_novel, to_stored) > least_cosine * o * stored) return true;
   }
