@@ -449,11 +449,13 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
 
 void add_live_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "seen while it is built");
-  command.add_flag("--view", flags.view, "Show the model in the browser while it is built, and until Ctrl-C");
+  CLI::Option* view =
+      command.add_flag("--view", flags.view, "Show the model in the browser while it is built, and until Ctrl-C");
   command.add_option("--port", flags.server.port, "With --view, listen at this port; 0: any that is free")
       ->type_name("N")
-      ->transform(whole_number(0, 65535));
-  command.add_flag("--no-browser", flags.no_browser, "With --view, only say the address");
+      ->transform(whole_number(0, 65535))
+      ->needs(view);
+  command.add_flag("--no-browser", flags.no_browser, "With --view, only say the address")->needs(view);
 }
 
 }  // namespace

@@ -229,17 +229,25 @@ json SiteWriter::view_json(std::size_t slot) const {
           {"depth", depth}};
 }
 
-// Which tiles are resident, view by view; with whole views, all.
+// Which tiles of a view are resident; with whole views, all.
+std::vector<std::uint8_t> tiles_there(const Snapshot& snapshot, std::size_t slot, std::uint32_t tile_px) {
+  const Camera& camera = snapshot.views[slot]->camera;
+  std::vector<std::uint8_t> there(TileGrid(camera.width, camera.height, tile_px).tiles(), 1);
+  if (snapshot.tiles.whole_views()) return there;
+  const std::uint32_t first = snapshot.tiles.first_tile[slot];
+  for (std::size_t tile = 0; tile < there.size(); ++tile) {
+    if (snapshot.tiles.slots[first + tile] == kNotResident) there[tile] = 0;
+  }
+  return there;
+}
+
+// The same of all views.
 std::vector<std::uint32_t> resident_tiles(const Snapshot& snapshot, std::uint32_t tile_px) {
   std::vector<std::uint32_t> resident;
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
-    const Camera& camera = snapshot.views[slot]->camera;
-    const std::uint32_t tiles = TileGrid(camera.width, camera.height, tile_px).tiles();
-    for (std::uint32_t tile = 0; tile < tiles; ++tile) {
-      resident.push_back(snapshot.tiles.whole_views() ||
-                         snapshot.tiles.slots[snapshot.tiles.first_tile[slot] + tile] != kNotResident);
-    }
+    const std::vector<std::uint8_t> there = tiles_there(snapshot, slot, tile_px);
+    resident.insert(resident.end(), there.begin(), there.end());
   }
   return resident;
 }
@@ -285,8 +293,10 @@ void SiteWriter::write_surface() {
   put(scene_file(mesh_json(packed, "mesh.bin"), has_coarse ? mesh_json(coarse, "coarse.bin") : json(), described,
                  json()),
       facts_.scene_bytes);
-  const StoredView& first = *snapshot_.views[first_view()];
-  put({"poster.jpg", "image/jpeg", encode_image(small_picture(first, kPosterPx), kSmallPictures)}, facts_.scene_bytes);
+  const std::size_t first = first_view();
+  const Photograph poster =
+      small_picture(*snapshot_.views[first], kPosterPx, tiles_there(snapshot_, first, tile_px_), tile_px_);
+  put({"poster.jpg", "image/jpeg", encode_image(poster, kSmallPictures)}, facts_.scene_bytes);
   if (has_coarse) put(binary("coarse.bin", coarse.arrays.deflated()), facts_.scene_bytes);
   put(binary("mesh.bin", packed.arrays.deflated()), facts_.mesh_bytes);
   put(binary("tables.bin", tables.deflated()), facts_.table_bytes);
@@ -435,7 +445,9 @@ void SiteWriter::write_view(std::size_t slot, const StoredView& view) {
   const ScaledView scaled = scaled_view(view, facts_.scale);
   const ImageCoding& coding = options_.photographs;
   if (photograph) {
-    put({thumbnail_name(slot), "image/jpeg", encode_image(small_picture(view, kThumbnailPx), kSmallPictures)},
+    put({thumbnail_name(slot), "image/jpeg",
+         encode_image(small_picture(view, kThumbnailPx, tiles_there(snapshot_, slot, tile_px_), tile_px_),
+                      kSmallPictures)},
         facts_.photograph_bytes);
     put({photograph_name(slot), mime_type(coding.format), encode_image(scaled.photograph, coding)},
         facts_.photograph_bytes);
