@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <thread>
 
 #include "tools/base/child_process.h"
+#include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
@@ -20,6 +24,8 @@
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
 #include "tools/pipeline/save_model.h"
+#include "tools/viewer/live_site.h"
+#include "tools/viewer/open_browser.h"
 
 namespace lumatlas {
 
@@ -43,6 +49,9 @@ struct BuildFlags {
   bool keep_lenses = false;
   bool paper = false;
   ImageCoding photograph_coding;
+  bool view = false;
+  bool no_browser = false;
+  ServerOptions server;
   bool json_output = false;
   bool quiet = false;
   bool verbose = false;
@@ -203,12 +212,60 @@ std::string skipped_text(const BuildResult& result) {
   return lines;
 }
 
+// The model in the browser while it is built, and afterwards until Ctrl-C.
+class Shown {
+ public:
+  explicit Shown(const BuildFlags& flags)
+      : flags_(flags),
+        server_(flags.server),
+        site_(server_, title_of(flags.output)),
+        serving_([this] { server_.serve([this] { return stop_.load(); }); }) {
+    if (!flags.quiet) std::cerr << "see it: " << server_.address() << '\n';
+    if (!flags.no_browser) open_browser(server_.address());
+  }
+  ~Shown() {
+    stop_ = true;
+    serving_.join();
+  }
+  Shown(const Shown&) = delete;
+  Shown& operator=(const Shown&) = delete;
+
+  [[nodiscard]] AtlasWatch watch() {
+    return [this](const Atlas& atlas) {
+      return show_while_it_changes(
+          site_,
+          [this, &atlas] {
+            snapshot_ = atlas.snapshot();
+            return &snapshot_;
+          },
+          [this](const std::string& why) {
+            if (!flags_.quiet) std::cerr << "warning: the page is not up to date: " << why << '\n';
+          });
+    };
+  }
+  void show_until_interrupted(const Snapshot& snapshot) {
+    site_.update(snapshot, true, throw_if_interrupted);
+    if (!flags_.quiet) std::cerr << "the page shows it until Ctrl-C: " << server_.address() << '\n';
+    for (;; std::this_thread::sleep_for(std::chrono::milliseconds(50))) throw_if_interrupted();
+  }
+
+ private:
+  const BuildFlags& flags_;
+  SiteServer server_;
+  LiveSite site_;
+  Snapshot snapshot_;
+  std::atomic<bool> stop_ = false;
+  std::thread serving_;
+};
+
 void run(const BuildFlags& flags) {
   const BuildOptions options = options_of(flags);
   const ImageCoding photographs = flags.image_coding();
   check_apart(flags.output, std::array{flags.scene, flags.mesh, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
-  const BuildResult result = build_model(flags.scene, options, progress_on_standard_error(flags.quiet));
+  const auto shown = flags.view ? std::make_unique<Shown>(flags) : nullptr;
+  const BuildResult result =
+      build_model(flags.scene, options, progress_on_standard_error(flags.quiet), shown ? shown->watch() : AtlasWatch());
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   for (const std::string& note : result.scene_notes) {
     if (!flags.quiet) std::cerr << "scene: " << note << '\n';
@@ -231,6 +288,8 @@ void run(const BuildFlags& flags) {
     std::cout << summary_text(totals, flags.output.string());
   }
   if (!flags.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
+  std::cout.flush();
+  if (shown) shown->show_until_interrupted(result.snapshot);
 }
 
 const Names<StreamOrder> kOrders{
@@ -392,6 +451,17 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
                            "photograph was taken, both is the paper's");
 }
 
+void add_live_experiments(CLI::App& command, BuildFlags& flags) {
+  begin_experiments(command, "seen while it is built");
+  CLI::Option* view =
+      command.add_flag("--view", flags.view, "Show the model in the browser while it is built, and until Ctrl-C");
+  command.add_option("--port", flags.server.port, "With --view, listen at this port; 0: any that is free")
+      ->type_name("N")
+      ->transform(whole_number(0, 65535))
+      ->needs(view);
+  command.add_flag("--no-browser", flags.no_browser, "With --view, only say the address")->needs(view);
+}
+
 }  // namespace
 
 void add_build_command(CLI::App& program) {
@@ -405,6 +475,7 @@ void add_build_command(CLI::App& program) {
   add_planning_experiments(*command, *flags);
   add_storage_experiments(*command, *flags);
   add_refinement_experiments(*command, *flags);
+  add_live_experiments(*command, *flags);
   command->callback([flags] { run(*flags); });
 }
 

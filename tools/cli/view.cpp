@@ -1,22 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
+#include <utility>
 
 #include "atlas/model_file.h"
-#include "tools/base/child_process.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
+#include "tools/viewer/live_site.h"
+#include "tools/viewer/open_browser.h"
 #include "tools/viewer/site.h"
 #include "tools/viewer/site_server.h"
 
@@ -27,28 +23,49 @@ namespace {
 struct ViewFlags {
   std::filesystem::path model;
   ServerOptions server;
+  bool follow = false;
   bool no_browser = false;
   bool json_output = false;
   bool quiet = false;
 };
 
-// What the desktop opens addresses with. It says nothing here, and may outlive this program, as browsers do.
-void open_browser(const std::string& address) {
-  const std::filesystem::path opener = find_program("xdg-open");
-  if (opener.empty()) return;
-  posix_spawn_file_actions_t files;
-  posix_spawn_file_actions_init(&files);
-  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
-    posix_spawn_file_actions_addopen(&files, stream, "/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY, 0);
+// A model that is replaced while it is looked at.
+class FollowedModel {
+ public:
+  explicit FollowedModel(std::filesystem::path path) : path_(std::move(path)) {}
+
+  // Throws InputError.
+  void read() {
+    const auto written = last_written();
+    model_ = std::make_unique<Model>(read_model(path_));
+    written_ = written;
   }
-  std::string program = opener.string();
-  std::string argument = address;
-  char* arguments[] = {program.data(), argument.data(), nullptr};
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, program.c_str(), &files, nullptr, arguments, environ);
-  posix_spawn_file_actions_destroy(&files);
-  if (failed == 0) std::thread([child] { waitpid(child, nullptr, 0); }).detach();
-}
+  // The model where it was replaced since the last call; null: it was not. Throws InputError, once for each bad model.
+  const Snapshot* changed() {
+    const auto written = last_written();
+    if (written != written_) {
+      written_ = written;
+      model_ = std::make_unique<Model>(read_model(path_));  // the one before is shown as long as this takes
+      given_ = false;
+    }
+    if (!model_ || std::exchange(given_, true)) return nullptr;
+    return &model_->snapshot;
+  }
+
+ private:
+  // Of its file, or of the one that a folder's other files belong to; the earliest time while there is none.
+  [[nodiscard]] std::filesystem::file_time_type last_written() const {
+    std::error_code missing;
+    const bool folder = std::filesystem::is_directory(path_, missing);
+    const auto time = std::filesystem::last_write_time(folder ? path_ / "scene.gltf" : path_, missing);
+    return missing ? std::filesystem::file_time_type::min() : time;
+  }
+
+  std::filesystem::path path_;
+  std::filesystem::file_time_type written_;
+  std::unique_ptr<Model> model_;
+  bool given_ = false;
+};
 
 // Photographs are in the page as they are in the model, for nobody waits for a network.
 SiteOptions local_site(const std::filesystem::path& model) {
@@ -58,15 +75,15 @@ SiteOptions local_site(const std::filesystem::path& model) {
   return options;
 }
 
-void run(const ViewFlags& flags) {
-  SiteServer server(flags.server);
-  {
-    const Model model = read_model(flags.model);
-    Progress progress("page: photographs", site_ticks(model.snapshot), ProgressOptions::standard_error(flags.quiet));
-    write_site(
-        model.snapshot, local_site(flags.model), [&](SiteFile file) { server.add(std::move(file)); },
-        [&] { progress.tick(); });
-  }
+void write_once(const ViewFlags& flags, SiteServer& server) {
+  const Model model = read_model(flags.model);
+  Progress progress("page: photographs", site_ticks(model.snapshot), ProgressOptions::standard_error(flags.quiet));
+  write_site(
+      model.snapshot, local_site(flags.model), [&](SiteFile file) { server.add(std::move(file)); },
+      [&] { progress.tick(); });
+}
+
+void show(const ViewFlags& flags, const SiteServer& server) {
   if (flags.json_output) {
     print_json({{"address", server.address()}});
   } else {
@@ -75,10 +92,30 @@ void run(const ViewFlags& flags) {
   std::cout.flush();  // whoever reads it waits for it
   if (!flags.quiet) std::cerr << "Ctrl-C ends it.\n";
   if (!flags.no_browser) open_browser(server.address());
-  server.serve([] {
-    throw_if_interrupted();
-    return false;
-  });
+}
+
+bool go_on() {
+  throw_if_interrupted();
+  return false;
+}
+
+void run(const ViewFlags& flags) {
+  SiteServer server(flags.server);
+  if (!flags.follow) {
+    write_once(flags, server);
+    show(flags, server);
+    return server.serve(go_on);
+  }
+  LiveSite site(server, title_of(flags.model));
+  FollowedModel model(flags.model);
+  model.read();  // a model that is bad from the start is refused
+  const auto follows = show_while_it_changes(
+      site, [&model] { return model.changed(); },
+      [&flags](const std::string& why) {
+        if (!flags.quiet) std::cerr << why << ", what was there before is shown on\n";
+      });
+  show(flags, server);
+  server.serve(go_on);
 }
 
 }  // namespace
@@ -87,6 +124,7 @@ void add_view_command(CLI::App& program) {
   auto flags = std::make_shared<ViewFlags>();
   CLI::App* command = program.add_subcommand("view", "Show a model in the browser, until Ctrl-C");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
+  command->add_flag("--follow", flags->follow, "Show what becomes of it: each time that it is replaced, what changed");
   begin_group(*command, "Server");
   command->add_option("--host", flags->server.host, "Listen at another address; then others may see the model")
       ->type_name("ADDRESS");

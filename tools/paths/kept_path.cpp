@@ -120,14 +120,13 @@ std::vector<double> smoothed(const std::vector<double>& values, bool closed) {
 
 // The share from which on a frame is covered.
 double enough_of(std::span<const Camera> stored, const dvec3& up, double fov_deg, const PhotographedShare& share) {
-  constexpr double kShareOfOwn = 0.6;
   constexpr std::size_t kMostLooks = 60;
   const std::size_t step = (stored.size() + kMostLooks - 1) / kMostLooks;
   std::vector<double> shares;
   for (std::size_t i = 0; i < stored.size(); i += step) {
     shares.push_back(share(vantage_of(gaze_of(stored[i]), up, fov_deg)));
   }
-  return kShareOfOwn * percentile(std::move(shares), 0.5);
+  return kCoveredShare * percentile(std::move(shares), 0.5);
 }
 
 double covered_share(const std::vector<Vantage>& path, double enough, const PhotographedShare& share) {

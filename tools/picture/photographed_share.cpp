@@ -5,13 +5,13 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "tools/paths/kept_path.h"
+
 namespace lumatlas {
 
 namespace {
 
 constexpr std::uint32_t kGlancePx = 48;  // longer side
-constexpr double kLeastCosine = 0.5;
-constexpr double kMostEnlarged = 2.5;
 
 bool is_photographed(const Snapshot& snapshot, std::uint32_t cell, const glm::dvec3& point, const glm::dvec3& from) {
   const double distance = glm::distance(point, from);
@@ -20,7 +20,8 @@ bool is_photographed(const Snapshot& snapshot, std::uint32_t cell, const glm::dv
   return std::any_of(views.begin(), views.end(), [&](std::uint32_t slot) {
     const glm::dvec3 from_view = point - snapshot.views[slot]->camera.center();
     const double view_distance = glm::length(from_view);
-    return view_distance < kMostEnlarged * distance && glm::dot(from_view, direction) > kLeastCosine * view_distance;
+    return view_distance < kPhotographedEnlargement * distance &&
+           glm::dot(from_view, direction) > kPhotographedCosine * view_distance;
   });
 }
 

@@ -8,9 +8,8 @@
 
 namespace lumatlas {
 
-// The share of the camera's pixels, looked at coarsely, whose cell refers to a stored view that sees it from within 60
-// degrees of where the camera does, and from no more than 2.5 times as far: what is seen from behind, or from so near
-// that it is a blur, was not photographed. In [0, 1].
+// The share of the camera's pixels, looked at coarsely, that show what was photographed (tools/paths/kept_path.h). In
+// [0, 1].
 [[nodiscard]] double photographed_share(const Snapshot& snapshot, const Visibility& visibility, const Camera& camera);
 
 }  // namespace lumatlas

@@ -365,8 +365,8 @@ void check(const BuildOptions& options) {
   }
 }
 
-BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options,
-                        const BuildCallback& callback) {
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,
+                        const AtlasWatch& watch) {
   const auto start = std::chrono::steady_clock::now();
   check(options);
   BuildResult result;
@@ -403,6 +403,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   }
   Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options), choose_tiles);
   Planner planner(atlas, *visibility, result.effective);
+  std::shared_ptr<void> watched = watch ? watch(atlas) : nullptr;
   const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
   run_stream(planner, stream, chosen, callback, result);
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
@@ -410,6 +411,10 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   finish(planner, views.views, options, callback, result);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
+  if (watched) {
+    watched.reset();
+    atlas.choose_tiles_anew();  // as the first snapshot would
+  }
   result.snapshot = atlas.snapshot();
   result.snapshot.cell_coverage = planner.cell_coverage();
   result.total_ms = ms_since(start);

@@ -7,6 +7,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -133,10 +135,14 @@ struct BuildResult {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const BuildOptions& options);
 
+// Called when the stream is about to begin, with the atlas that it fills; what it gives is destroyed before the last
+// snapshot is taken. Whoever takes snapshots meanwhile, from any thread, does not change the result.
+using AtlasWatch = std::function<std::shared_ptr<void>(const Atlas&)>;
+
 // Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans
 // anything. Writes nothing, to no stream either; tools/pipeline/save_model.h writes the result. Throws InputError, what
 // check() throws, with VisibilityBy::gl GlError, and BuildStopped once the callback has returned false.
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options,
-                                      const BuildCallback& callback = {});
+                                      const BuildCallback& callback = {}, const AtlasWatch& watch = {});
 
 }  // namespace lumatlas

@@ -86,13 +86,13 @@ void PackedArrays::add(const std::string& name, std::span<const std::uint32_t> v
   }
 }
 
-std::vector<std::uint8_t> PackedArrays::deflated() const {
-  return lumatlas::deflated(bytes_);
+std::vector<std::uint8_t> PackedArrays::deflated(DeflateEffort effort) const {
+  return lumatlas::deflated(bytes_, effort);
 }
 
-std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes) {
+std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes, DeflateEffort effort) {
   z_stream stream{};
-  if (deflateInit(&stream, 9) != Z_OK) throw std::runtime_error("zlib cannot start");
+  if (deflateInit(&stream, static_cast<int>(effort)) != Z_OK) throw std::runtime_error("zlib cannot start");
   std::vector<std::uint8_t> result;
   std::vector<std::uint8_t> buffer(1 << 16);
   // zlib counts in 32 bits, arrays do not.

@@ -18,6 +18,9 @@ enum class PackedCoding {
   corners,     // vertices that are numbered in the order in which they first come: how far below the next new one
 };
 
+// For few bytes, or for little time.
+enum class DeflateEffort { least = 1, most = 9 };
+
 class PackedArrays {
  public:
   // Throws std::invalid_argument unless the values come in whole entries, and for `corners` out of order.
@@ -26,7 +29,7 @@ class PackedArrays {
 
   // For each array its name, components, entries, coding, and how many bytes of each value are there.
   [[nodiscard]] const nlohmann::json& description() const { return description_; }
-  [[nodiscard]] std::vector<std::uint8_t> deflated() const;
+  [[nodiscard]] std::vector<std::uint8_t> deflated(DeflateEffort effort = DeflateEffort::most) const;
 
  private:
   nlohmann::json description_ = nlohmann::json::array();
@@ -34,6 +37,7 @@ class PackedArrays {
 };
 
 // zlib's format. Throws std::runtime_error if zlib fails, for lack of memory.
-[[nodiscard]] std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes);
+[[nodiscard]] std::vector<std::uint8_t> deflated(std::span<const std::uint8_t> bytes,
+                                                 DeflateEffort effort = DeflateEffort::most);
 
 }  // namespace lumatlas

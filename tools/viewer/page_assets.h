@@ -15,5 +15,7 @@ extern const std::string_view k_photograph_frag;
 extern const std::string_view k_depth_frag;
 extern const std::string_view k_page_frag;
 extern const std::string_view k_modes_frag;
+extern const std::string_view k_fade_frag;
+extern const std::string_view k_glance_frag;
 
 }  // namespace lumatlas

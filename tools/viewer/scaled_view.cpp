@@ -8,8 +8,10 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "atlas/srgb.h"
+#include "atlas/tiles.h"
 
 namespace lumatlas {
 
@@ -100,6 +102,38 @@ class Scaling {
   ScaledView result_;
 };
 
+// Pixels that are not known get the mean of those neighbours that are, ring by ring.
+void fill_from_neighbours(Photograph& picture, std::vector<std::uint8_t> known) {
+  const auto width = static_cast<std::ptrdiff_t>(picture.width);
+  const auto height = static_cast<std::ptrdiff_t>(picture.height);
+  bool filled = std::count(known.begin(), known.end(), 0) > 0;
+  while (filled) {
+    filled = false;
+    const std::vector<std::uint8_t> before = known;
+    for (std::ptrdiff_t pixel = 0; pixel < width * height; ++pixel) {
+      if (before[static_cast<std::size_t>(pixel)]) continue;
+      std::array<unsigned, 3> sum{};
+      unsigned count = 0;
+      for (std::ptrdiff_t y = std::max<std::ptrdiff_t>(pixel / width - 1, 0);
+           y <= std::min(pixel / width + 1, height - 1); ++y) {
+        for (std::ptrdiff_t x = std::max<std::ptrdiff_t>(pixel % width - 1, 0);
+             x <= std::min(pixel % width + 1, width - 1); ++x) {
+          const auto other = static_cast<std::size_t>(y * width + x);
+          if (!before[other]) continue;
+          for (std::size_t channel = 0; channel < 3; ++channel) sum.at(channel) += picture.rgb[3 * other + channel];
+          ++count;
+        }
+      }
+      if (count == 0) continue;
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        picture.rgb[3 * static_cast<std::size_t>(pixel) + channel] = static_cast<std::uint8_t>(sum.at(channel) / count);
+      }
+      known[static_cast<std::size_t>(pixel)] = 1;
+      filled = true;
+    }
+  }
+}
+
 }  // namespace
 
 ScaledView scaled_view(const StoredView& view, double factor) {
@@ -112,9 +146,22 @@ ScaledView scaled_view(const StoredView& view, double factor) {
   return same;
 }
 
-Photograph small_picture(const StoredView& view, std::uint32_t longest_px) {
+Photograph small_picture(const StoredView& view, std::uint32_t longest_px, std::span<const std::uint8_t> tiles_there,
+                         std::uint32_t tile_px) {
   const double longest = std::max(view.camera.width, view.camera.height);
-  return Scaling(view, std::min(1.0, longest_px / longest), false).run().photograph;
+  Photograph small = Scaling(view, std::min(1.0, longest_px / longest), false).run().photograph;
+  if (tiles_there.empty()) return small;
+  std::vector<std::uint8_t> known;
+  const TileGrid grid(view.camera.width, view.camera.height, tile_px);
+  for (std::uint32_t y = 0; y < small.height; ++y) {
+    for (std::uint32_t x = 0; x < small.width; ++x) {
+      const std::uint32_t column = (2 * x + 1) * view.camera.width / (2 * small.width) / tile_px;
+      const std::uint32_t row = (2 * y + 1) * view.camera.height / (2 * small.height) / tile_px;
+      known.push_back(tiles_there[std::size_t{row} * grid.columns + column]);
+    }
+  }
+  fill_from_neighbours(small, std::move(known));
+  return small;
 }
 
 }  // namespace lumatlas

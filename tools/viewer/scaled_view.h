@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "atlas/stored_view.h"
@@ -25,7 +26,10 @@ struct ScaledView {
 // std::invalid_argument unless the factor is in (0, 1].
 [[nodiscard]] ScaledView scaled_view(const StoredView& view, double factor);
 
-// A small picture of a photograph, in which validity does not matter, its longer side at most so long.
-[[nodiscard]] Photograph small_picture(const StoredView& view, std::uint32_t longest_px);
+// A small picture of a photograph, in which validity does not matter, its longer side at most so long. What is in a
+// tile that is not there, of tiles of `tile_px` row by row, becomes what its neighbourhood is; none are given: all are
+// there.
+[[nodiscard]] Photograph small_picture(const StoredView& view, std::uint32_t longest_px,
+                                       std::span<const std::uint8_t> tiles_there = {}, std::uint32_t tile_px = 0);
 
 }  // namespace lumatlas

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <fstream>
 #include <glm/glm.hpp>
@@ -21,6 +22,7 @@
 #include "tools/base/html_text.h"
 #include "tools/base/output_folder.h"
 #include "tools/paths/camera_tours.h"
+#include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
 #include "tools/viewer/packed_arrays.h"
 #include "tools/viewer/page_assets.h"
@@ -76,11 +78,22 @@ json json_of(const BlendOptions& options) {
 }
 
 json shaders() {
-  return {
-      {"surface.vert", k_surface_vert}, {"surface.frag", k_surface_frag},         {"screen.vert", k_screen_vert},
-      {"blend.frag", k_blend_frag},     {"silhouettes.frag", k_silhouettes_frag}, {"diagnose.frag", k_diagnose_frag},
-      {"depth.frag", k_depth_frag},     {"photograph.frag", k_photograph_frag},   {"page.frag", k_page_frag},
-      {"modes.frag", k_modes_frag}};
+  return {{"surface.vert", k_surface_vert},
+          {"surface.frag", k_surface_frag},
+          {"screen.vert", k_screen_vert},
+          {"blend.frag", k_blend_frag},
+          {"silhouettes.frag", k_silhouettes_frag},
+          {"diagnose.frag", k_diagnose_frag},
+          {"depth.frag", k_depth_frag},
+          {"photograph.frag", k_photograph_frag},
+          {"page.frag", k_page_frag},
+          {"modes.frag", k_modes_frag},
+          {"fade.frag", k_fade_frag},
+          {"glance.frag", k_glance_frag}};
+}
+
+SiteFile binary(std::string name, std::vector<std::uint8_t> bytes) {
+  return {std::move(name), "application/octet-stream", std::move(bytes)};
 }
 
 std::vector<Camera> cameras_of(const Snapshot& snapshot) {
@@ -91,22 +104,11 @@ std::vector<Camera> cameras_of(const Snapshot& snapshot) {
   return cameras;
 }
 
-// Where a visitor begins: at the photograph that most cells refer to, which gives the widest view.
-std::size_t first_view(const Snapshot& snapshot) {
-  std::vector<std::size_t> cells(snapshot.views.size(), 0);
-  for (const std::uint32_t slot : snapshot.references.views) ++cells[slot];
-  std::size_t best = 0;
-  for (std::size_t slot = 0; slot < cells.size(); ++slot) {
-    if (snapshot.views[slot] && (!snapshot.views[best] || cells[slot] > cells[best])) best = slot;
-  }
-  return best;
-}
-
 class SiteWriter {
  public:
   SiteWriter(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
-             const Tick& tick)
-      : snapshot_(snapshot), options_(options), put_(put), tick_(tick) {
+             const Tick& tick, SiteHistory* history = nullptr)
+      : snapshot_(snapshot), options_(options), put_(put), tick_(tick), history_(history) {
     check(snapshot);
     check(options.blend);
     check(options.photographs);
@@ -127,6 +129,9 @@ class SiteWriter {
     return facts_;
   }
 
+  // With a history: what is new, and the names of all files but the scene's own.
+  std::vector<std::string> write_version();
+
  private:
   void put(SiteFile file, std::uint64_t& bytes) {
     bytes += file.bytes.size();
@@ -135,29 +140,71 @@ class SiteWriter {
   void step() const {
     if (tick_) tick_();
   }
+  // With a history: whether the view was written in some version.
+  [[nodiscard]] bool is_known(std::size_t slot) const {
+    return snapshot_.views[slot] && (!history_ || history_->views[slot].photograph > 0);
+  }
+  void note(std::string name) { names_.push_back(std::move(name)); }
 
   void write_surface();
-  void write_scene(const PackedMesh& mesh, const PackedMesh& coarse, const PackedArrays& tables);
+  void write_mesh_version();
+  json write_arrays_version(const char* name, const PackedArrays& arrays);
+  void note_view_version(std::size_t slot);
+  [[nodiscard]] SiteFile scene_file(const json& mesh, const json& coarse, const json& tables, const json& colors) const;
   void write_views();
   void write_view(std::size_t slot, const StoredView& view);
   [[nodiscard]] json view_json(std::size_t slot) const;
+  // Where a visitor begins: at the photograph that most cells refer to, which gives the widest view.
+  [[nodiscard]] std::size_t first_view() const;
   [[nodiscard]] std::string stem(std::size_t slot) const;
+  [[nodiscard]] std::string photograph_name(std::size_t slot) const;
+  [[nodiscard]] std::string mask_name(std::size_t slot) const;
+  [[nodiscard]] std::string thumbnail_name(std::size_t slot) const;
+  // The name of a file that was written in a version; of a site that stays, it has no number.
+  [[nodiscard]] std::string versioned(const std::string& name, std::uint64_t version, const char* ending) const {
+    return history_ ? name + '-' + std::to_string(version) + ending : name + ending;
+  }
 
   const Snapshot& snapshot_;
   const SiteOptions& options_;
   const std::function<void(SiteFile)>& put_;
   const Tick& tick_;
+  SiteHistory* history_;            // null: the site is written once
+  std::vector<std::string> names_;  // with a history, of all files of its version
   std::uint32_t tile_px_ = 0, scaled_tile_px_ = 0;
   SiteFacts facts_;
 };
+
+std::size_t SiteWriter::first_view() const {
+  std::vector<std::size_t> cells(snapshot_.views.size(), 0);
+  for (const std::uint32_t slot : snapshot_.references.views) ++cells[slot];
+  std::size_t best = 0;
+  for (std::size_t slot = 0; slot < cells.size(); ++slot) {
+    if (is_known(slot) && (!is_known(best) || cells[slot] > cells[best])) best = slot;
+  }
+  return best;
+}
 
 std::string SiteWriter::stem(std::size_t slot) const {
   const std::string number = std::to_string(slot);
   return std::string(5 - std::min<std::size_t>(number.size(), 5), '0') + number;
 }
 
+std::string SiteWriter::photograph_name(std::size_t slot) const {
+  return versioned("views/" + stem(slot), history_ ? history_->views[slot].photograph : 0,
+                   ending(options_.photographs.format));
+}
+
+std::string SiteWriter::mask_name(std::size_t slot) const {
+  return versioned("views/" + stem(slot), history_ ? history_->views[slot].mask : 0, ".bin");
+}
+
+std::string SiteWriter::thumbnail_name(std::size_t slot) const {
+  return versioned("thumbnails/" + stem(slot), history_ ? history_->views[slot].photograph : 0, ".jpg");
+}
+
 json SiteWriter::view_json(std::size_t slot) const {
-  if (!snapshot_.views[slot]) return nullptr;
+  if (!is_known(slot)) return nullptr;
   const StoredView& view = *snapshot_.views[slot];
   const Camera& camera = view.camera;
   const double scale = facts_.scale;
@@ -167,9 +214,9 @@ json SiteWriter::view_json(std::size_t slot) const {
   }
   const double depth = median_depth(view);
   return {{"name", view.name},
-          {"photograph", "views/" + stem(slot) + ending(options_.photographs.format)},
-          {"mask", "views/" + stem(slot) + ".bin"},
-          {"thumbnail", "thumbnails/" + stem(slot) + ".jpg"},
+          {"photograph", photograph_name(slot)},
+          {"mask", mask_name(slot)},
+          {"thumbnail", thumbnail_name(slot)},
           {"width", camera.width * scale},
           {"height", camera.height * scale},
           {"fx", camera.fx * scale},
@@ -182,17 +229,25 @@ json SiteWriter::view_json(std::size_t slot) const {
           {"depth", depth}};
 }
 
-// Which tiles are resident, view by view; with whole views, all.
+// Which tiles of a view are resident; with whole views, all.
+std::vector<std::uint8_t> tiles_there(const Snapshot& snapshot, std::size_t slot, std::uint32_t tile_px) {
+  const Camera& camera = snapshot.views[slot]->camera;
+  std::vector<std::uint8_t> there(TileGrid(camera.width, camera.height, tile_px).tiles(), 1);
+  if (snapshot.tiles.whole_views()) return there;
+  const std::uint32_t first = snapshot.tiles.first_tile[slot];
+  for (std::size_t tile = 0; tile < there.size(); ++tile) {
+    if (snapshot.tiles.slots[first + tile] == kNotResident) there[tile] = 0;
+  }
+  return there;
+}
+
+// The same of all views.
 std::vector<std::uint32_t> resident_tiles(const Snapshot& snapshot, std::uint32_t tile_px) {
   std::vector<std::uint32_t> resident;
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
-    const Camera& camera = snapshot.views[slot]->camera;
-    const std::uint32_t tiles = TileGrid(camera.width, camera.height, tile_px).tiles();
-    for (std::uint32_t tile = 0; tile < tiles; ++tile) {
-      resident.push_back(snapshot.tiles.whole_views() ||
-                         snapshot.tiles.slots[snapshot.tiles.first_tile[slot] + tile] != kNotResident);
-    }
+    const std::vector<std::uint8_t> there = tiles_there(snapshot, slot, tile_px);
+    resident.insert(resident.end(), there.begin(), there.end());
   }
   return resident;
 }
@@ -206,30 +261,17 @@ std::vector<std::uint32_t> flat(const Records& records, int components) {
   return values;
 }
 
-void SiteWriter::write_surface() {
-  const Surface& surface = *snapshot_.surface;
-  const double width = options_.blend.border_width;
-  CellShares shares = share_cells(surface, width * surface.cells.size);
-  if (width > 0) shares = joined(std::move(shares), first_of_same_references(snapshot_.references));
-  const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors, surface.cells.cell_of_face, shares);
-  const ZoneReferences lists = zone_references(mesh.zone_cells, snapshot_.references, snapshot_.cell_seen);
-  const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
+PackedArrays tables_of(const Snapshot& snapshot, const ZoneCells& zones, std::uint32_t tile_px) {
+  const ZoneReferences lists = zone_references(zones, snapshot.references, snapshot.cell_seen);
   PackedArrays tables;
   tables.add("zones", flat(lists.zones, 3), 3, PackedCoding::difference);
   tables.add("cells", flat(lists.cells, 3), 3, PackedCoding::difference);
   tables.add("references", lists.references, 1, PackedCoding::difference);
-  tables.add("resident", resident_tiles(snapshot_, tile_px_), 1, PackedCoding::plain);
-  const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
-  write_scene(packed, coarse, tables);
-  if (coarse.corner_counts[0] > 0) {
-    put({"coarse.bin", "application/octet-stream", coarse.arrays.deflated()}, facts_.scene_bytes);
-  }
-  put({"mesh.bin", "application/octet-stream", packed.arrays.deflated()}, facts_.mesh_bytes);
-  put({"tables.bin", "application/octet-stream", tables.deflated()}, facts_.table_bytes);
-  step();
+  tables.add("resident", resident_tiles(snapshot, tile_px), 1, PackedCoding::plain);
+  return tables;
 }
 
-json mesh_json(const PackedMesh& mesh, const char* file) {
+json mesh_json(const PackedMesh& mesh, const std::string& file) {
   return {{"file", file},
           {"arrays", mesh.arrays.description()},
           {"corner_counts", mesh.corner_counts},
@@ -237,7 +279,99 @@ json mesh_json(const PackedMesh& mesh, const char* file) {
           {"step", mesh.grid.step}};
 }
 
-void SiteWriter::write_scene(const PackedMesh& mesh, const PackedMesh& coarse, const PackedArrays& tables) {
+void SiteWriter::write_surface() {
+  const Surface& surface = *snapshot_.surface;
+  const double width = options_.blend.border_width;
+  CellShares shares = share_cells(surface, width * surface.cells.size);
+  if (width > 0) shares = joined(std::move(shares), first_of_same_references(snapshot_.references));
+  const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors, surface.cells.cell_of_face, shares);
+  const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
+  const PackedArrays tables = tables_of(snapshot_, mesh.zone_cells, tile_px_);
+  const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
+  const bool has_coarse = coarse.corner_counts[0] > 0;
+  const json described{{"file", "tables.bin"}, {"arrays", tables.description()}};
+  put(scene_file(mesh_json(packed, "mesh.bin"), has_coarse ? mesh_json(coarse, "coarse.bin") : json(), described,
+                 json()),
+      facts_.scene_bytes);
+  const std::size_t first = first_view();
+  const Photograph poster =
+      small_picture(*snapshot_.views[first], kPosterPx, tiles_there(snapshot_, first, tile_px_), tile_px_);
+  put({"poster.jpg", "image/jpeg", encode_image(poster, kSmallPictures)}, facts_.scene_bytes);
+  if (has_coarse) put(binary("coarse.bin", coarse.arrays.deflated()), facts_.scene_bytes);
+  put(binary("mesh.bin", packed.arrays.deflated()), facts_.mesh_bytes);
+  put(binary("tables.bin", tables.deflated()), facts_.table_bytes);
+  step();
+}
+
+// Cells that refer to the same views are not joined, so that the mesh stays as it is when these change.
+void SiteWriter::write_mesh_version() {
+  const std::shared_ptr<const Surface>& surface = snapshot_.surface;
+  const bool same = history_->surface && same_mesh(*history_->surface, *surface);
+  history_->surface = surface;
+  if (same) return note(history_->mesh["file"]);
+  const CellShares shares = share_cells(*surface, options_.blend.border_width * surface->cells.size);
+  ZoneMesh mesh = zone_mesh(surface->mesh, snapshot_.vertex_colors, surface->cells.cell_of_face, shares);
+  step();
+  const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
+  step();
+  history_->sources.clear();
+  for (const std::uint32_t vertex : packed.vertices) history_->sources.push_back(mesh.sources[vertex]);
+  history_->zone_cells = std::move(mesh.zone_cells);
+  const std::string name = versioned("mesh", history_->version, ".bin");
+  history_->mesh = mesh_json(packed, name);
+  note(name);
+  put(binary(name, packed.arrays.deflated(DeflateEffort::least)), facts_.mesh_bytes);
+}
+
+json SiteWriter::write_arrays_version(const char* name, const PackedArrays& arrays) {
+  const std::string file = versioned(name, history_->version, ".bin");
+  note(file);
+  put(binary(file, arrays.deflated(DeflateEffort::least)), facts_.table_bytes);
+  return {{"file", file}, {"arrays", arrays.description()}};
+}
+
+// Which files of a view are as they were.
+void SiteWriter::note_view_version(std::size_t slot) {
+  SiteHistory::View& known = history_->views[slot];
+  const std::shared_ptr<const StoredView> before = std::exchange(known.view, snapshot_.views[slot]);
+  if (before == known.view || !known.view) return;
+  const StoredView& now = *known.view;
+  // Scaled photographs are means over what is valid.
+  const bool same = facts_.scale == 1 && before && before->photograph.rgb == now.photograph.rgb;
+  if (!same) known.photograph = history_->version;
+  if (!same || before->validity != now.validity || before->rim != now.rim) known.mask = history_->version;
+}
+
+std::vector<std::string> SiteWriter::write_version() {
+  ++history_->version;
+  history_->complete = true;
+  history_->views.resize(snapshot_.views.size());
+  write_mesh_version();
+  step();
+  PackedArrays colors;
+  std::vector<std::uint32_t> values;
+  for (const std::uint32_t vertex : history_->sources) {
+    for (int channel = 0; channel < 3; ++channel) values.push_back(snapshot_.vertex_colors[vertex][channel]);
+  }
+  colors.add("colors", values, 3, PackedCoding::difference);
+  const json described_colors = write_arrays_version("colors", colors);
+  const json described = write_arrays_version("tables", tables_of(snapshot_, history_->zone_cells, tile_px_));
+  const auto until = std::chrono::steady_clock::now() + options_.time_for_views;
+  for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
+    step();
+    const bool changed = snapshot_.views[slot] != history_->views[slot].view;
+    if (changed && snapshot_.views[slot] && std::chrono::steady_clock::now() > until) {
+      history_->complete = false;
+    } else {
+      note_view_version(slot);
+    }
+    if (is_known(slot)) write_view(slot, *snapshot_.views[slot]);
+  }
+  put(scene_file(history_->mesh, json(), described, described_colors), facts_.scene_bytes);
+  return std::move(names_);
+}
+
+SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json& tables, const json& colors) const {
   const Surface& surface = *snapshot_.surface;
   const Bounds box = bounds(surface.mesh);
   const SceneExtent extent = scene_extent(surface.mesh);
@@ -245,28 +379,31 @@ void SiteWriter::write_scene(const PackedMesh& mesh, const PackedMesh& coarse, c
   json views = json::array();
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) views.push_back(view_json(slot));
   const TileOptions& tiles = snapshot_.tiles.options;
-  const json scene = {{"lumatlas", LUMATLAS_VERSION},
-                      {"format", 1},
-                      {"title", options_.title},
-                      {"shaders", shaders()},
-                      {"definitions", shared_definitions()},
-                      {"blend", json_of(options_.blend)},
-                      {"mesh", mesh_json(mesh, "mesh.bin")},
-                      {"coarse", coarse.corner_counts[0] > 0 ? mesh_json(coarse, "coarse.bin") : json()},
-                      {"tables", {{"file", "tables.bin"}, {"arrays", tables.description()}}},
-                      {"tile", scaled_tile_px_},
-                      {"levels", levels_of_gutter(tiles.gutter_px)},
-                      {"cubic_levels", cubic_levels(tiles)},
-                      {"near_depth", kNearShare * glm::length(box.max - box.min)},
-                      {"inverse_depth", NearbyExposure(snapshot_).per_depth()},
-                      {"up", json_of(upward(cameras))},
-                      {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
-                      {"first_view", first_view(snapshot_)},
-                      {"poster", "poster.jpg"},
-                      {"views", std::move(views)}};
-  put({"scene.json", "application/json", bytes_of_text(json_text(scene))}, facts_.scene_bytes);
-  const StoredView& first = *snapshot_.views[first_view(snapshot_)];
-  put({"poster.jpg", "image/jpeg", encode_image(small_picture(first, kPosterPx), kSmallPictures)}, facts_.scene_bytes);
+  const json scene = {
+      {"lumatlas", LUMATLAS_VERSION},
+      {"format", 1},
+      {"title", options_.title},
+      {"shaders", shaders()},
+      {"definitions", shared_definitions()},
+      {"blend", json_of(options_.blend)},
+      {"version", history_ ? json(history_->version) : json()},
+      {"mesh", mesh},
+      {"coarse", coarse},
+      {"tables", tables},
+      {"colors", colors},
+      {"tile", scaled_tile_px_},
+      {"levels", levels_of_gutter(tiles.gutter_px)},
+      {"cubic_levels", cubic_levels(tiles)},
+      {"near_depth", kNearShare * glm::length(box.max - box.min)},
+      {"inverse_depth", NearbyExposure(snapshot_).per_depth()},
+      {"up", json_of(upward(cameras))},
+      {"photographed",
+       {{"cosine", kPhotographedCosine}, {"enlargement", kPhotographedEnlargement}, {"share", kCoveredShare}}},
+      {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
+      {"first_view", first_view()},
+      {"poster", history_ ? json() : json("poster.jpg")},
+      {"views", std::move(views)}};
+  return {"scene.json", "application/json", bytes_of_text(json_text(scene))};
 }
 
 void SiteWriter::write_views() {
@@ -285,26 +422,38 @@ std::vector<std::uint32_t> bits_of(const std::vector<std::uint8_t>& flags) {
   return words;
 }
 
-void SiteWriter::write_view(std::size_t slot, const StoredView& view) {
-  const ScaledView scaled = scaled_view(view, facts_.scale);
-  const ImageCoding& coding = options_.photographs;
-  put({"thumbnails/" + stem(slot) + ".jpg", "image/jpeg",
-       encode_image(small_picture(view, kThumbnailPx), kSmallPictures)},
-      facts_.photograph_bytes);
-  put({"views/" + stem(slot) + ending(coding.format), mime_type(coding.format),
-       encode_image(scaled.photograph, coding)},
-      facts_.photograph_bytes);
+// The numbers of bytes of the values come first: sizes follow from the view's, but these do not.
+std::vector<std::uint8_t> mask_file(const ScaledView& view, DeflateEffort effort) {
   PackedArrays mask;
-  mask.add("validity", std::vector<std::uint32_t>(scaled.validity.begin(), scaled.validity.end()), 1,
+  mask.add("validity", std::vector<std::uint32_t>(view.validity.begin(), view.validity.end()), 1,
            PackedCoding::difference);
-  mask.add("rim", bits_of(scaled.rim), 1, PackedCoding::plain);
-  // The arrays' sizes follow from the view's, but not how many bytes their values have.
-  json description = mask.description();
-  const std::vector<std::uint8_t> packed = mask.deflated();
+  mask.add("rim", bits_of(view.rim), 1, PackedCoding::plain);
+  const json description = mask.description();
+  const std::vector<std::uint8_t> packed = mask.deflated(effort);
   std::vector<std::uint8_t> file{static_cast<std::uint8_t>(description[0]["bytes"].get<int>()),
                                  static_cast<std::uint8_t>(description[1]["bytes"].get<int>())};
   file.insert(file.end(), packed.begin(), packed.end());
-  put({"views/" + stem(slot) + ".bin", "application/octet-stream", std::move(file)}, facts_.mask_bytes);
+  return file;
+}
+
+// With a history, what of it is new.
+void SiteWriter::write_view(std::size_t slot, const StoredView& view) {
+  const bool photograph = !history_ || history_->views[slot].photograph == history_->version;
+  const bool mask = !history_ || history_->views[slot].mask == history_->version;
+  for (const auto& name : {thumbnail_name(slot), photograph_name(slot), mask_name(slot)}) note(name);
+  if (!photograph && !mask) return;
+  const ScaledView scaled = scaled_view(view, facts_.scale);
+  const ImageCoding& coding = options_.photographs;
+  if (photograph) {
+    put({thumbnail_name(slot), "image/jpeg",
+         encode_image(small_picture(view, kThumbnailPx, tiles_there(snapshot_, slot, tile_px_), tile_px_),
+                      kSmallPictures)},
+        facts_.photograph_bytes);
+    put({photograph_name(slot), mime_type(coding.format), encode_image(scaled.photograph, coding)},
+        facts_.photograph_bytes);
+  }
+  const DeflateEffort effort = history_ ? DeflateEffort::least : DeflateEffort::most;
+  if (mask) put(binary(mask_name(slot), mask_file(scaled, effort)), facts_.mask_bytes);
 }
 
 // Of scripts and pictures of the site's own alone.
@@ -322,6 +471,7 @@ std::string page(const SiteOptions& options, std::string_view policy, std::strin
   html = replaced(std::move(html), "{{policy}}", policy);
   html = replaced(std::move(html), "{{script}}", script);
   html = replaced(std::move(html), "{{style}}", style);
+  html = replaced(std::move(html), "{{live}}", options.live ? " data-live=\"live.json\"" : "");
   return replaced(std::move(html), "{{title}}", html_escaped(options.title));
 }
 
@@ -331,23 +481,38 @@ std::size_t site_ticks(const Snapshot& snapshot) {
   return 1 + cameras_of(snapshot).size();
 }
 
+bool same_mesh(const Surface& a, const Surface& b) {
+  return &a == &b || (a.mesh.positions == b.mesh.positions && a.mesh.faces == b.mesh.faces && a.offset == b.offset &&
+                      a.cells.cell_of_face == b.cells.cell_of_face && a.cells.size == b.cells.size);
+}
+
+std::vector<SiteFile> page_files(const SiteOptions& options) {
+  return {{"index.html", "text/html; charset=utf-8",
+           bytes_of_text(page(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)",
+                              R"(<script type="module" src="viewer.js"></script>)"))},
+          {"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)},
+          {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)}};
+}
+
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick) {
   SiteWriter writer(snapshot, options, put, tick);
-  const std::array<SiteFile, 3> files{
-      SiteFile{"index.html", "text/html; charset=utf-8",
-               bytes_of_text(page(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)",
-                                  R"(<script type="module" src="viewer.js"></script>)"))},
-      SiteFile{"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)},
-      SiteFile{"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)}};
   std::uint64_t page_bytes = 0;
-  for (const SiteFile& file : files) {
+  for (SiteFile& file : page_files(options)) {
     page_bytes += file.bytes.size();
-    put(file);
+    put(std::move(file));
   }
   SiteFacts facts = writer.write();
   facts.page_bytes = page_bytes;
   return facts;
+}
+
+std::vector<std::string> write_site_version(const Snapshot& snapshot, const SiteOptions& options, SiteHistory& history,
+                                            const std::function<void(SiteFile)>& put, const Tick& tick) {
+  SiteHistory next = history;
+  std::vector<std::string> names = SiteWriter(snapshot, options, put, tick, &next).write_version();
+  history = std::move(next);
+  return names;
 }
 
 SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot& snapshot, const SiteOptions& options,

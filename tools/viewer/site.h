@@ -5,6 +5,7 @@
 // Its shaders are those of blend/, so that it shows the picture that `lumatlas render` draws.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -16,6 +17,7 @@
 #include "blend/blend_options.h"
 #include "mesh/tick.h"
 #include "tools/viewer/scaled_view.h"
+#include "tools/viewer/site_history.h"
 
 namespace lumatlas {
 
@@ -26,7 +28,9 @@ struct SiteOptions {
   std::string title = "lumatlas";
   ImageCoding photographs{ImageFormat::jpeg, 90};
   BlendOptions blend;
-  std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
+  std::uint32_t most_side_px = kMostSidePx;                      // photographs with a longer side are scaled, all alike
+  std::chrono::seconds time_for_views = std::chrono::hours(24);  // of a version; at least one is written
+  bool live = false;  // the page asks again and again for what changed: see live_site.h
 };
 
 struct SiteFile {
@@ -58,6 +62,15 @@ struct SiteFacts {
 // std::invalid_argument unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
+
+// The page's own files: HTML, script, style.
+[[nodiscard]] std::vector<SiteFile> page_files(const SiteOptions& options);
+
+// The rest of the site, as far as it is not as it was written last; the scene's own file, which names the others, comes
+// last. Returns the names of all files of this version but that one. Throws as write_site() does, and what `tick`
+// throws; the history is then as it was.
+std::vector<std::string> write_site_version(const Snapshot& snapshot, const SiteOptions& options, SiteHistory& history,
+                                            const std::function<void(SiteFile)>& put, const Tick& tick = {});
 
 // Into a folder, which must exist. Throws InputError if a file cannot be written.
 SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot& snapshot, const SiteOptions& options,

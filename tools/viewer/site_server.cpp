@@ -6,6 +6,7 @@
 #include <chrono>
 #include <exception>
 #include <map>
+#include <mutex>
 #include <thread>
 #include <utility>
 
@@ -28,7 +29,8 @@ std::string in_url(const std::string& host) {
 struct SiteServer::State {
   ServerOptions options;
   httplib::Server server;
-  std::map<std::string, SiteFile> files;
+  std::mutex mutex;  // of the files
+  std::map<std::string, std::shared_ptr<const SiteFile>> files;
   int port = 0;
 
   // Another site's name that leads to this address (DNS rebinding) is refused.
@@ -41,21 +43,28 @@ struct SiteServer::State {
     return false;
   }
 
-  void answer(const httplib::Request& request, httplib::Response& response) const {
+  // Null: there is none.
+  [[nodiscard]] std::shared_ptr<const SiteFile> file(const std::string& name) {
+    const std::lock_guard lock(mutex);
+    const auto found = files.find(name);
+    return found == files.end() ? nullptr : found->second;
+  }
+
+  void answer(const httplib::Request& request, httplib::Response& response) {
     if (!asked_by_name(request)) {
       response.status = 403;
       return response.set_content("This address is not served by that name.\n", "text/plain");
     }
     const std::string name = request.path == "/" ? "index.html" : request.path.substr(1);
-    const auto found = files.find(name);
-    if (found == files.end()) {
+    const std::shared_ptr<const SiteFile> found = file(name);
+    if (!found) {
       response.status = 404;
       return response.set_content("There is no such file.\n", "text/plain");
     }
-    const SiteFile& file = found->second;
-    response.set_content_provider(file.bytes.size(), file.type.c_str(),
-                                  [&file](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                                    const auto* bytes = reinterpret_cast<const char*>(&file.bytes[offset]);
+    // It is kept for whoever fetches it, although another may come in its place.
+    response.set_content_provider(found->bytes.size(), found->type.c_str(),
+                                  [found](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
+                                    const auto* bytes = reinterpret_cast<const char*>(&found->bytes[offset]);
                                     return sink.write(bytes, length);
                                   });
   }
@@ -94,7 +103,14 @@ SiteServer::~SiteServer() = default;
 
 void SiteServer::add(SiteFile file) {
   std::string name = file.name;
-  state_->files.insert_or_assign(std::move(name), std::move(file));
+  auto shared = std::make_shared<const SiteFile>(std::move(file));
+  const std::lock_guard lock(state_->mutex);
+  state_->files.insert_or_assign(std::move(name), std::move(shared));
+}
+
+void SiteServer::remove(const std::string& name) {
+  const std::lock_guard lock(state_->mutex);
+  state_->files.erase(name);
 }
 
 std::string SiteServer::address() const {

@@ -23,8 +23,9 @@ class SiteServer {
   SiteServer(const SiteServer&) = delete;
   SiteServer& operator=(const SiteServer&) = delete;
 
-  // index.html is also "/". Before serve().
+  // In place of one of that name; index.html is also "/". These two may be called from any thread while it serves.
   void add(SiteFile file);
+  void remove(const std::string& name);
   [[nodiscard]] std::string address() const;  // a URL
   // Answers until `stop` says so, which is asked some times a second, or throws, as throw_if_interrupted() does.
   void serve(const std::function<bool()>& stop);

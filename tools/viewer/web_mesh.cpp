@@ -110,7 +110,7 @@ PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid) {
     }
     zones.push_back(mesh.zones[vertex]);
   }
-  PackedMesh packed{{}, grid, {}};
+  PackedMesh packed{{}, grid, {}, order};
   for (const std::size_t faces : mesh.face_counts) packed.corner_counts.push_back(3 * faces);
   packed.arrays.add("corners", corners, 3, PackedCoding::corners);
   packed.arrays.add("positions", positions, 3, PackedCoding::difference);

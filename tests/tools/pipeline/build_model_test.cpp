@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -109,6 +110,38 @@ TEST_CASE("options that break a rule are refused before anything is read") {
   options = {};
   options.hold_out = HoldOut{1, 1};
   CHECK(complaint(options) == "hold is 1, must be at least 2");
+}
+
+TEST_CASE("snapshots that are taken while a model is built do not change it") {
+  BuildOptions options;
+  options.max_views = 8;
+  options.refine = RefineMode::exposure;
+  options.tiles = {16, 2, 0};
+  options.array_bytes = 40 * slot_bytes(options.tiles);  // so few that the planner must choose
+  const BuildResult alone = build_model(small_scene(), options);
+  const Atlas* watched = nullptr;
+  std::size_t snapshots = 0;
+  const BuildCallback look = [&](const BuildProgress&) {
+    if (watched && !watched->snapshot().views.empty()) ++snapshots;
+    return true;
+  };
+  const BuildResult result = build_model(small_scene(), options, look, [&](const Atlas& atlas) {
+    watched = &atlas;
+    return std::shared_ptr<void>(&snapshots, [&](void*) { watched = nullptr; });
+  });
+  CHECK(snapshots >= kViews);
+  CHECK(watched == nullptr);
+  const auto resident = [](const Snapshot& snapshot) {
+    std::vector<bool> tiles;
+    for (const std::uint32_t slot : snapshot.tiles.slots) tiles.push_back(slot != kNotResident);
+    return tiles;
+  };
+  CHECK(stored(result) == stored(alone));
+  CHECK(resident(result.snapshot) == resident(alone.snapshot));
+  const std::vector<bool> tiles = resident(alone.snapshot);
+  CHECK(std::count(tiles.begin(), tiles.end(), true) <= 40);
+  CHECK(result.snapshot.references.views == alone.snapshot.references.views);
+  CHECK(result.snapshot.vertex_colors == alone.snapshot.vertex_colors);
 }
 
 TEST_CASE("what masks take out of photographs is valid in no stored view, refined or not") {

@@ -61,5 +61,21 @@ TEST_CASE("a small picture keeps its shape") {
   CHECK(small.rgb.size() == 3 * 24 * 18);
 }
 
+TEST_CASE("a small picture has no holes where tiles are missing") {
+  StoredView stored = view();
+  std::fill(stored.photograph.rgb.begin(), stored.photograph.rgb.end(), std::uint8_t{90});
+  for (std::uint32_t y = 16; y < 48; ++y) {  // two rows of tiles, but for their last column
+    for (std::uint32_t x = 0; x < 80; ++x) std::fill_n(&stored.photograph.rgb[3 * (y * 96 + x)], 3, std::uint8_t{0});
+  }
+  std::vector<std::uint8_t> there(6 * 5, 1);
+  for (std::size_t tile = 6; tile < 18; ++tile) there[tile] = tile % 6 == 5 ? 1 : 0;
+  const Photograph holes = small_picture(stored, 24);
+  CHECK(std::count(holes.rgb.begin(), holes.rgb.end(), 0) == 3 * 20 * 8);
+  const Photograph small = small_picture(stored, 24, there, 16);
+  CHECK(small.rgb == std::vector<std::uint8_t>(3 * 24 * 18, 90));
+  // Where there is nothing at all, it stays.
+  CHECK(small_picture(stored, 24, std::vector<std::uint8_t>(30, 0), 16).rgb == holes.rgb);
+}
+
 }  // namespace
 }  // namespace lumatlas

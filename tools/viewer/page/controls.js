@@ -122,10 +122,10 @@ export class Controls {
     this.moved();
   }
 
-  // What keys that are held do within a time; false: none is.
+  // What keys that are held do within a time, or, with no hand on anything, the hold; false: nothing.
   advance(seconds) {
-    if (this.keys.size === 0) return false;
     const step = Math.min(seconds, LONGEST_STEP_S);
+    if (this.keys.size === 0) return this.pointers.size === 0 && this.navigation.relax(step);
     let move = [0, 0, 0];
     for (const key of this.keys) {
       if (key in MOVES) move = add(move, MOVES[key], KEY_SPEED * step);

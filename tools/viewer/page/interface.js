@@ -13,13 +13,14 @@ const LEGENDS = {
 const element = (id) => document.getElementById(id);
 
 export class Interface {
-  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(orbits)}
+  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(), hold()}
   constructor(actions) {
     this.actions = actions;
     element('mode').addEventListener('change', (event) => actions.mode(event.target.value));
     element('quality').addEventListener('change', (event) => actions.quality(event.target.value));
     element('save').addEventListener('click', () => actions.save());
     element('walk').addEventListener('click', () => actions.walk());
+    element('hold').addEventListener('click', () => actions.hold());
     element('full').addEventListener('click', () => this.toggleFullScreen());
     element('views').addEventListener('click', () => this.toggleThumbnails());
     element('help').addEventListener('click', () => element('keys').showModal());
@@ -38,8 +39,14 @@ export class Interface {
   }
 
   showThumbnails(scene, files) {
-    const buttons = scene.views.map((view, slot) => view && this.thumbnail(view, slot, files)).filter(Boolean);
-    element('thumbnails').replaceChildren(...buttons);
+    const strip = element('thumbnails');
+    const known = new Map([...strip.children].map((button) => [button.dataset.content, button]));
+    const buttons = scene.views.map((view, slot) => {
+      return view && (known.get(`${slot} ${view.thumbnail}`) ?? this.thumbnail(view, slot, files));
+    }).filter(Boolean);
+    if (buttons.length !== strip.children.length || buttons.some((button, i) => button !== strip.children[i])) {
+      strip.replaceChildren(...buttons);
+    }
   }
 
   thumbnail(view, slot, files) {
@@ -50,6 +57,7 @@ export class Interface {
     image.alt = '';
     button.title = view.name;
     button.dataset.slot = slot;
+    button.dataset.content = `${slot} ${view.thumbnail}`;
     button.setAttribute('aria-label', `Photograph ${view.name}`);
     button.append(image);
     button.addEventListener('click', () => this.actions.jump(slot));
@@ -67,6 +75,11 @@ export class Interface {
     element('walk').title = orbits ? 'A drag turns around the surface' : 'A drag turns the head';
   }
 
+  showHold(on) {
+    element('hold').setAttribute('aria-pressed', String(on));
+    element('hold').title = on ? 'Where nobody photographed one comes back' : 'One may go anywhere';
+  }
+
   // `done` of `total` photographs are there.
   showProgress(text, done, total) {
     const bar = element('progress');
@@ -74,6 +87,10 @@ export class Interface {
     bar.value = done;
     bar.hidden = done >= total;
     element('status').textContent = done >= total ? '' : text;
+  }
+
+  showNote(text) {
+    element('status').textContent = text;
   }
 
   showPoster(address) {

@@ -36,6 +36,12 @@ function fourBytes(values) {
   return bytes;
 }
 
+// Four bytes for each of the mesh's vertices; null where they are the mesh's own.
+export async function loadColors(files, scene) {
+  if (!scene.colors) return null;
+  return fourBytes(unpack(await inflated(await files.array(scene.colors.file)), scene.colors.arrays).colors);
+}
+
 export async function loadTables(files, scene) {
   return unpack(await inflated(await files.array(scene.tables.file)), scene.tables.arrays);
 }

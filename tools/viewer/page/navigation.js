@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Where the visitor is, and how movements change that: around a point of the surface, or as one who looks about.
+import {Hold} from './hold.js';
 import {add, between, dot, length, lookingAlong, normalized, orthonormal, poseOf} from './camera.js';
 import {row, subtract, times, turned, worldFromCam} from './camera.js';
 
@@ -9,14 +10,25 @@ const JUMP_MS = 700;
 
 export class Navigation {
   constructor(scene) {
-    this.scene = scene;
-    this.up = normalized(scene.up);
+    this.follow(scene);
     this.pose = {position: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]};
     this.fov = 50;
-    this.orbits = looksAtOneThing(scene);
-    this.typicalDepth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
     this.depth = this.typicalDepth;  // of what movements are about
     this.jump = null;
+    this.hold = new Hold(scene.photographed.share, this.typicalDepth);
+  }
+
+  // Another version of the scene, which may show better what is up and what it is about.
+  follow(scene) {
+    this.scene = scene;
+    this.up = normalized(scene.up);
+    this.typicalDepth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
+    if (!this.chosen) this.orbits = looksAtOneThing(scene);
+  }
+
+  toggleOrbits() {
+    this.orbits = !this.orbits;
+    this.chosen = true;
   }
 
   // The point in the middle of the view that one orbits.
@@ -28,6 +40,21 @@ export class Navigation {
     this.pose = {position: [...pose.position], rotation: orthonormal(pose.rotation)};
     this.fov = fov;
     this.jump = null;
+    this.hold.forget();
+  }
+
+  // Goes there, or part of the way; returns which.
+  step(pose) {
+    const part = this.hold.allowed(this.pose, pose);
+    this.pose = part === 1 ? pose : between(this.pose, pose, part);
+    return part;
+  }
+
+  // Comes back from where nobody photographed; false: is not there.
+  relax(seconds) {
+    if (this.jump || !this.hold.outside()) return false;
+    this.pose = this.hold.relaxed(this.pose, seconds);
+    return true;
   }
 
   // A stored photograph fills the window from here.
@@ -77,14 +104,14 @@ export class Navigation {
     if (steep(tilted) < STEEPEST || steep(tilted) < steep(rotation)) rotation = tilted;
     rotation = orthonormal(this.levelled(rotation));
     const position = orbit ? add(pivot, row(rotation, 2), -this.depth) : this.pose.position;
-    this.pose = {position, rotation};
+    this.step({position, rotation});
   }
 
   // In the camera's directions, in units of what it looks at.
   move(right, down, forward) {
     this.jump = null;
     const step = worldFromCam(this.pose.rotation, times([right, down, forward], this.depth));
-    this.pose = {...this.pose, position: add(this.pose.position, step)};
+    this.step({...this.pose, position: add(this.pose.position, step)});
   }
 
   // Towards what a ray meets, by a share of the way.
@@ -93,8 +120,8 @@ export class Navigation {
     const way = depth > 0 ? depth : this.depth;
     const nearest = this.typicalDepth * 0.02;
     const step = Math.min(share * way, way - nearest);
-    this.pose = {...this.pose, position: add(this.pose.position, worldFromCam(this.pose.rotation, ray), step)};
-    this.depth = Math.max(this.depth - step, nearest);
+    const position = add(this.pose.position, worldFromCam(this.pose.rotation, ray), step);
+    this.depth = Math.max(this.depth - step * this.step({...this.pose, position}), nearest);
   }
 
   setDepth(depth) {

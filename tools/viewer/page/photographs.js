@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photographs on the GPU. A view comes as a picture and a mask; its depths are drawn from the mesh when it comes.
 import {scaledCamera} from './camera.js';
-import {DEPTHS_AT_ONCE, slotOfTile} from './layout.js';
+import {DEPTHS_AT_ONCE, samePlaces, slotOfTile} from './layout.js';
 import {loadMask} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
 
@@ -52,7 +52,7 @@ export class Photographs {
     return {slot, picture, mask};
   }
 
-  // `renderer` draws the depths.
+  // `renderer` draws the depths. Promises how much of what the view shows was photographed (kept_path.h).
   store({slot, picture, mask}, renderer) {
     const {gl} = this;
     const view = this.scene.views[slot];
@@ -68,11 +68,13 @@ export class Photographs {
     bindTexture(gl, 'mask', gl.TEXTURE_2D, valid);
     renderer.setState();
     this.drawLevels(this.layout.places[slot]);
-    this.drawDepths(this.layout.places[slot], view, renderer);
+    const camera = scaledCamera(view, this.layout.scale);
+    const target = this.drawDepths(this.layout.places[slot], view, camera, renderer);
     gl.deleteTexture(image);
     gl.deleteTexture(valid);
     picture.close();
     this.show(slot);
+    return renderer.photographedShare(target, camera, camera.width / camera.height);
   }
 
   // Means over what a texel covers, in the page and at each of its coarser levels.
@@ -92,14 +94,13 @@ export class Photographs {
 
   // The surface as the view's camera sees it, whose depths become texels in half precision. These are packed by a
   // shader and copied as bytes, for WebGL 2 draws into no texture of half floats.
-  drawDepths(place, view, renderer) {
+  drawDepths(place, view, camera, renderer) {
     const {gl, layout} = this;
-    const camera = scaledCamera(view, layout.scale);
-    const surface = renderer.drawViewSurface(camera);
+    const target = renderer.drawViewSurface(camera);
     const [width, height] = layout.cell;
     const packed = makeTexture(gl, gl.RGBA32UI, width / DEPTHS_AT_ONCE, height);
     const program = this.programs.use('depth');
-    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, target.surface);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, packed, 0);
     gl.viewport(0, 0, width / DEPTHS_AT_ONCE, height);
@@ -123,17 +124,50 @@ export class Photographs {
     gl.deleteBuffer(bytes);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, null, 0);
     gl.deleteTexture(packed);
+    return target;
+  }
+
+  // Another version of the scene. What was stored stays, unless it is of a view that is not there any more; false: it
+  // does not fit.
+  follow(scene, layout, resident) {
+    if (!samePlaces(layout, this.layout) || scene.levels !== this.scene.levels) return false;
+    const before = this.scene;
+    Object.assign(this, {scene, layout, resident});
+    this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
+    for (const slot of this.there) {
+      if (scene.views[slot]?.name === before.views[slot]?.name) {
+        this.fill(slot);
+      } else {
+        this.there.delete(slot);
+      }
+    }
+    this.tileSlots.release();
+    this.views.release();
+    this.tileSlots = new Table(this.gl, this.slots, 1);
+    this.views = new Table(this.gl, viewTable(scene, layout), 4);
+    return true;
+  }
+
+  release() {
+    for (const texture of [this.colours, this.depths]) this.gl.deleteTexture(texture);
+    this.tileSlots.release();
+    this.views.release();
+    this.gl.deleteFramebuffer(this.framebuffer);
   }
 
   // From now on pictures may show it.
   show(slot) {
+    this.fill(slot);
+    this.tileSlots.store(this.slots, 1);
+    this.there.add(slot);
+  }
+
+  fill(slot) {
     const place = this.layout.places[slot];
     const tiles = place.tileColumns * place.tileRows;
     for (let tile = 0; tile < tiles; ++tile) {
       const number = place.firstTile + tile;
       this.slots[number] = this.resident[number] ? slotOfTile(this.layout, place, tile) : NO_SLOT;
     }
-    this.tileSlots.store(this.slots, 1);
-    this.there.add(slot);
   }
 }

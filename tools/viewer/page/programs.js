@@ -18,6 +18,8 @@ const PASSES = {
   photograph: {fragment: 'photograph.frag'},
   present: {fragment: 'page.frag'},
   modes: {fragment: 'modes.frag'},
+  fade: {fragment: 'fade.frag'},
+  glance: {fragment: 'glance.frag'},
 };
 
 // Compiled in the background where the browser can; a pass whose program is not ready() is not drawn yet.

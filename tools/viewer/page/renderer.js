@@ -16,6 +16,8 @@ const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 // Still pictures are drawn in parts of about so many pixels a side: the targets of their samples are then small, and a
 // slow GPU gets no task that takes long.
 const PART_PX = 640;
+const READ_AGAIN_MS = 8;
+const GLANCE_PX = 48;  // longer side of the picture that is looked through for what was photographed
 const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
 
 export class Renderer {
@@ -60,8 +62,16 @@ export class Renderer {
     gl.bindVertexArray(this.nothing);
   }
 
+  // Of each vertex, in place of those that the mesh came with.
+  setColors(colors) {
+    const {gl} = this;
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[1]);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, colors);
+  }
+
   setTables(tables) {
     const {gl} = this;
+    for (const table of Object.values(this.tables ?? {})) table.release();
     this.tables = {
       zones: new Table(gl, tables.zones, 3),
       cells: new Table(gl, tables.cells, 3),
@@ -72,7 +82,7 @@ export class Renderer {
   // Whether programs for pictures are compiled; asks for them.
   ready() {
     if (!this.mesh || !this.photographs || !this.tables) return false;
-    const needed = [['surface', 0], ...CELLS_OF_SHADER.filter((_, i) => this.counts[i] > 0).map((n) => ['blend', n])];
+    const needed = [['surface', 0], ['fade', 0], ['glance', 0], ...CELLS_OF_SHADER.filter((_, i) => this.counts[i] > 0).map((n) => ['blend', n])];
     return needed.map(([pass, cells]) => this.programs.ready(pass, cells)).every(Boolean);
   }
 
@@ -272,13 +282,93 @@ export class Renderer {
     gl.disable(gl.STENCIL_TEST);
   }
 
-  // What a stored view's camera sees, as a texture that is good until the next one.
+  drawFade(target) {
+    const {gl} = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.colorMask(true, true, true, false);
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, target.surface);
+    const program = this.programs.use('fade');
+    gl.uniform1f(program.uniform('least_cosine'), this.scene.photographed.cosine);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.colorMask(true, true, true, true);
+    gl.disable(gl.BLEND);
+  }
+
+  // How much of what a surface's picture shows was photographed, in [0, 1], once the GPU has found out. Of its
+  // middle, as wide as high times `aspect`; `camera` is the one that it was drawn for.
+  async photographedShare({surface, width, height}, camera, aspect) {
+    const {gl, scene} = this;
+    this.setState();
+    this.describe(camera, [1, 1, 1]);
+    const size = [Math.min(width, height * aspect), Math.min(height, width / aspect)];
+    const steps = size.map((side) => Math.max(1, Math.round(GLANCE_PX * side / Math.max(...size))));
+    const target = this.glanceTarget(...steps);
+    this.bindTables();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+    gl.viewport(0, 0, ...steps);
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
+    const program = this.programs.use('glance');
+    gl.uniform4f(program.uniform('part'), (width - size[0]) / 2, (height - size[1]) / 2,
+                 size[0] / steps[0], size[1] / steps[1]);
+    gl.uniform1f(program.uniform('least_cosine'), scene.photographed.cosine);
+    gl.uniform1f(program.uniform('enlargement'), scene.photographed.enlargement);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const pixels = await this.readLater(...steps);
+    let photographed = 0;
+    for (let i = 0; i < pixels.length; i += 4) photographed += pixels[i] > 0 ? 1 : 0;
+    return photographed / (steps[0] * steps[1]);
+  }
+
+  glanceTarget(width, height) {
+    const {gl} = this;
+    return this.target('glance', width, height, () => {
+      const colour = makeTexture(gl, gl.RGBA8, width, height);
+      const framebuffer = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, colour, 0);
+      return {
+        framebuffer, bytes: 4 * width * height,
+        release: () => {
+          gl.deleteTexture(colour);
+          gl.deleteFramebuffer(framebuffer);
+        },
+      };
+    });
+  }
+
+  // RGBA of the current framebuffer, without waiting for the GPU.
+  async readLater(width, height) {
+    const {gl} = this;
+    const pixels = new Uint8Array(4 * width * height);
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, pixels.length, gl.STREAM_READ);
+    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, 0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    do {
+      await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
+    } while (gl.clientWaitSync(done, 0, 0) === gl.TIMEOUT_EXPIRED);
+    gl.deleteSync(done);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
+    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    gl.deleteBuffer(buffer);
+    return pixels;
+  }
+
+  // What a stored view's camera sees, as a target that is good until the next one.
   drawViewSurface(camera) {
     this.setState();
     this.describe(camera, [1, 1, 1]);
     const target = this.surfaceTarget('view', camera.width, camera.height, false);
     this.drawSurface(target, false);
-    return target.surface;
+    return target;
   }
 
   dropTarget(use) {
@@ -295,12 +385,14 @@ export class Renderer {
     if (this.ready()) {
       this.bindTables();
       this.drawBlend(target);
+      this.drawFade(target);
     }
     return target;
   }
 
-  // The picture that `lumatlas render` draws, part by part: each call of next() draws one, and the last returns.
-  *drawStill(camera) {
+  // The picture that `lumatlas render` draws, part by part: each call of next() draws one, and the last returns. With
+  // `fades`, averaged colours where no photograph was taken from near there.
+  *drawStill(camera, fades) {
     const {gl} = this;
     const exposure = nearbyExposure(this.scene, camera);
     const still = this.stillTarget(camera.width, camera.height);
@@ -319,6 +411,7 @@ export class Renderer {
       this.drawSurface(part, true);
       this.drawBlend(part);
       if (this.scene.blend.supersample > 1) this.drawSamples(part);
+      if (fades) this.drawFade(part);
       gl.bindFramebuffer(gl.READ_FRAMEBUFFER, part.blend);
       gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
       const from = place;

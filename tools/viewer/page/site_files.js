@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The site's files: beside the page on a server, or inside of it (site.cpp, write_one_page).
 
+export class MissingFile extends Error {}
+
 export class SiteFiles {
   // `base`: the address of the folder that they are in.
   constructor(base) {
@@ -21,7 +23,7 @@ export class SiteFiles {
 
   async fetched(name) {
     const response = await fetch(new URL(name, this.base));
-    if (!response.ok) throw new Error(`${name} cannot be loaded: the server says ${response.status}`);
+    if (!response.ok) throw new MissingFile(`${name} cannot be loaded: the server says ${response.status}`);
     return response.blob();
   }
 

@@ -46,6 +46,10 @@ export class Table {
     this.store(values, components);
   }
 
+  release() {
+    this.gl.deleteTexture(this.texture);
+  }
+
   store(values, components) {
     const {gl} = this;
     const width = this.single ? 1 : 4;

@@ -5,15 +5,16 @@ import {cameraAt} from './camera.js';
 import {Controls} from './controls.js';
 import {Interface} from './interface.js';
 import {makeLayout} from './layout.js';
-import {loadMesh, loadScene, loadTables} from './model.js';
+import {loadColors, loadMesh, loadScene, loadTables} from './model.js';
 import {Navigation} from './navigation.js';
 import {Photographs} from './photographs.js';
 import {Renderer} from './renderer.js';
-import {SiteFiles} from './site_files.js';
+import {MissingFile, SiteFiles} from './site_files.js';
 
 const MEBIBYTE = 1 << 20;
 const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 4;  // of each mebibyte
 const AT_ONCE = 4;         // views that are fetched at the same time
+const ASK_AGAIN_MS = 1000;  // what a model that changes is like now
 const STILL_AFTER_MS = 250;
 const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
 const FAST_MS = 15;
@@ -31,8 +32,14 @@ const QUALITIES = {
   fast: {share: 0.5, ratio: 1},
 };
 
+const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+// What a view on the GPU is made of.
+const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
+    JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
+
 export class Viewer {
-  // `options`: {base, memory, interfaceActions}
+  // `options`: {base, memory, live}; `live`: the file that says which version of a changing model there is.
   constructor(canvas, options) {
     this.canvas = canvas;
     this.gl = canvas.getContext(
@@ -40,6 +47,8 @@ export class Viewer {
     if (!this.gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
     this.files = new SiteFiles(options.base);
     this.memory = options.memory;
+    this.live = options.live;
+    this.loaded = new Map();  // by slot, what of a view is on the GPU
     this.mode = 'picture';
     this.quality = 'auto';
     this.share = FIRST_SHARE;
@@ -53,6 +62,7 @@ export class Viewer {
   }
 
   async open() {
+    while (this.live && (await this.files.json(this.live)).version === 0) await sleep(ASK_AGAIN_MS);
     this.scene = await loadScene(this.files);
     this.navigation = new Navigation(this.scene);
     this.renderer = new Renderer(this.gl, this.scene);
@@ -64,22 +74,78 @@ export class Viewer {
 
   // Resolves when all is there. Photographs that are near what is looked at come first.
   async load() {
-    const {scene, files, gl, renderer} = this;
+    const {scene, files, renderer} = this;
     for (const mesh of [scene.coarse, scene.mesh]) {
       if (!mesh) continue;
       renderer.setMesh(await loadMesh(files, mesh));
       this.hasMesh = true;
       this.invalidate();
     }
-    const tables = await loadTables(files, scene);
+    await this.takeTables(scene);
+    await this.loadViews();
+  }
+
+  // Another version of the scene in place of this one; what is as it was is not fetched again.
+  async follow(scene) {
+    const {files} = this;
+    const mesh = scene.mesh.file === this.scene.mesh.file ? null : await loadMesh(files, scene.mesh);
+    await this.takeTables(scene, mesh);
+    await this.loadViews();
+  }
+
+  // All that a picture needs but photographs, at once, so that none is drawn of two versions.
+  async takeTables(scene, mesh = null) {
+    const {files, gl, renderer} = this;
+    const [tables, colors] = await Promise.all([loadTables(files, scene), loadColors(files, scene)]);
+    if (mesh) {
+      renderer.setMesh(mesh);
+      this.loaded.clear();  // depths are drawn from the mesh
+    }
+    if (colors) renderer.setColors(colors);
     renderer.setTables(tables);
-    const layout = makeLayout(scene, this.forPhotographs());
-    renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
-    const waiting = new Set(scene.views.map((view, slot) => view && slot).filter((slot) => slot !== null));
+    this.scene = this.renderer.scene = scene;
+    this.navigation.follow(scene);
+    this.photographBytes ??= this.forPhotographs();
+    const layout = makeLayout(scene, this.photographBytes);
+    if (!renderer.photographs?.follow(scene, layout, tables.resident)) {
+      renderer.photographs?.release();
+      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
+      this.loaded.clear();
+    }
+    this.invalidate();
+  }
+
+  // Views that are not on the GPU as the scene has them.
+  waiting() {
+    const {views} = this.scene;
+    return new Set(
+        [...views.keys()].filter((slot) => views[slot] && this.loaded.get(slot) !== contentOf(views[slot])));
+  }
+
+  async loadViews() {
+    const waiting = this.waiting();
     this.progress = {done: 0, total: waiting.size};
-    await Promise.all(Array.from({length: AT_ONCE}, () => this.loadViews(waiting)));
-    renderer.dropTarget('view');
+    await Promise.all(Array.from({length: AT_ONCE}, () => this.loadWaiting(waiting)));
+    this.renderer.dropTarget('view');
     this.progressed();
+  }
+
+  // Asks for other versions until there will be none; `changed` is called after each.
+  async keepUp(changed) {
+    for (;;) {
+      await sleep(ASK_AGAIN_MS);
+      const {version, last} = await this.files.json(this.live);
+      if (version === this.scene.version && this.waiting().size === 0) {
+        if (last) return;
+        continue;
+      }
+      try {
+        await this.follow(await loadScene(this.files));
+        changed();
+      } catch (error) {
+        if (!(error instanceof MissingFile)) throw error;  // that version is gone: the next one is there
+      }
+    }
   }
 
   // Of the memory, bytes: what is left by the mesh, and by what pictures are drawn to.
@@ -89,12 +155,13 @@ export class Viewer {
     return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - drawnTo);
   }
 
-  async loadViews(waiting) {
+  async loadWaiting(waiting) {
     while (waiting.size > 0) {
       const slot = this.navigation.viewsByDistance().find((number) => waiting.has(number));
       waiting.delete(slot);
       const view = await Photographs.fetched(this.files, this.scene, slot);
-      this.renderer.photographs.store(view, this.renderer);
+      this.renderer.photographs.store(view, this.renderer).then((share) => this.navigation.hold.setOwn(slot, share));
+      this.loaded.set(slot, contentOf(this.scene.views[slot]));
       ++this.progress.done;
       this.progressed();
       this.invalidate();
@@ -199,8 +266,10 @@ export class Viewer {
     const {canvas, renderer} = this;
     this.dirty = false;
     const size = [canvas.width, canvas.height].map((v) => Math.max(1, Math.round(v * this.share)));
-    const target = renderer.draw(this.camera(...size));
+    const camera = this.camera(...size);
+    const target = renderer.draw(camera);
     this.target = target;
+    this.drawn = {target, camera, pose: this.navigation.pose};
     // Until the programs are compiled and a photograph has come, averaged colours are the picture.
     const pictures = renderer.ready() && renderer.photographs.there.size > 0;
     if (this.mode !== 'picture' || !pictures) {
@@ -208,7 +277,22 @@ export class Viewer {
     }
     renderer.present(target.colour, canvas.width, canvas.height, this.background);
     this.shown = {pictures, share: this.share};
+    if (pictures) this.look();
     if (!pictures) this.waitForPrograms();
+  }
+
+  // How much of the last picture was photographed; of what a photograph would show of it, as the window may be wider.
+  async look() {
+    if (this.looking) return;
+    this.looking = true;
+    const {width, height} = this.scene.views[this.scene.first_view];
+    let seen;
+    do {
+      seen = this.drawn;
+      const share = await this.renderer.photographedShare(seen.target, seen.camera, width / height);
+      this.navigation.hold.measured(seen.pose, share);
+    } while (seen !== this.drawn);
+    this.looking = false;
   }
 
   waitForPrograms() {
@@ -221,7 +305,7 @@ export class Viewer {
     if (this.still === 'done' || !this.shown.pictures) return;
     if (this.mode !== 'picture') return this.refineMode();
     if (!renderer.readyForStills()) return;
-    if (!this.still) this.still = renderer.drawStill(this.camera());
+    if (!this.still) this.still = renderer.drawStill(this.camera(), true);
     const {done, value} = this.still.next();
     if (!done) return;
     renderer.present(value.colour, canvas.width, canvas.height, this.background);
@@ -246,10 +330,11 @@ export class Viewer {
         this.target, inside(x, box.width, this.target.width), inside(y, box.height, this.target.height));
   }
 
-  // A camera's picture as RGBA, row by row from the top, with alpha 0 where there is no surface; at once.
+  // A camera's picture as `lumatlas render` draws it: RGBA, row by row from the top, with alpha 0 where there is no
+  // surface; at once.
   pixels(camera) {
     const {gl, renderer} = this;
-    const parts = renderer.drawStill(camera);
+    const parts = renderer.drawStill(camera, false);
     let step = parts.next();
     while (!step.done) step = parts.next();
     const rows = new Uint8Array(4 * camera.width * camera.height);
@@ -319,8 +404,13 @@ function connect(viewer) {
       viewer.navigation.goTo(pose, fov, performance.now());
     },
     save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
+    hold: () => {
+      const {hold} = viewer.navigation;
+      hold.on = !hold.on;
+      page.showHold(hold.on);
+    },
     walk: () => {
-      viewer.navigation.orbits = !viewer.navigation.orbits;
+      viewer.navigation.toggleOrbits();
       page.showOrbits(viewer.navigation.orbits);
     },
   });
@@ -334,6 +424,25 @@ function connect(viewer) {
   return page;
 }
 
+// Shows what becomes of a model, and says so; a page whose server has ended keeps what it has.
+async function keepUp(viewer, page) {
+  const tell = () => {
+    page.showThumbnails(viewer.scene, viewer.files);
+    page.showOrbits(viewer.navigation.orbits);
+    page.showNote(`${viewer.scene.views.filter(Boolean).length} photographs, more may come`);
+    document.documentElement.dataset.version = viewer.scene.version;
+  };
+  tell();
+  try {
+    await viewer.keepUp(tell);
+    page.showNote('');
+    document.documentElement.dataset.state = 'last';
+  } catch (error) {
+    if (!(error instanceof TypeError)) throw error;  // which fetch() throws where nobody answers
+    page.showNote('The program that made this has ended.');
+  }
+}
+
 async function main() {
   const canvas = document.getElementById('picture');
   const wanted = Number(new URLSearchParams(location.search).get('memory'));
@@ -344,15 +453,17 @@ async function main() {
     console.error(error);
   };
   try {
-    const viewer = new Viewer(canvas, {base: document.baseURI, memory: wanted > 0 ? wanted : MEMORY_MIB});
+    const {live} = document.documentElement.dataset;
+    const viewer = new Viewer(canvas, {base: document.baseURI, memory: wanted > 0 ? wanted : MEMORY_MIB, live});
     page = connect(viewer);
     viewer.failed = fail;
-    page.showProgress('the mesh', 0, 1);
+    page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
     const scene = await viewer.open();
-    page.showPoster(viewer.files.address(scene.poster));
+    if (scene.poster) page.showPoster(viewer.files.address(scene.poster));
     page.showThumbnails(scene, viewer.files);
     page.showMode(viewer.mode);
     page.showOrbits(viewer.navigation.orbits);
+    page.showHold(viewer.navigation.hold.on);
     linkAddress(viewer, page);
     const controls = new Controls(canvas, viewer.navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
     new ResizeObserver(() => viewer.resize()).observe(canvas);
@@ -365,6 +476,7 @@ async function main() {
     window.lumatlas = viewer;  // for the console, and for pages around this one
     await viewer.load();
     document.documentElement.dataset.state = 'complete';
+    if (live) await keepUp(viewer, page);
   } catch (error) {
     fail(error);
   }

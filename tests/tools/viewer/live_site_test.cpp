@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a page that asks again and again is given of a model that changes.
+#include "tools/viewer/live_site.h"
+
+#include <httplib.h>
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "tests/support/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+using nlohmann::json;
+
+Snapshot room(std::size_t views) {
+  return room_snapshot(views, {}, {16, 2, 0});
+}
+
+// A server while this lives, and what it answers.
+class Running {
+ public:
+  Running() {
+    thread_ = std::thread([this] { server.serve([this] { return stop_.load(); }); });
+    const std::string address = server.address();
+    port_ = std::stoi(address.substr(address.rfind(':') + 1));
+  }
+  ~Running() {
+    stop_ = true;
+    thread_.join();
+  }
+  Running(const Running&) = delete;
+  Running& operator=(const Running&) = delete;
+
+  [[nodiscard]] int status(const std::string& path) const {
+    return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->status;
+  }
+  [[nodiscard]] json read(const std::string& path) const {
+    return json::parse(httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->body);
+  }
+
+  SiteServer server{ServerOptions{}};
+
+ private:
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+  int port_ = 0;
+};
+
+// Of a scene, all that it names.
+std::set<std::string> files_of(const json& scene) {
+  std::set<std::string> files{scene["mesh"]["file"], scene["tables"]["file"], scene["colors"]["file"]};
+  for (const json& view : scene["views"]) {
+    if (!view.is_null()) files.insert({view["photograph"], view["mask"], view["thumbnail"]});
+  }
+  return files;
+}
+
+TEST_CASE("a page waits until there is a photograph, and is told when nothing will follow") {
+  Running running;
+  LiveSite site(running.server, "room");
+  CHECK(running.status("index.html") == 200);
+  CHECK(running.status("scene.json") == 404);
+  CHECK(running.read("live.json") == json{{"version", 0}, {"last", false}});
+  Snapshot empty = room(1);
+  empty.views.assign(1, nullptr);
+  site.update(empty, false);
+  CHECK(running.read("live.json")["version"] == 0);
+  site.update(room(3), false);
+  CHECK(running.read("live.json") == json{{"version", 1}, {"last", false}});
+  site.update(room(3), true);
+  CHECK(running.read("live.json") == json{{"version", 2}, {"last", true}});
+}
+
+TEST_CASE("what did not change keeps its name, and what nobody needs any more goes") {
+  Running running;
+  LiveSite site(running.server, "room");
+  site.update(room(3), false);
+  const json first = running.read("scene.json");
+  Snapshot moved = room(5);  // made anew: the same but for what follows
+  auto other = std::make_shared<StoredView>(*moved.views[1]);
+  other->photograph.rgb[0] ^= 1;
+  moved.views[1] = other;
+  site.update(moved, false);
+  const json second = running.read("scene.json");
+  CHECK(second["version"] == 2);
+  CHECK(second["mesh"] == first["mesh"]);
+  CHECK(second["views"][0]["photograph"] == first["views"][0]["photograph"]);
+  CHECK(second["views"][0]["mask"] == first["views"][0]["mask"]);
+  CHECK(second["views"][1]["photograph"] != first["views"][1]["photograph"]);
+  CHECK(second["views"].size() == 5);
+  // Somebody may still be fetching the version before.
+  for (const std::string& file : files_of(first)) CHECK(running.status(file) == 200);
+  for (const std::string& file : files_of(second)) CHECK(running.status(file) == 200);
+  site.update(moved, false);
+  const std::set<std::string> kept = files_of(running.read("scene.json"));
+  const std::set<std::string> before = files_of(second);
+  for (const std::string& file : files_of(first)) {
+    CHECK(running.status(file) == (kept.contains(file) || before.contains(file) ? 200 : 404));
+  }
+}
+
+TEST_CASE("a version that fails or is stopped leaves the one before") {
+  Running running;
+  LiveSite site(running.server, "room");
+  site.update(room(3), false);
+  const json before = running.read("scene.json");
+  Snapshot bad = room(4);
+  bad.gains.pop_back();
+  CHECK_THROWS_AS(site.update(bad, false), std::invalid_argument);
+  int ticks = 0;
+  CHECK_THROWS_AS(site.update(room(5), false,
+                              [&] {
+                                if (++ticks == 3) throw std::runtime_error("stop");
+                              }),
+                  std::runtime_error);
+  CHECK(running.read("live.json")["version"] == 1);
+  CHECK(running.read("scene.json") == before);
+  site.update(room(5), false);
+  CHECK(running.read("scene.json")["views"].size() == 5);
+}
+
+TEST_CASE("what changes is shown by a thread, and what it cannot show is said") {
+  Running running;
+  LiveSite site(running.server, "room");
+  const Snapshot good = room(3);
+  std::atomic<int> asked = 0, told = 0;
+  {
+    const auto showing = show_while_it_changes(
+        site,
+        [&]() -> const Snapshot* {
+          if (++asked == 1) throw std::runtime_error("a bad model");
+          return asked == 2 ? &good : nullptr;
+        },
+        [&](const std::string& why) {
+          CHECK(why == "a bad model");
+          ++told;
+        });
+    for (int i = 0; i < 500 && running.read("live.json")["version"] == 0; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    CHECK(running.read("live.json")["version"] == 1);
+  }
+  CHECK(told == 1);
+  const int then = asked;
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  CHECK(asked == then);
+}
+
+}  // namespace
+}  // namespace lumatlas

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/viewer/live_site.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <thread>
+#include <utility>
+
+namespace lumatlas {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// After that a version appears with the views that it has; the others come in the next.
+constexpr std::chrono::seconds kTimeForViews{3};
+
+SiteFile json_file(const std::string& name, const nlohmann::json& value) {
+  const std::string text = value.dump();
+  return {name, "application/json", {text.begin(), text.end()}};
+}
+
+bool holds_view(const Snapshot& snapshot) {
+  return std::any_of(snapshot.views.begin(), snapshot.views.end(), [](const auto& view) { return view != nullptr; });
+}
+
+class Stopped : public std::exception {};
+
+class Shower {
+ public:
+  Shower(LiveSite& site, SnapshotSource source, std::function<void(const std::string&)> failed)
+      : site_(site), source_(std::move(source)), failed_(std::move(failed)), thread_([this] { run(); }) {}
+  ~Shower() {
+    {
+      const std::lock_guard lock(mutex_);
+      stop_ = true;
+    }
+    stopped_.notify_all();
+    thread_.join();
+  }
+  Shower(const Shower&) = delete;
+  Shower& operator=(const Shower&) = delete;
+
+ private:
+  void run() {
+    constexpr Clock::duration kLeast = std::chrono::seconds(1);
+    constexpr int kRestPerWork = 4;
+    Clock::duration rest{0};
+    while (rested(rest)) {
+      const Clock::time_point start = Clock::now();
+      rest = kLeast;
+      try {
+        if (!show_next()) continue;
+        // The first version's time is the mesh's, which stays.
+        if (shown_++ > 0) rest = std::max(kLeast, kRestPerWork * (Clock::now() - start));
+      } catch (const Stopped&) {
+        return;
+      } catch (const std::exception& error) {
+        failed_(error.what());
+      }
+    }
+  }
+  // False: there was nothing to show.
+  bool show_next() {
+    if (const Snapshot* next = source_(); next && holds_view(*next)) {
+      current_ = next;
+      complete_ = false;
+    }
+    if (complete_) return false;
+    complete_ = true;  // also if it fails, for it would again
+    complete_ = site_.update(*current_, false, [this] {
+      if (!rested(Clock::duration(0))) throw Stopped();
+    });
+    return true;
+  }
+  // False: it is to end.
+  bool rested(Clock::duration time) {
+    std::unique_lock lock(mutex_);
+    return !stopped_.wait_for(lock, time, [this] { return stop_; });
+  }
+
+  LiveSite& site_;
+  SnapshotSource source_;
+  std::function<void(const std::string&)> failed_;
+  std::mutex mutex_;
+  std::condition_variable stopped_;
+  bool stop_ = false;
+  const Snapshot* current_ = nullptr;
+  bool complete_ = true;
+  std::size_t shown_ = 0;  // versions
+  std::thread thread_;     // the last, for it uses the others
+};
+
+}  // namespace
+
+LiveSite::LiveSite(SiteServer& server, const std::string& title) : server_(server) {
+  options_.title = title;
+  options_.live = true;
+  for (SiteFile& file : page_files(options_)) server_.add(std::move(file));
+  say_version(false);
+}
+
+void LiveSite::say_version(bool last) {
+  server_.add(json_file("live.json", {{"version", history_.version}, {"last", last}}));
+}
+
+bool LiveSite::update(const Snapshot& snapshot, bool last, const Tick& tick) {
+  const bool has_view = holds_view(snapshot);
+  if (has_view) {
+    // The last one takes its time.
+    options_.time_for_views = last ? SiteOptions().time_for_views : kTimeForViews;
+    std::vector<std::string> names = write_site_version(
+        snapshot, options_, history_, [this](SiteFile file) { server_.add(std::move(file)); }, tick);
+    // A page may still be fetching what the version before had.
+    std::sort(names.begin(), names.end());
+    for (const std::string& name : older_names_) {
+      const auto has = [&](const std::vector<std::string>& of) {
+        return std::binary_search(of.begin(), of.end(), name);
+      };
+      if (!has(names) && !has(names_)) server_.remove(name);
+    }
+    older_names_ = std::exchange(names_, std::move(names));
+  }
+  say_version(last);
+  return !has_view || history_.complete;
+}
+
+std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,
+                                            std::function<void(const std::string&)> failed) {
+  return std::make_shared<Shower>(site, std::move(source), std::move(failed));
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model that changes, in the browser: the page asks some times a minute which version there is, and fetches what
+// changed since its own.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "atlas/snapshot.h"
+#include "mesh/tick.h"
+#include "tools/viewer/site.h"
+#include "tools/viewer/site_history.h"
+#include "tools/viewer/site_server.h"
+
+namespace lumatlas {
+
+class LiveSite {
+ public:
+  // Puts the page on the server, which must outlive this and may be serving; the page waits for a model. Photographs
+  // are coded for speed.
+  LiveSite(SiteServer& server, const std::string& title);
+
+  // The model as it is now; `last`: nothing will follow. Without a view it changes nothing but that. False: there was
+  // no time for all of its photographs, which another call with the same model goes on with. Throws
+  // std::invalid_argument unless the snapshot passes check(), and what `tick` throws, which is called many times; the
+  // page then keeps what it has.
+  bool update(const Snapshot& snapshot, bool last, const Tick& tick = {});
+
+ private:
+  void say_version(bool last);
+
+  SiteServer& server_;
+  SiteOptions options_;
+  SiteHistory history_;
+  std::vector<std::string> names_, older_names_;  // of the files of the last version, and of the one before
+};
+
+// Gives what is to be shown next, good until it gives another; null: nothing new.
+using SnapshotSource = std::function<const Snapshot*()>;
+
+// Asks for what changed and shows it, on a thread of its own, until what this gives is destroyed, which takes a moment:
+// at most a fifth of the time goes into it. `failed` is told on that thread why a version is not shown.
+[[nodiscard]] std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,
+                                                          std::function<void(const std::string&)> failed);
+
+}  // namespace lumatlas
