@@ -252,6 +252,12 @@ void Atlas::choose_tiles_anew() {
   choose_tiles_anew_ = true;
 }
 
+void Atlas::bound_tiles(std::uint32_t max_tiles) {
+  const std::scoped_lock one_at_a_time(snapshot_mutex_);
+  layout_.max_tiles = max_tiles;
+  if (maker_) maker_->bound_tiles(max_tiles);
+}
+
 void Atlas::mark_changed(std::uint32_t cell) {
   if (std::exchange(cell_changed_[cell], std::uint8_t{1}) == 0) changed_cells_.push_back(cell);
 }

@@ -92,6 +92,9 @@ class Atlas {
   // Lets the policy choose the next snapshot's tiles from all, as for the first one, instead of going on from those
   // that are resident. That takes longer and serves better: it is for when the stream rests.
   void choose_tiles_anew();
+  // Bounds the tiles of the snapshots that follow, 0: as many as the references need, and lets them be chosen anew. No
+  // other thread may ask for the layout meanwhile.
+  void bound_tiles(std::uint32_t max_tiles);
 
  private:
   void require_stored(std::uint32_t slot) const;

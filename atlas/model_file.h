@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <iosfwd>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -58,17 +59,16 @@ struct Model {
 // What a model file holds and what that takes, without a look at its pixels.
 struct ModelFacts {
   std::filesystem::path file;
-  std::size_t vertices = 0;  // split at the borders of cells
-  std::size_t faces = 0;
-  std::size_t cells = 0;
+  std::shared_ptr<const Surface> surface;  // vertices are split at the borders of cells
   std::size_t cells_seen = 0;
   std::vector<Camera> views;
   ReferenceTable references;
   TileTable tiles;
   // Bytes on disk.
   std::uint64_t json_bytes = 0;
-  std::uint64_t mesh_bytes = 0;
-  std::uint64_t table_bytes = 0;  // cells, their coverage, references, tiles
+  std::uint64_t mesh_bytes = 0;    // positions and faces
+  std::uint64_t vertex_bytes = 0;  // colours, and the vertices' cells
+  std::uint64_t table_bytes = 0;   // cells, their coverage, references, tiles
   std::uint64_t photograph_bytes = 0;
   std::uint64_t mask_bytes = 0;
 };

@@ -81,6 +81,7 @@ class ModelReader {
   [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t count) const;
   [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& mesh, std::size_t count) const;
   [[nodiscard]] Cells cells(const Mesh& mesh, std::size_t count) const;
+  [[nodiscard]] std::shared_ptr<const Surface> surface() const;
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   [[nodiscard]] std::vector<float> cell_coverage(std::size_t cells) const;
@@ -445,26 +446,30 @@ std::vector<std::uint8_t> ModelReader::cells_seen() const {
   return file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
 }
 
+std::shared_ptr<const Surface> ModelReader::surface() const {
+  auto surface = std::make_shared<Surface>();
+  surface->mesh = mesh();
+  const std::vector<double> offset = file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3);
+  surface->offset = {offset[0], offset[1], offset[2]};
+  surface->cells = cells(surface->mesh, cells_seen().size());
+  return surface;
+}
+
 Model ModelReader::model() const {
   Watch watch;
   Model model;
   model.validity = validity();
   Snapshot& snapshot = model.snapshot;
-  const auto surface = std::make_shared<Surface>();
-  surface->mesh = mesh();
-  const std::vector<double> offset = file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3);
-  surface->offset = {offset[0], offset[1], offset[2]};
+  snapshot.surface = surface();
   snapshot.cell_seen = cells_seen();
-  surface->cells = cells(surface->mesh, snapshot.cell_seen.size());
-  snapshot.surface = surface;
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.tiles = tiles(entries);
   snapshot.cell_coverage = cell_coverage(snapshot.cell_seen.size());
-  snapshot.vertex_colors = vertex_colors(surface->mesh.positions.size());
+  snapshot.vertex_colors = vertex_colors(snapshot.surface->mesh.positions.size());
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
-  snapshot.views = load_all(entries, surface->mesh, snapshot.tiles, model.validity, model.times);
+  snapshot.views = load_all(entries, snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
   leave_out_views_without_tiles(snapshot);
   model.times.views = watch.lap_ms();
   return model;
@@ -482,15 +487,12 @@ std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
 ModelFacts ModelReader::facts() const {
   ModelFacts facts;
   facts.file = path_;
-  const Mesh surface = mesh();
-  facts.vertices = surface.positions.size();
-  facts.faces = surface.faces.size();
+  facts.surface = surface();
   const std::vector<std::uint8_t> seen = cells_seen();
-  facts.cells = seen.size();
+  const std::size_t cells = seen.size();
   facts.cells_seen = static_cast<std::size_t>(std::count_if(seen.begin(), seen.end(), [](auto s) { return s != 0; }));
-  (void)cells(surface, facts.cells);
   const std::vector<ViewEntry> entries = view_entries();
-  facts.references = references(facts.cells, entries.size());
+  facts.references = references(cells, entries.size());
   facts.tiles = tiles(entries);
   for (const ViewEntry& entry : entries) {
     facts.views.push_back(entry.camera);
@@ -498,9 +500,10 @@ ModelFacts ModelReader::facts() const {
     facts.mask_bytes += bytes_of(entry.lens_mask) + bytes_of(entry.trust_mask);
   }
   facts.json_bytes = read_model_json(path_).size();
-  facts.mesh_bytes =
-      facts.vertices * (sizeof(glm::vec3) + sizeof(glm::u16vec4) + sizeof(float)) + facts.faces * sizeof(glm::uvec3);
-  facts.table_bytes = facts.cells + facts.tiles.slots.size() + sizeof(float) * cell_coverage(facts.cells).size() +
+  const Mesh& mesh = facts.surface->mesh;
+  facts.mesh_bytes = mesh.positions.size() * sizeof(glm::vec3) + mesh.faces.size() * sizeof(glm::uvec3);
+  facts.vertex_bytes = mesh.positions.size() * (sizeof(glm::u16vec4) + sizeof(float));
+  facts.table_bytes = cells + facts.tiles.slots.size() + sizeof(float) * cell_coverage(cells).size() +
                       sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
   return facts;
 }

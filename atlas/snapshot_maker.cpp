@@ -49,6 +49,13 @@ SnapshotMaker::SnapshotMaker(const TileOptions& layout, TilePolicy policy)
   if (!layout.whole_views()) slots_.emplace(layout);
 }
 
+void SnapshotMaker::bound_tiles(std::uint32_t max_tiles) {
+  if (!slots_) return;
+  layout_.max_tiles = max_tiles;
+  slots_.emplace(layout_);
+  resident_.clear();
+}
+
 void SnapshotMaker::follow_cells(StoreChanges& changes, std::vector<std::uint8_t>& view_changed) {
   if (changes.all_cells) {
     references_.assign(changes.surface->cells.cells.size(), nullptr);

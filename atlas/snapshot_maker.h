@@ -45,6 +45,9 @@ class SnapshotMaker {
   // or it chose what it must not, and whatever the policy throws. After any exception this object is of no use.
   [[nodiscard]] Snapshot snapshot(StoreChanges changes);
 
+  // From the next snapshot on, whose tiles are chosen from all; with whole views it changes nothing.
+  void bound_tiles(std::uint32_t max_tiles);
+
  private:
   void follow(StoreChanges& changes);
   void follow_cells(StoreChanges& changes, std::vector<std::uint8_t>& view_changed);

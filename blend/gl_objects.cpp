@@ -33,7 +33,7 @@ GlBuffer make_buffer(std::span<const std::byte> bytes) {
   GLuint name = 0;
   glGenBuffers(1, &name);
   GlBuffer buffer(name);
-  static constexpr std::array<std::byte, 16> kNothing{};
+  static constexpr std::array<std::byte, buffer_bytes(std::size_t{0})> kNothing{};
   const std::span<const std::byte> data = bytes.empty() ? std::span<const std::byte>(kNothing) : bytes;
   glBindBuffer(GL_COPY_WRITE_BUFFER, name);  // a place that nothing is drawn from
   glBufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(data.size()), data.data(), GL_STATIC_DRAW);
@@ -54,8 +54,7 @@ GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height) {
 }
 
 GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what) {
-  const std::size_t row_bytes = format.entry_bytes * kTableWidth;
-  const std::size_t rows = std::max<std::size_t>((entries.size() + row_bytes - 1) / row_bytes, 1);
+  const std::size_t rows = table_rows((entries.size() + format.entry_bytes - 1) / format.entry_bytes);
   const auto most = static_cast<std::size_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
   if (rows > most) {
     throw GlError("the model needs " + std::to_string(entries.size() / format.entry_bytes) + " " + what +
@@ -64,7 +63,7 @@ GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> ent
   }
   GlTexture table = make_texture_2d(format.internal, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows));
   std::vector<std::byte> padded(entries.begin(), entries.end());
-  padded.resize(rows * row_bytes);
+  padded.resize(table_bytes(format, rows * kTableWidth));
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows), format.format,
                   format.type, padded.data());

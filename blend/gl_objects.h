@@ -76,6 +76,15 @@ template <typename T>
   return make_buffer(std::as_bytes(std::span(values)));
 }
 
+// What make_buffer() allocates.
+[[nodiscard]] constexpr std::uint64_t buffer_bytes(std::size_t bytes) {
+  return bytes > 0 ? bytes : 16;
+}
+template <typename T>
+[[nodiscard]] std::uint64_t buffer_bytes(const std::vector<T>& values) {
+  return buffer_bytes(sizeof(T) * values.size());
+}
+
 [[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
 // Tables of any length are rows of so many entries of a texture, which every OpenGL ES 3.0 takes; shared with the
 // shaders.
@@ -87,6 +96,18 @@ struct GlTableFormat {
   GLenum type;              // as GL_UNSIGNED_INT
   std::size_t entry_bytes;  // of one
 };
+
+inline constexpr GlTableFormat kNumbers{GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)};
+inline constexpr GlTableFormat kRecords{GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 4 * sizeof(std::uint32_t)};
+inline constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeof(float)};
+
+// Rows of a table, of which there is one at least; and what make_table() allocates.
+[[nodiscard]] constexpr std::size_t table_rows(std::size_t entries) {
+  return entries > 0 ? (entries + kTableWidth - 1) / kTableWidth : 1;
+}
+[[nodiscard]] constexpr std::uint64_t table_bytes(const GlTableFormat& format, std::size_t entries) {
+  return std::uint64_t{table_rows(entries)} * kTableWidth * format.entry_bytes;
+}
 
 // Entry i is the texel (i % kTableWidth, i / kTableWidth). Throws GlError, which names `what`, if the driver's textures
 // are too small.

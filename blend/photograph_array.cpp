@@ -23,26 +23,18 @@ std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
   return (value + unit - 1) / unit * unit;
 }
 
-ArrayShape layers_of(const Snapshot& snapshot, std::uint32_t levels) {
-  ArrayShape shape;
-  shape.levels = levels;
-  shape.pages = std::max<std::uint32_t>(static_cast<std::uint32_t>(snapshot.views.size()), 1);
-  std::uint32_t width = 1, height = 1;
-  for (const auto& view : snapshot.views) {
-    if (!view) continue;
-    width = std::max(width, view->camera.width);
-    height = std::max(height, view->camera.height);
+// Of slots without a view, cameras of no size.
+std::vector<Camera> cameras_of(const Snapshot& snapshot) {
+  std::vector<Camera> cameras(snapshot.views.size());
+  for (std::size_t slot = 0; slot < cameras.size(); ++slot) {
+    if (snapshot.views[slot]) cameras[slot] = snapshot.views[slot]->camera;
   }
-  shape.slot_width = round_up(width, 1u << (levels - 1));
-  shape.slot_height = round_up(height, 1u << (levels - 1));
-  return shape;
+  return cameras;
 }
 
-ArrayShape pages_of(std::uint32_t slots, const TileOptions& options, std::uint32_t levels) {
-  const auto most_pages = static_cast<std::uint32_t>(gl_limit(GL_MAX_ARRAY_TEXTURE_LAYERS));
-  const auto most_side = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
-  const PageLayout pages = pages_for(slots, most_pages, most_side / options.slot_px());
-  return {options.slot_px(), options.slot_px(), pages.columns, pages.rows, pages.pages, levels};
+ArrayLimits limits_of_driver() {
+  return {static_cast<std::uint32_t>(gl_limit(GL_MAX_ARRAY_TEXTURE_LAYERS)),
+          static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE))};
 }
 
 void require_limit(std::uint64_t needed, GLenum name, const char* what, const char* advice) {
@@ -100,20 +92,41 @@ std::vector<std::uint16_t> depth_of(const StoredView& view, const ImageRect& rec
 
 }  // namespace
 
+std::uint64_t ArrayShape::texels(std::uint32_t level) const {
+  return (std::uint64_t{columns} * slot_width >> level) * (std::uint64_t{rows} * slot_height >> level) * pages;
+}
+
 std::uint64_t ArrayShape::bytes() const {
-  std::uint64_t texels = 0;
-  for (std::uint32_t level = 0; level < levels; ++level) {
-    texels += (std::uint64_t{columns} * slot_width >> level) * (std::uint64_t{rows} * slot_height >> level) * pages;
+  std::uint64_t bytes = kDepthTexelBytes * texels(0);
+  for (std::uint32_t level = 0; level < levels; ++level) bytes += kColorTexelBytes * texels(level);
+  return bytes;
+}
+
+ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options) {
+  ArrayShape shape;
+  shape.levels = levels_of_gutter(options.gutter_px);
+  shape.pages = std::max<std::uint32_t>(static_cast<std::uint32_t>(views.size()), 1);
+  std::uint32_t width = 1, height = 1;
+  for (const Camera& view : views) {
+    width = std::max(width, view.width);
+    height = std::max(height, view.height);
   }
-  const std::uint64_t finest = std::uint64_t{columns} * slot_width * rows * slot_height * pages;
-  return kColorTexelBytes * texels + kDepthTexelBytes * finest;
+  shape.slot_width = round_up(width, 1u << (shape.levels - 1));
+  shape.slot_height = round_up(height, 1u << (shape.levels - 1));
+  return shape;
+}
+
+ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits) {
+  const PageLayout pages = pages_for(slots, limits.pages, limits.side / options.slot_px());
+  return {options.slot_px(), options.slot_px(), pages.columns,
+          pages.rows,        pages.pages,       levels_of_gutter(options.gutter_px)};
 }
 
 ArrayShape array_shape(const Snapshot& snapshot) {
   const TileOptions& options = snapshot.tiles.options;
-  const std::uint32_t levels = levels_of_gutter(options.gutter_px);
-  if (snapshot.tiles.whole_views()) return layers_of(snapshot, levels);
-  return pages_of(options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed(), options, levels);
+  if (snapshot.tiles.whole_views()) return layers_shape(cameras_of(snapshot), options);
+  return tiles_shape(options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed(), options,
+                     limits_of_driver());
 }
 
 std::uint32_t PhotographArray::columns_of(const StoredView& view) const {

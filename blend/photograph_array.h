@@ -28,9 +28,21 @@ struct ArrayShape {
   std::uint32_t pages = 1;
   std::uint32_t levels = 1;
 
+  [[nodiscard]] std::uint64_t texels(std::uint32_t level) const;  // 0: the finest
   [[nodiscard]] std::uint64_t bytes() const;  // that the array takes, all levels of colour and depth
   [[nodiscard]] bool operator==(const ArrayShape&) const = default;
 };
+
+// What a driver takes at most; without other values, what OpenGL 4.5 promises.
+struct ArrayLimits {
+  std::uint32_t pages = 2048;
+  std::uint32_t side = 16384;  // texels
+};
+
+// For at least so many slots of tiles; and of whole views, which are all as large as the largest. The options must pass
+// check().
+[[nodiscard]] ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits);
+[[nodiscard]] ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options);
 
 // The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not.
 [[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot);

@@ -50,10 +50,6 @@ constexpr double kNearShare = 1e-8;
 constexpr GLint kSampled = 4;
 static_assert(kCellsOfShader.size() < kSampled);
 
-constexpr GlTableFormat kNumbers{GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)};
-constexpr GlTableFormat kRecords{GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, sizeof(glm::uvec4)};
-constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, sizeof(glm::vec4)};
-
 template <typename T>
 GlTexture table_of(const GlTableFormat& format, const std::vector<T>& entries, const char* what) {
   return make_table(format, std::as_bytes(std::span<const T>(entries)), what);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Photographs in tiles give the picture of whole photographs, without seams; coarser levels keep far pictures calm.
+#include <epoxy/gl.h>
+
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -10,6 +12,7 @@
 
 #include "atlas/srgb.h"
 #include "blend/cubic_kernel.h"
+#include "blend/gpu_bytes.h"
 #include "blend/photograph_array.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
@@ -82,6 +85,59 @@ TEST_CASE("an array takes no more than its budget") {
     const Snapshot snapshot = room_snapshot(8, {}, layout, choose_tiles);
     CHECK(array_bytes(snapshot) <= budget);
     CHECK(array_bytes(snapshot) > budget * 3 / 4);
+  }
+}
+
+// All bytes of the buffers and textures that the current context has, by what it says itself; pictures of that width
+// are left out.
+std::uint64_t bytes_in_context(GLsizei picture_width) {
+  constexpr GLuint kMostNames = 200;
+  std::uint64_t bytes = 0;
+  for (GLuint name = 1; name < kMostNames; ++name) {
+    if (glIsBuffer(name) != GL_FALSE) {
+      GLint64 size = 0;
+      glGetNamedBufferParameteri64v(name, GL_BUFFER_SIZE, &size);
+      bytes += static_cast<std::uint64_t>(size);
+    }
+    if (glIsTexture(name) == GL_FALSE) continue;
+    for (GLint level = 0;; ++level) {
+      const auto of_level = [&](GLenum what) {
+        GLint value = 0;
+        glGetTextureLevelParameteriv(name, level, what, &value);
+        return value;
+      };
+      const GLint width = of_level(GL_TEXTURE_WIDTH);
+      if (width == 0 || (level == 0 && width % picture_width == 0)) break;
+      GLint bits = 0;
+      for (const GLenum part :
+           {GL_TEXTURE_RED_SIZE, GL_TEXTURE_GREEN_SIZE, GL_TEXTURE_BLUE_SIZE, GL_TEXTURE_ALPHA_SIZE})
+        bits += of_level(part);
+      bytes += static_cast<std::uint64_t>(bits / 8) * static_cast<std::uint64_t>(width) *
+               static_cast<std::uint64_t>(of_level(GL_TEXTURE_HEIGHT)) *
+               static_cast<std::uint64_t>(of_level(GL_TEXTURE_DEPTH));
+    }
+  }
+  return bytes;
+}
+
+TEST_CASE("what a model takes on the GPU is counted to the byte, whole views and tiles, with cells joined or not") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  for (const TileOptions layout : {TileOptions{16, 2, 0}, TileOptions{64, 8, 0}, TileOptions{0, 4, 0}}) {
+    for (const double width : {0.0, 0.1}) {
+      INFO("tiles of " << layout.tile_px << " pixels, borders of " << width);
+      const Snapshot snapshot = room_snapshot(7, {}, layout);
+      Renderer renderer;
+      const std::uint64_t before = bytes_in_context(37);
+      renderer.load(snapshot);
+      BlendOptions options;
+      options.border_width = width;
+      (void)renderer.render(room_camera(1).scaled_to(37, 29), options);
+      const GpuBytes counted = GpuByteCount(snapshot.surface, width).of(snapshot);
+      CHECK(bytes_in_context(37) - before == counted.sum());
+      CHECK(array_bytes(snapshot) == counted.photographs());
+      CHECK(GpuByteCount(snapshot.surface, width).of_surface() <= counted.mesh + counted.vertices + counted.tables);
+    }
   }
 }
 

@@ -21,6 +21,7 @@
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
 #include "tools/pipeline/save_model.h"
@@ -83,7 +84,7 @@ constexpr double kFacesPixels = 0.5;
 
 // Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
 std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
-  if (bound.bytes > 0) return bound.bytes;
+  if (bound.texels == 0) return bound.bytes;
   Camera one;
   one.width = one.height = 1;
   if (tiles.whole_views()) return bound.texels * stored_bytes(one);
@@ -91,10 +92,9 @@ std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
   return std::max<std::uint64_t>(bound.texels / slot_texels, 1) * slot_bytes(tiles);
 }
 
-// Of tiles, the budget bounds the texture array; the photographs that they are cut from are bounded by their number, or
-// by bytes of their own.
+// Of tiles, a budget in bytes bounds all that the model takes on the GPU, one in texels the texture array; the
+// photographs that they are cut from are bounded by their number, or by bytes of their own.
 void set_budget(const BuildFlags& flags, BuildOptions& options) {
-  constexpr std::uint64_t kPhotographsPerArray = 4;
   const bool tiles = !flags.whole_views;
   if (!tiles) {
     if (flags.tile->count() > 0) throw CLI::ValidationError("--tile", "needs --layout tiles");
@@ -109,19 +109,20 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     return;
   }
   if (flags.loss->count() > 0) throw CLI::ValidationError("--loss", "needs --budget auto");
-  const std::uint64_t budget = flags.budget->count() > 0 ? bytes_of(size_bound(flags.budget_size), options.tiles) : 0;
+  const SizeBound bound = flags.budget->count() > 0 ? size_bound(flags.budget_size) : SizeBound{};
+  const std::uint64_t budget = bytes_of(bound, options.tiles);
   if (tiles && flags.budget->count() > 0 && budget < slot_bytes(options.tiles)) {
     throw CLI::ValidationError("--budget", "is " + std::to_string(budget) + " bytes, less than the " +
                                                std::to_string(slot_bytes(options.tiles)) +
                                                " of a single tile: give more, or smaller tiles (--tile)");
   }
   options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
-  if (tiles) options.array_bytes = budget;
+  if (tiles) (bound.bytes > 0 ? options.gpu_bytes : options.array_bytes) = budget;
   if (flags.max_views->count() > 0) return;
-  if (tiles && flags.budget->count() > 0 && flags.photographs->count() == 0) {
+  if (tiles && bound.texels > 0 && flags.photographs->count() == 0) {
     options.planner.max_bytes = kPhotographsPerArray * budget;
   }
-  if (options.planner.max_bytes > 0) options.max_views.reset();
+  if (options.planner.max_bytes + options.gpu_bytes > 0) options.max_views.reset();
 }
 
 // The measure, its thresholds and the masks as printed; and views refined one by one as they come, as in section 3.3,
@@ -281,11 +282,12 @@ void run(const BuildFlags& flags) {
   std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
   if (!flags.quiet) std::cerr << lenses_text(result.lenses);
-  const json totals = save_model(result, output, photographs);
+  json totals = save_model(result, output, photographs);
+  totals["file"] = file_bytes_json(flags.output);
   if (flags.json_output) {
     print_json(totals);
   } else {
-    std::cout << summary_text(totals, flags.output.string());
+    std::cout << summary_text(totals, flags.output.string()) << "  on disk " << file_bytes_text(totals["file"]) << '\n';
   }
   if (!flags.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
   std::cout.flush();
@@ -335,8 +337,8 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                         ->default_str(std::to_string(*flags.options.max_views) + ", with --budget as many as fit");
   flags.budget = command
                      .add_option("--budget", flags.budget_size,
-                                 "What it may take on the GPU: 512MiB, 300MB, 40Mtexels; auto: as little as "
-                                 "--loss allows")
+                                 "What it may take on the GPU, mesh included: 512MiB, 300MB; its photographs alone: "
+                                 "40Mtexels; auto: as little as --loss allows")
                      ->type_name("SIZE")
                      ->check(byte_or_texel_size({kAuto}))
                      ->default_str("");

@@ -14,6 +14,7 @@
 #include "mesh/base/errors.h"
 #include "planner/tile_choice.h"
 #include "tools/base/interrupt.h"
+#include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/lens_notes.h"
 #include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
@@ -54,8 +55,7 @@ Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::siz
   return stream;
 }
 
-void require_room_for_each(const Stream& stream, const BuildOptions& options) {
-  const std::uint64_t max_bytes = options.planner.max_bytes;
+void require_room_for_each(const Stream& stream, const BuildOptions& options, std::uint64_t max_bytes) {
   if (max_bytes == 0) return;
   const bool whole_views = options.tiles.whole_views();
   for (const SceneView* view : stream) {
@@ -81,9 +81,9 @@ void require_names_that_a_model_can_hold(const Stream& stream) {
 }
 
 // The most views that the store can come to hold: no slot is reserved for what the bounds rule out.
-std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options) {
+std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options, std::uint64_t budget) {
   std::uint64_t capacity = std::min<std::uint64_t>(stream.size(), options.max_views.value_or(~0u));
-  if (const std::uint64_t budget = options.planner.max_bytes; budget > 0) {
+  if (budget > 0) {
     const auto [least, most] = std::minmax_element(
         stream.begin(), stream.end(),
         [](const SceneView* a, const SceneView* b) { return stored_bytes(a->camera) < stored_bytes(b->camera); });
@@ -97,6 +97,22 @@ TileOptions layout_of(const BuildOptions& options) {
   TileOptions layout = options.tiles;
   if (options.array_bytes > 0) layout.max_tiles = slots_within(options.array_bytes, options.tiles);
   return layout;
+}
+
+std::optional<GpuBudget> gpu_budget(const BuildOptions& options, const SurfaceInput& input) {
+  if (options.gpu_bytes == 0) return std::nullopt;
+  return GpuBudget(options.gpu_bytes, input.surface, options.tiles, input.mesh_file);
+}
+
+// With a bound for the photographs that tiles are chosen from, where nobody gave one: at least the largest fits.
+PlannerOptions planner_options(const BuildOptions& options, const Stream& stream,
+                               const std::optional<GpuBudget>& budget) {
+  PlannerOptions planner = options.planner;
+  if (budget && planner.max_bytes == 0 && !options.max_views) {
+    planner.max_bytes = kPhotographsPerArray * budget->room();
+    for (const SceneView* view : stream) planner.max_bytes = std::max(planner.max_bytes, stored_bytes(view->camera));
+  }
+  return planner;
 }
 
 double ms_since(std::chrono::steady_clock::time_point start) {
@@ -357,8 +373,11 @@ void check(const BuildOptions& options) {
   if (options.hold_out) check(*options.hold_out);
   check(options.tiles);
   if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
+  if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
+    throw std::invalid_argument("build: array_bytes or gpu_bytes is given, but no tiles");
+  }
   if (options.array_bytes == 0) return;
-  if (options.tiles.whole_views()) throw std::invalid_argument("build: array_bytes is given, but no tiles");
+  if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
   if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {
     throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
                                 ", must be at least what a tile takes, " + std::to_string(least));
@@ -381,9 +400,11 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   std::mt19937_64 random(options.seed);
   const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_names_that_a_model_can_hold(stream);
-  require_room_for_each(stream, options);
   const SurfaceInput input =
       make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
+  const std::optional<GpuBudget> budget = gpu_budget(options, input);
+  result.effective = planner_options(options, stream, budget);
+  require_room_for_each(stream, options, result.effective.max_bytes);
   result.mesh_file = input.mesh_file;
   result.warnings = input.warnings;
   result.closed_holes = input.closed_holes;
@@ -393,7 +414,6 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const BlindViews blind = blind_views(views.views, ranks, *visibility);
   if (!options.any_mesh) require_seen(result.mesh_file, blind);
   add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
-  result.effective = options.planner;
   restrict(result.effective.refinement, options.refine);
   result.effective.refinement.interruption_point = throw_if_interrupted;
   if (result.effective.coverage.ideal_distance == 0) {
@@ -401,7 +421,8 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     result.effective.coverage.ideal_distance =
         median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
   }
-  Atlas atlas(input.surface, capacity_for(stream, options), layout_of(options), choose_tiles);
+  Atlas atlas(input.surface, capacity_for(stream, options, result.effective.max_bytes), layout_of(options),
+              choose_tiles);
   Planner planner(atlas, *visibility, result.effective);
   std::shared_ptr<void> watched = watch ? watch(atlas) : nullptr;
   const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
@@ -415,7 +436,8 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
   }
-  result.snapshot = atlas.snapshot();
+  result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
+  result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
   result.total_ms = ms_since(start);
   return result;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "blend/gpu_bytes.h"
 #include "mesh/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
@@ -23,6 +24,9 @@
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
+
+// Bytes of photographs to choose tiles from, for each that tiles may take on the GPU.
+inline constexpr std::uint64_t kPhotographsPerArray = 4;
 
 // What is made to agree before a view is stored: see planner/refiner.h.
 enum class RefineMode {
@@ -63,7 +67,11 @@ struct BuildOptions {
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
-  std::optional<HoldOut> hold_out;               // none: every view is offered
+  // That the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: what it needs. Not with
+  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
+  // room for, to choose tiles from.
+  std::uint64_t gpu_bytes = 0;
+  std::optional<HoldOut> hold_out;  // none: every view is offered
   bool any_mesh = false;  // build also where most views see next to nothing of the mesh, which is refused otherwise
   StreamOrder order = StreamOrder::given;
   // With another choice than online, planner.max_bytes counts as so many of the largest view.
@@ -110,6 +118,7 @@ struct Parsimony {
 
 struct BuildResult {
   Snapshot snapshot;
+  GpuBytes gpu_bytes;                // of the snapshot, as its model file holds it
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given

@@ -11,6 +11,7 @@
 
 #include "mesh/base/median.h"
 #include "tools/pipeline/coverage_names.h"
+#include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/refinement_json.h"
 
@@ -131,9 +132,9 @@ void hold_tiles(const BuildResult& result, const BuildOptions& options, Holding&
   const std::uint64_t slot_texels = std::uint64_t{options.tiles.slot_px()} * options.tiles.slot_px();
   holding.texels = slot_texels * tiles.resident_tiles();
   holding.bytes = slot_bytes(options.tiles) * tiles.resident_tiles();
-  if (options.array_bytes == 0) return;
-  holding.texels_budget = slot_texels * tiles.options.max_tiles;
-  holding.bytes_budget = options.array_bytes;
+  if (options.array_bytes + options.gpu_bytes == 0) return;
+  if (tiles.options.max_tiles > 0) holding.texels_budget = slot_texels * tiles.options.max_tiles;
+  holding.bytes_budget = options.array_bytes + options.gpu_bytes;
 }
 
 Holding holding_of(const BuildResult& result, const BuildOptions& options) {
@@ -196,8 +197,8 @@ std::string views_line(const json& s) {
   const json& bytes = s["bytes"];
   std::string line = views["stored"].dump() + " of " + views["offered"].dump() + " views stored (" +
                      views["replaced"].dump() + " took another's place, " + views["rejected"].dump() + " rejected, " +
-                     views["outliers"].dump() + " outliers): " + megabytes(bytes["resident"]) + " MB";
-  if (!bytes["budget"].is_null()) line += " of " + megabytes(bytes["budget"]);
+                     views["outliers"].dump() + " outliers)\n  on the GPU " + gpu_bytes_text(s["gpu"]);
+  if (!bytes["budget"].is_null()) line += "; budget " + megabytes(bytes["budget"]) + " MB";
   return line;
 }
 
@@ -261,7 +262,8 @@ json refinement_options_json(const RefinementOptions& refinement, const BuildOpt
 }
 
 json budget_of(const BuildOptions& options) {
-  const std::uint64_t bytes = options.tiles.whole_views() ? options.planner.max_bytes : options.array_bytes;
+  const std::uint64_t bytes =
+      options.tiles.whole_views() ? options.planner.max_bytes : options.array_bytes + options.gpu_bytes;
   return bytes > 0 ? json(bytes) : json();
 }
 
@@ -336,6 +338,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"lenses", lenses_json(result.lenses)},
           {"texels", {{"resident", holding.texels}, {"budget", or_null(holding.texels_budget)}}},
           {"bytes", bytes_json(result, holding)},
+          {"gpu", gpu_bytes_json(result.gpu_bytes)},
           {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};
 }
 

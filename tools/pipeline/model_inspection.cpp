@@ -9,6 +9,7 @@
 #include "mesh/base/errors.h"
 #include "planner/planner.h"
 #include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/model_output.h"
 
 namespace lumatlas {
@@ -42,6 +43,10 @@ std::uint64_t bytes_of(const ModelFacts& facts) {
   std::uint64_t bytes = 0;
   for (const Camera& view : facts.views) bytes += stored_bytes(view);
   return bytes;
+}
+
+GpuBytes gpu_bytes_of(const ModelFacts& facts) {
+  return GpuByteCount(facts.surface).of(facts.references, facts.views, facts.tiles);
 }
 
 // What the model was allowed to take.
@@ -79,10 +84,12 @@ json file_json(const ModelFacts& facts) {
   return {{"path", facts.file.string()},
           {"json", facts.json_bytes},
           {"mesh", facts.mesh_bytes},
+          {"vertices", facts.vertex_bytes},
           {"tables", facts.table_bytes},
           {"photographs", facts.photograph_bytes},
           {"masks", facts.mask_bytes},
-          {"sum", facts.json_bytes + facts.mesh_bytes + facts.table_bytes + facts.photograph_bytes + facts.mask_bytes}};
+          {"sum", facts.json_bytes + facts.mesh_bytes + facts.vertex_bytes + facts.table_bytes +
+                      facts.photograph_bytes + facts.mask_bytes}};
 }
 
 std::string in_megabytes(const json& bytes) {
@@ -111,15 +118,30 @@ json inspect_model(const fs::path& model) {
   const ModelFacts facts = read_model_facts(model);
   const ModelNotes notes = read_model_notes(model);
   return {
-      {"mesh", {{"vertices", facts.vertices}, {"faces", facts.faces}}},
-      {"cells", {{"count", facts.cells}, {"seen", facts.cells_seen}}},
+      {"mesh", {{"vertices", facts.surface->mesh.positions.size()}, {"faces", facts.surface->mesh.faces.size()}}},
+      {"cells", {{"count", facts.surface->cells.cells.size()}, {"seen", facts.cells_seen}}},
       {"references", {{"count", facts.references.views.size()}, {"per_cell", cells_by_references(facts.references)}}},
       {"views", {{"count", facts.views.size()}, {"pixels", pixels_of(facts.views)}}},
       {"tiles", tiles_json(facts.tiles)},
       {"texels", {{"resident", texels_of(facts)}}},
       {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(notes.options)}}},
+      {"gpu", gpu_bytes_json(gpu_bytes_of(facts))},
       {"parsimony", parsimony_in(notes.plan, model)},
       {"file", file_json(facts)}};
+}
+
+json file_bytes_json(const fs::path& model) {
+  return file_json(read_model_facts(model));
+}
+
+std::string file_bytes_text(const json& file) {
+  std::string text = in_megabytes(file["sum"]);
+  const char* separator = ": ";
+  for (const char* const part : {"photographs", "masks", "mesh", "vertices", "tables", "json"}) {
+    text += separator + std::string(part) + ' ' + in_megabytes(file[part]);
+    separator = ", ";
+  }
+  return text;
 }
 
 std::string inspection_text(const json& model) {
@@ -130,11 +152,9 @@ std::string inspection_text(const json& model) {
        << "cells      " << model["cells"]["count"] << ", " << model["cells"]["seen"] << " of them seen\n"
        << "views      " << model["views"]["count"] << " of " << model["views"]["pixels"]
        << " pixels in all: " << tiles_line(model) << '\n'
-       << "on the GPU " << model["texels"]["resident"] << " texels, " << in_megabytes(bytes["resident"]) << " of "
-       << (bytes["budget"].is_number() ? in_megabytes(bytes["budget"]) : "no budget") << '\n'
-       << "on disk    " << in_megabytes(file["sum"]) << ": photographs " << in_megabytes(file["photographs"])
-       << ", masks " << in_megabytes(file["masks"]) << ", mesh " << in_megabytes(file["mesh"]) << ", tables "
-       << in_megabytes(file["tables"]) << ", JSON " << in_megabytes(file["json"]) << '\n'
+       << "on the GPU " << gpu_bytes_text(model["gpu"]) << "; "
+       << (bytes["budget"].is_number() ? "budget " + in_megabytes(bytes["budget"]) : "no budget") << '\n'
+       << "on disk    " << file_bytes_text(file) << '\n'
        << "references " << model["references"]["count"] << "; cells by how many they have, from 0:";
   for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
   text << '\n';

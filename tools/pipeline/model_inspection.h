@@ -18,10 +18,15 @@ namespace lumatlas {
 //   tiles                size and gutter in pixels, resident and of (all tiles of all views); null: whole views
 //   texels, bytes        resident on the GPU with their levels and depth; budget: bytes that the model was built with,
 //                        null: unbounded or not known
+//   gpu                  where all bytes on the GPU go: see blend/gpu_bytes.h
 //   parsimony            as in build_summary.h, of a model that was built with --budget auto; null: of any other
-//   file                 bytes on disk: json, mesh, tables, photographs, masks, and their sum
+//   file                 bytes on disk: json, mesh, vertices, tables, photographs, masks, and their sum
 // Throws InputError as read_model(), but for the images: it looks at no pixel.
 [[nodiscard]] nlohmann::json inspect_model(const std::filesystem::path& model);
+
+// That "file" alone, and a line of it.
+[[nodiscard]] nlohmann::json file_bytes_json(const std::filesystem::path& model);
+[[nodiscard]] std::string file_bytes_text(const nlohmann::json& file);
 
 // The same in a few lines.
 [[nodiscard]] std::string inspection_text(const nlohmann::json& model);

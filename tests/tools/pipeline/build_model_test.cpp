@@ -17,6 +17,7 @@
 #include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/save_model.h"
 #include "tools/synth/synth.h"
 
@@ -276,6 +277,31 @@ TEST_CASE("the texture array of tiles never takes more than its budget, and phot
   CHECK(stored(build_model(small_scene(), options)).size() == 3);
   options.array_bytes = slot_bytes(options.tiles) - 1;
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("must be at least what a tile takes"));
+}
+
+TEST_CASE("a budget bounds all that the model takes on the GPU, mesh and tables too, and is used up") {
+  BuildOptions options = options_for(100);
+  options.tiles = {8, 2, 0};
+  const BuildResult all = build_model(small_scene(), options);
+  const std::uint64_t fixed = all.gpu_bytes.sum() - all.gpu_bytes.photographs();
+  CHECK(GpuByteCount(all.snapshot.surface).of_surface() <= fixed);
+  for (const std::uint64_t share : {2, 30}) {
+    options.gpu_bytes = fixed + all.gpu_bytes.photographs() / share;
+    const BuildResult result = build_model(small_scene(), options);
+    CHECK(result.gpu_bytes.sum() <= options.gpu_bytes);
+    CHECK(result.gpu_bytes.sum() > options.gpu_bytes * 9 / 10);
+    CHECK(has_resident_tile_in_every_view(result.snapshot));
+    const TemporaryFolder folder;
+    (void)save_model(result, folder / "model.glb");
+    const nlohmann::json saved = inspect_model(folder / "model.glb");
+    CHECK(saved["gpu"] == summary(result, options)["gpu"]);
+    CHECK(saved["bytes"]["budget"] == options.gpu_bytes);
+  }
+  options.gpu_bytes = GpuByteCount(all.snapshot.surface).of_surface();
+  CHECK_THROWS_WITH(build_model(small_scene(), options),
+                    Catch::Contains("the mesh and its tables alone take " + std::to_string(options.gpu_bytes)));
+  options.array_bytes = 100000;
+  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("both array_bytes and gpu_bytes"));
 }
 
 TEST_CASE("a view that is larger than the budget is named with its bytes before anything is planned") {

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/gpu_bytes.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "atlas/texel_format.h"
+#include "blend/cell_shares.h"
+#include "blend/gl_objects.h"
+#include "blend/photograph_array.h"
+#include "blend/view_table.h"
+#include "blend/zone_mesh.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Entries of the table of tiles.
+std::size_t tile_entries(std::span<const Camera> views, const TileOptions& layout) {
+  if (layout.whole_views()) return views.size();
+  std::size_t tiles = 0;
+  for (const Camera& view : views) tiles += TileGrid(view.width, view.height, layout.tile_px).tiles();
+  return tiles;
+}
+
+ArrayShape shape_of(std::span<const Camera> views, const TileOptions& layout, std::uint32_t resident_tiles) {
+  return layout.whole_views() ? layers_shape(views, layout) : tiles_shape(resident_tiles, layout, ArrayLimits{});
+}
+
+}  // namespace
+
+GpuByteCount::GpuByteCount(std::shared_ptr<const Surface> surface, double border_width)
+    : surface_(std::move(surface)), border_width_(border_width) {
+  if (!surface_) throw std::invalid_argument("GPU bytes: there is no surface");
+  shares_ = std::make_shared<const CellShares>(share_cells(*surface_, border_width * surface_->cells.size));
+}
+
+GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Camera> views, const TileOptions& layout,
+                          std::uint32_t resident_tiles) const {
+  check(layout);
+  const std::size_t cells = surface_->cells.cells.size();
+  if (references.offsets.size() != cells + 1) {
+    throw std::invalid_argument("GPU bytes: references are of " + std::to_string(references.offsets.size()) +
+                                " offsets, must be one more than the surface's " + std::to_string(cells) + " cells");
+  }
+  const std::vector<glm::u8vec3> colors(surface_->mesh.positions.size());
+  const ZoneMesh mesh =
+      zone_mesh(surface_->mesh, colors, surface_->cells.cell_of_face,
+                border_width_ > 0 ? joined(*shares_, first_of_same_references(references)) : *shares_);
+  const ZoneReferences lists = zone_references(mesh.zone_cells, references, std::vector<std::uint8_t>(cells));
+  GpuBytes bytes;
+  bytes.mesh = buffer_bytes(mesh.positions) + buffer_bytes(mesh.faces);
+  bytes.vertices = buffer_bytes(mesh.colors) + buffer_bytes(mesh.shares) + buffer_bytes(mesh.zones);
+  bytes.tables = table_bytes(kRecords, lists.zones.size()) + table_bytes(kRecords, lists.cells.size()) +
+                 table_bytes(kNumbers, lists.references.size()) + table_bytes(kVectors, kViewTexels * views.size()) +
+                 table_bytes(kNumbers, tile_entries(views, layout));
+  const ArrayShape shape = shape_of(views, layout, resident_tiles);
+  bytes.depth = kDepthTexelBytes * shape.texels(0);
+  for (std::uint32_t level = 0; level < shape.levels; ++level) bytes.masks += shape.texels(level);
+  bytes.colors = (kColorTexelBytes - 1) * bytes.masks;
+  return bytes;
+}
+
+GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Camera> views,
+                          const TileTable& tiles) const {
+  if (!tiles.whole_views()) return of(references, views, tiles.options, tiles.resident_tiles());
+  return of(references, views, TileOptions{0, tiles.options.gutter_px, 0}, 0);
+}
+
+GpuBytes GpuByteCount::of(const Snapshot& snapshot) const {
+  std::vector<Camera> views;
+  for (const auto& view : snapshot.views) {
+    if (view) views.push_back(view->camera);
+  }
+  return of(snapshot.references, views, snapshot.tiles);
+}
+
+std::uint64_t GpuByteCount::of_surface() const {
+  ReferenceTable none;
+  none.offsets.assign(surface_->cells.cells.size() + 1, 0);
+  const GpuBytes bytes = of(none, {}, TileOptions{}, 0);
+  return bytes.sum() - bytes.photographs();
+}
+
+}  // namespace lumatlas
