@@ -198,8 +198,10 @@ std::string views_line(const json& s) {
   std::string line = views["stored"].dump() + " of " + views["offered"].dump() + " views stored (" +
                      views["replaced"].dump() + " took another's place, " + views["rejected"].dump() + " rejected, " +
                      views["outliers"].dump() + " outliers)\n  on the GPU " + gpu_bytes_text(s["gpu"]);
-  if (!bytes["budget"].is_null()) line += "; budget " + megabytes(bytes["budget"]) + " MB";
-  return line;
+  if (bytes["budget"].is_null()) return line;
+  // Budgets of texels and numbers of views bound the photographs alone.
+  if (s["gpu"]["sum"] <= bytes["budget"]) return line + "; budget " + megabytes(bytes["budget"]) + " MB";
+  return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }
 
 // Empty where no face was taken away.

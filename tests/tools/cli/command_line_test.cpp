@@ -993,7 +993,7 @@ TEST_CASE("inspect tells of cameras and photographs also without a mesh, and how
   CHECK(read["views"]["count"] == 12);
   CHECK(read["views"]["lenses"] == nlohmann::json{{"PINHOLE 64x48", 12}});
   CHECK_THAT(read["warnings"].at(0).get<std::string>(), Catch::Contains("`lumatlas mesh " + scene));
-  CHECK_THAT(lumatlas({"inspect", scene}).out, Catch::StartsWith("mesh       none\nviews      12\n"));
+  CHECK_THAT(lumatlas({"inspect", scene}).out, Catch::StartsWith("mesh       none\nviews      12, COLMAP\n"));
   check_failure(lumatlas({"inspect", (folder / "nowhere").string()}), "nowhere");
 }
 

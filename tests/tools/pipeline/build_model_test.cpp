@@ -376,7 +376,8 @@ TEST_CASE("the summary adds up") {
     CHECK(times[stage]["p95"] >= times[stage]["median"]);
   }
   const std::string text = summary_text(totals, "out");
-  CHECK_THAT(text, Catch::StartsWith("out: 6 of 24 views stored (") && Catch::Contains(": 0.2 MB of 0.2\n") &&
+  CHECK_THAT(text, Catch::StartsWith("out: 6 of 24 views stored (") &&
+                       Catch::Contains("; photographs 0.2 MB of 0.2\n") &&
                        Catch::Contains(" seen but not referenced, ") && Catch::Contains("visibility ") &&
                        !Catch::Contains("refine "));
 }
