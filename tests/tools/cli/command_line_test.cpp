@@ -454,7 +454,7 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
   const Outcome both = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
                                  "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
-  CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; budget 0.1 MB\n"));
+  CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; photographs 0.1 MB of 0.1\n"));
 }
 
 TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of them is what layers show") {
