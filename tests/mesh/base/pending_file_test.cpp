@@ -35,7 +35,7 @@ TEST_CASE("a pending file takes its place at commit, or leaves nothing") {
 
 TEST_CASE("a name may be as long as the file system allows") {
   const TemporaryFolder folder;
-  for (const std::string& name : {std::string(251, 'a') + ".png", "a." + std::string(253, 'p')}) {
+  for (const std::string& name : {std::string(251, 'a').append(".png"), std::string("a.").append(253, 'p')}) {
     PendingFile pending(folder / name);
     std::ofstream(pending.path()) << "new";
     pending.commit();
