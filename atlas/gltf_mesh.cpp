@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <glm/glm.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <limits>
 #include <string>
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "atlas/gltf_file.h"
+#include "atlas/model_extension.h"
 #include "atlas/srgb.h"
 #include "mesh/polygons.h"
 
@@ -62,6 +64,7 @@ class MeshReader {
 
   TriangleSoup read() {
     const tinygltf::Model& model = file_.contents();
+    if (model.extensions.contains(kLumigraphExtension)) return read_model();
     shown_.resize(model.nodes.size(), false);
     std::vector<Placed> open;
     for (const int node : roots()) open.push_back({node, glm::dmat4(1)});
@@ -73,12 +76,24 @@ class MeshReader {
     if (model.nodes.empty()) {
       for (std::size_t mesh = 0; mesh < model.meshes.size(); ++mesh) add_mesh(static_cast<int>(mesh), glm::dmat4(1));
     }
+    return finished();
+  }
+
+ private:
+  TriangleSoup read_model() {
+    const std::vector<double> offset =
+        file_.numbers(file_.extension(kLumigraphExtension), kLumigraphExtension, "offset", 3);
+    (void)file_.triangles();
+    add_mesh(0, glm::translate(glm::dmat4(1), glm::dvec3(offset[0], offset[1], offset[2])));
+    return finished();
+  }
+
+  TriangleSoup finished() {
     if (soup_.faces.empty()) throw no_faces(path_);
     if (!all_colored_) soup_.colors.clear();
     return std::move(soup_);
   }
 
- private:
   struct Placed {
     int node;
     glm::dmat4 scene_from_parent;

@@ -9,7 +9,8 @@
 namespace lumatlas {
 
 // All triangles (lists, strips and fans) of the meshes that the nodes of the default scene show, each where its nodes
-// put it; one that they mirror is turned round, so that it keeps its outside. Colours are COLOR_0, from linear light to
+// put it, but of a model of lumatlas where its photographs see it: not turned upright, and with its offset. One that
+// nodes mirror is turned round, so that it keeps its outside. Colours are COLOR_0, from linear light to
 // sRGB, if every primitive has it. Points, lines, materials and textures are skipped. A buffer must lie in the file's
 // own folder, also behind symbolic links. Throws InputError that begins with `path` for anything damaged, and for what
 // would change the shape but is not read: compression, sparse accessors, skins, morphs, instances on the GPU.

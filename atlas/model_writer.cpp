@@ -17,6 +17,7 @@
 
 #include "atlas/cell_split.h"
 #include "atlas/glb_file.h"
+#include "atlas/gltf_cameras.h"
 #include "atlas/json_nesting.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
@@ -147,14 +148,6 @@ void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   scene.nodes.push_back(0);
   model.scenes.push_back(std::move(scene));
   model.defaultScene = 0;
-}
-
-// A file system's names are bytes, JSON's are Unicode: bytes that are not UTF-8 become U+FFFD, control characters '?'.
-std::string unicode_name(std::string name) {
-  std::replace_if(
-      name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }, '?');
-  const std::string quoted = nlohmann::json(name).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  return nlohmann::json::parse(quoted).get<std::string>();
 }
 
 const char* property_of(ModelImageKind kind) {
@@ -374,13 +367,14 @@ tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>
 }
 
 // tinygltf's JSON of a model whose buffer was taken out: it would put its bytes into the text.
-nlohmann::json json_of(tinygltf::Model& model, nlohmann::json buffer) {
+nlohmann::json json_of(tinygltf::Model& model, const Snapshot& snapshot, nlohmann::json buffer) {
   std::ostringstream text;
   text.imbue(std::locale::classic());
   tinygltf::TinyGLTF writer;
   (void)writer.WriteGltfSceneToStream(&model, text, false, false);
   nlohmann::json document = nlohmann::json::parse(text.str());
   document["buffers"][0] = std::move(buffer);
+  add_cameras(document, snapshot, gltf_from_scene(snapshot));
   return document;
 }
 
@@ -424,7 +418,8 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
     model.images.back().uri = image.name;
   }
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
-  const std::string json = json_of(model, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
+  const std::string json =
+      json_of(model, snapshot, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
   const std::vector<std::string> earlier = images_of_earlier(folder);
   ImageFolder image_folder(folder / kImageFolder);
   PendingFiles files(folder, images.size() + 2);
@@ -448,7 +443,7 @@ void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions&
   tinygltf::Model model = model_of(snapshot, images, validity);
   add_images(model, snapshot, images);
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
-  nlohmann::json document = json_of(model, {{"byteLength", buffer.size()}});
+  nlohmann::json document = json_of(model, snapshot, {{"byteLength", buffer.size()}});
   if (!notes.empty()) document["asset"]["extras"] = extras;
   write_glb_frame(file, document.dump(), buffer);
 }

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <glm/gtc/quaternion.hpp>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -21,8 +22,10 @@
 #include <vector>
 
 #include "atlas/glb_file.h"
+#include "atlas/gltf_mesh.h"
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
+#include "mesh/upright.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
@@ -440,6 +443,53 @@ TEST_CASE("the file is glTF with a mesh that any viewer shows") {
   CHECK(colors.at("normalized") == true);
   CHECK(colors.at("count") == positions.at("count"));
   CHECK(positions.at("count").get<std::size_t>() > snapshot.vertex_colors.size());  // split at the borders of cells
+}
+
+// A node's rotation and translation, the latter optional.
+glm::dvec3 placed(const nlohmann::json& node, const glm::dvec3& point) {
+  const auto q = node.at("rotation").get<std::vector<double>>();
+  const auto t = node.value("translation", std::vector<double>(3, 0));
+  return glm::dquat(q[3], q[0], q[1], q[2]) * point + glm::dvec3(t[0], t[1], t[2]);
+}
+
+TEST_CASE("the file stands upright for other programs, and has a camera for each stored view") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = compacted(small_snapshot());
+  write_model(folder.path(), snapshot, {});
+  const nlohmann::json gltf = json_of(folder / "scene.gltf"), &nodes = gltf.at("nodes"), &root = nodes.at(0);
+  CHECK(gltf.at("scenes") == nlohmann::json::parse(R"([{"nodes": [0]}])"));
+  CHECK(root.at("mesh") == 0);
+  REQUIRE(nodes.size() == 1 + snapshot.views.size());
+  std::vector<Camera> cameras;
+  for (const auto& view : snapshot.views) cameras.push_back(view->camera);
+  CHECK(glm::distance(placed(root, upward(cameras)), {0, 1, 0}) < 1e-9);
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const Camera& camera = cameras[i];
+    const nlohmann::json& node = nodes.at(1 + i);
+    CHECK(root.at("children").at(i) == 1 + i);
+    CHECK(node.at("name") == snapshot.views[i]->name);
+    const nlohmann::json& perspective = gltf.at("cameras").at(node.at("camera").get<std::size_t>()).at("perspective");
+    CHECK(perspective.at("yfov").get<double>() == Approx(2 * std::atan(0.5 * camera.height / camera.fy)));
+    CHECK_FALSE(perspective.contains("zfar"));
+    const glm::dvec3 world = camera.center() + 3.0 * camera.ray(camera.image_from_cam({1, 2, 3}));
+    CHECK(glm::distance(placed(node, {1, -2, -3}), world) < 1e-9);
+  }
+}
+
+TEST_CASE("a model that is read as a mesh is where its photographs see it, with its offset") {
+  const TemporaryFolder folder;
+  Snapshot snapshot = small_snapshot();
+  const auto far = std::make_shared<Surface>(*snapshot.surface);
+  far->offset = {1e6, -2, 0.5};
+  snapshot.surface = far;
+  write_model(folder.path(), snapshot, {});
+  const TriangleSoup soup = read_gltf_mesh(folder / "scene.gltf");
+  const Mesh& mesh = snapshot.surface->mesh;
+  REQUIRE(soup.faces.size() == mesh.faces.size());
+  // Faces are written cell by cell, so that only the outline can be compared.
+  const Bounds read = bounds(soup), written = bounds(mesh);
+  CHECK(read.min == written.min + far->offset);
+  CHECK(read.max == written.max + far->offset);
 }
 
 TEST_CASE("a rotation is stored row by row") {

@@ -20,7 +20,9 @@ namespace {
 constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
 std::atomic<int> received_signal{0};
-std::atomic<int> wake_watcher{-1};  // a pipe's end
+std::atomic<int> wake_watcher{-1};                // a pipe's end
+enum Request : int { kNotTaken, kTaken, kMade };  // whether SIGINT is taken as an EndRequest
+std::atomic<int> end_request{kNotTaken};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
 
 bool kills_when_repeated(int signal) {
@@ -35,6 +37,8 @@ bool is_ignored(int signal) {
 
 // Only calls that are safe in a signal handler.
 void remember_signal(int signal) {
+  int taken = kTaken;
+  if (signal == SIGINT && end_request.compare_exchange_strong(taken, kMade)) return;
   const int error = errno;
   int none = 0;
   if (received_signal.compare_exchange_strong(none, signal)) {
@@ -92,6 +96,18 @@ void throw_if_interrupted() {
   if (const int signal = received_signal.load(std::memory_order_relaxed); signal != 0) {
     throw Interrupted(signal);
   }
+}
+
+EndRequest::EndRequest() {
+  end_request.store(kTaken);
+}
+
+EndRequest::~EndRequest() {
+  end_request.store(kNotTaken);
+}
+
+bool EndRequest::made() const {
+  return end_request.load() == kMade;
 }
 
 void die_of(const Interrupted& interrupted) {

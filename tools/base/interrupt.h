@@ -30,6 +30,17 @@ void install_interrupt_handler();
 // Throws Interrupted once a signal has come. Cheap, and safe from any thread.
 void throw_if_interrupted();
 
+// While one lives, the first SIGINT asks for an early end, by made(), and does nothing else; what comes after it is as
+// without. One at a time.
+class EndRequest {
+ public:
+  EndRequest();
+  ~EndRequest();
+  EndRequest(const EndRequest&) = delete;
+  EndRequest& operator=(const EndRequest&) = delete;
+  [[nodiscard]] bool made() const;
+};
+
 // Ends the program by the signal itself, so that the shell sees what happened (a script's loop then stops too).
 [[noreturn]] void die_of(const Interrupted& interrupted);
 

@@ -7,8 +7,11 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
+#include <string_view>
 #include <thread>
+#include <utility>
 
 #include "tools/base/child_process.h"
 #include "tools/base/interrupt.h"
@@ -50,6 +53,8 @@ struct BuildFlags {
   bool keep_lenses = false;
   bool paper = false;
   ImageCoding photograph_coding;
+  bool watch = false;
+  std::uint32_t idle_s = 0;  // 0: it ends by Ctrl-C alone
   bool view = false;
   bool no_browser = false;
   ServerOptions server;
@@ -145,6 +150,28 @@ FaceOptions faces_of(const std::string& text) {
   return faces;
 }
 
+void watch_scene(const BuildFlags& flags, BuildOptions& options) {
+  const auto refuse = [](const char* option, const char* why) { throw CLI::ValidationError(option, why); };
+  if (options.hold_out) refuse("--hold", "goes by the names of all photographs, which --watch does not know yet");
+  if (options.choice != ViewChoice::online) refuse("--choice", "must be online with --watch, which cannot look ahead");
+  if (options.order != StreamOrder::given) refuse("--order", "must be given with --watch: they come as they come");
+  if (!options.max_views && options.planner.max_bytes + options.gpu_bytes == 0) {
+    refuse("--budget auto",
+           "needs --max-views or --photograph-bytes with --watch, for nobody knows how many will come");
+  }
+  options.pictures.skip_bad = true;  // for validate, which reads this scene again
+  WatchOptions& watch = options.watch.emplace();
+  watch.end = [] { return false; };
+  if (flags.idle_s > 0) watch.idle = std::chrono::seconds(flags.idle_s);
+  watch.warn = [](const std::string& sentence) { std::cerr << "warning: " << sentence << '\n'; };
+}
+
+// With --quiet the address is a result: see Shown.
+void require_address_known(const BuildFlags& flags) {
+  if (!flags.view || !flags.quiet || !flags.json_output || flags.server.port != 0) return;
+  throw CLI::ValidationError("--view", "needs --port with --quiet and --json, for nothing else would say its address");
+}
+
 BuildOptions options_of(BuildFlags flags) {
   if (flags.paper) follow_paper(flags);
   BuildOptions options = flags.options;
@@ -166,8 +193,30 @@ BuildOptions options_of(BuildFlags flags) {
     throw CLI::ValidationError("--keep-lenses", "needs --refine joint");
   }
   options.refine_lenses = !flags.keep_lenses;
+  if (flags.watch) watch_scene(flags, options);
+  require_address_known(flags);
   check_usage(options);
   return options;
+}
+
+// Of --watch: from the time that photographs are waited for, the first Ctrl-C ends the stream, and the model is saved.
+void take_end_requests(const BuildFlags& flags, BuildOptions& options, std::optional<EndRequest>& request) {
+  if (!options.watch) return;
+  options.watch->end = [&request, said = flags.quiet]() mutable {
+    if (!request) request.emplace();
+    if (!std::exchange(said, true)) std::cerr << "waiting for photographs\n";
+    return request->made();
+  };
+}
+
+BuildCallback progress_of(const BuildFlags& flags) {
+  BuildCallback progress = progress_on_standard_error(flags.quiet);
+  if (!flags.watch || flags.quiet) return progress;
+  return [progress = std::move(progress), said = false](const BuildProgress& build) mutable {
+    const bool is_first = build.done == 1 && std::string_view(build.stage) == "planning views";
+    if (is_first && !std::exchange(said, true)) std::cerr << "the first is there; Ctrl-C saves the model\n";
+    return progress(build);
+  };
 }
 
 // The lines to type next, each after what it is for.
@@ -221,7 +270,11 @@ class Shown {
         server_(flags.server),
         site_(server_, title_of(flags.output)),
         serving_([this] { server_.serve([this] { return stop_.load(); }); }) {
-    if (!flags.quiet) std::cerr << "see it: " << server_.address() << '\n';
+    if (!flags.quiet) {
+      std::cerr << "see it: " << server_.address() << '\n';
+    } else if (!flags.json_output) {
+      std::cout << server_.address() << std::endl;  // whoever reads it waits for it
+    }
     if (!flags.no_browser) open_browser(server_.address());
   }
   ~Shown() {
@@ -260,13 +313,15 @@ class Shown {
 };
 
 void run(const BuildFlags& flags) {
-  const BuildOptions options = options_of(flags);
+  BuildOptions options = options_of(flags);
+  std::optional<EndRequest> end_request;
+  take_end_requests(flags, options, end_request);
   const ImageCoding photographs = flags.image_coding();
   check_apart(flags.output, std::array{flags.scene, flags.mesh, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
   const auto shown = flags.view ? std::make_unique<Shown>(flags) : nullptr;
   const BuildResult result =
-      build_model(flags.scene, options, progress_on_standard_error(flags.quiet), shown ? shown->watch() : AtlasWatch());
+      build_model(flags.scene, options, progress_of(flags), shown ? shown->watch() : AtlasWatch());
   if (!flags.quiet && flags.mesh.empty()) std::cerr << "mesh: " << result.mesh_file.string() << '\n';
   for (const std::string& note : result.scene_notes) {
     if (!flags.quiet) std::cerr << "scene: " << note << '\n';
@@ -277,7 +332,7 @@ void run(const BuildFlags& flags) {
   if (!flags.quiet && flags.options.close_holes > 0) {
     std::cerr << "mesh: closed " << result.closed_holes << " of its holes\n";
   }
-  std::cerr << skipped_text(result);
+  if (!flags.watch) std::cerr << skipped_text(result);  // with it, each was named as it was found
   for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
   std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
@@ -291,7 +346,9 @@ void run(const BuildFlags& flags) {
   }
   if (!flags.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
   std::cout.flush();
-  if (shown) shown->show_until_interrupted(result.snapshot);
+  const bool asked_to_end = end_request && end_request->made();
+  end_request.reset();
+  if (shown && !asked_to_end) shown->show_until_interrupted(result.snapshot);
 }
 
 const Names<StreamOrder> kOrders{
@@ -307,7 +364,9 @@ const Names<RefineMode> kRefinements{{"none", RefineMode::none},
                                      {"joint", RefineMode::joint}};
 
 void add_file_options(CLI::App& command, BuildFlags& flags) {
-  add_file(command, "SCENE", flags.scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh")->required();
+  add_file(command, "SCENE", flags.scene, "SCENE",
+           "COLMAP workspace: sparse/ and images/, with a mesh; with --watch one that fills up")
+      ->required();
   begin_group(command, "Files");
   add_file(command, "-o,--output", flags.output, "MODEL",
            "Folder, or one file that ends in .glb; an earlier model there is replaced")
@@ -454,7 +513,16 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
 }
 
 void add_live_experiments(CLI::App& command, BuildFlags& flags) {
-  begin_experiments(command, "seen while it is built");
+  begin_experiments(command, "scenes that fill up, and a page that shows it");
+  CLI::Option* watch = command.add_flag("--watch", flags.watch,
+                                        "Go on as photographs and poses come into SCENE, until Ctrl-C, which saves the "
+                                        "model, or --idle; name those that stay damaged");
+  command
+      .add_option("--idle", flags.idle_s,
+                  "With --watch, end and save once nothing has changed for so long; 0: by Ctrl-C alone")
+      ->type_name("SECONDS")
+      ->transform(whole_number(0, 1u << 20))
+      ->needs(watch);
   CLI::Option* view =
       command.add_flag("--view", flags.view, "Show the model in the browser while it is built, and until Ctrl-C");
   command.add_option("--port", flags.server.port, "With --view, listen at this port; 0: any that is free")

@@ -14,6 +14,7 @@
 
 #include "atlas/model_file.h"
 #include "mesh/base/errors.h"
+#include "mesh/upright.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
 #include "tools/base/strict_json.h"

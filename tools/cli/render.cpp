@@ -18,6 +18,7 @@
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
+#include "mesh/upright.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/paths/camera_tours.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <string>
 
 #include "mesh/base/median.h"
+#include "mesh/upright.h"
 #include "tools/paths/spline.h"
 
 namespace lumatlas {
@@ -23,10 +23,6 @@ using glm::dvec3;
 
 void require_views(std::span<const Camera> stored) {
   if (stored.empty()) throw std::invalid_argument("tour: there is no stored view, must be at least one");
-}
-
-dvec3 row(const Camera& camera, int index) {
-  return glm::transpose(camera.cam_from_world_rotation)[index];
 }
 
 template <typename Of>
@@ -151,26 +147,6 @@ void add_cells(std::vector<glm::ivec2>& cells, glm::ivec2 corner, glm::ivec2 a, 
 
 }  // namespace
 
-dvec3 upward(std::span<const Camera> stored) {
-  require_views(stored);
-  constexpr double kPull = 1e-3;  // of the pictures' own up, where the x axes leave it open
-  dvec3 mean(0);
-  for (const Camera& camera : stored) mean -= row(camera, 1);
-  if (!(glm::length(mean) > 1e-6 * static_cast<double>(stored.size()))) mean = -row(stored.front(), 1);
-  mean = glm::normalize(mean);
-  dmat3 spread = kPull * (dmat3(1) - glm::outerProduct(mean, mean));
-  for (const Camera& camera : stored) {
-    spread += glm::outerProduct(row(camera, 0), row(camera, 0)) / static_cast<double>(stored.size());
-  }
-  Eigen::Matrix3d matrix;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) matrix(i, j) = spread[i][j];
-  }
-  const Eigen::Vector3d least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix).eigenvectors().col(0);
-  const dvec3 up(least.x(), least.y(), least.z());
-  return glm::dot(up, mean) < 0 ? -up : up;
-}
-
 std::vector<Vantage> orbit(std::span<const Camera> stored, double depth, std::size_t frames, double fov_deg) {
   std::vector<double> turns;
   for (std::size_t i = 0; i < frames; ++i) turns.push_back(static_cast<double>(i) / static_cast<double>(frames));
@@ -179,6 +155,7 @@ std::vector<Vantage> orbit(std::span<const Camera> stored, double depth, std::si
 
 std::vector<Vantage> orbit_at(std::span<const Camera> stored, double depth, std::span<const double> turns,
                               double fov_deg) {
+  require_views(stored);
   const dvec3 up = upward(stored);
   const dvec3 target = looked_at(stored, depth);
   const auto height = [&](const Camera& camera) { return glm::dot(camera.center() - target, up); };
@@ -227,6 +204,7 @@ std::vector<glm::ivec2> hilbert_cells(std::uint32_t order) {
 
 std::vector<Vantage> hilbert_flight(const Mesh& mesh, std::span<const Camera> stored, std::uint32_t order,
                                     std::size_t frames, double fov_deg) {
+  require_views(stored);
   const dvec3 up = upward(stored);
   if (order < 1) throw std::invalid_argument("tour: the Hilbert curve's order is 0, must be in [1, 8]");
   const Ground ground = ground_under(mesh, up);

@@ -16,10 +16,6 @@
 
 namespace lumatlas {
 
-// Unit. The direction that the cameras' x axes are most nearly at right angles to, for people hold cameras level; where
-// these leave it open, the mean of what is upwards in the pictures.
-[[nodiscard]] glm::dvec3 upward(std::span<const Camera> stored);
-
 // Once around the point that the cameras look at, at their median distance from the axis and their median height,
 // looking at it; the last frame is one step before the first.
 [[nodiscard]] std::vector<Vantage> orbit(std::span<const Camera> stored, double depth, std::size_t frames,

@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "mesh/base/median.h"
+#include "mesh/upright.h"
 #include "tools/paths/camera_tours.h"
 
 namespace lumatlas {
@@ -191,9 +192,9 @@ KeptPath keep_to_photographs(const std::vector<Vantage>& path, std::span<const C
 
 KeptPath kept_orbit(std::span<const Camera> stored, double depth, std::size_t frames, double fov_deg,
                     const PhotographedShare& share) {
-  constexpr std::size_t kLooks = 120;  // around the circle
+  constexpr std::size_t kLooks = 120;                                         // around the circle
+  const std::vector<Vantage> circle = orbit(stored, depth, frames, fov_deg);  // refuses where no view is stored
   const dvec3 up = upward(stored);
-  const std::vector<Vantage> circle = orbit(stored, depth, frames, fov_deg);
   const double enough = enough_of(stored, up, fov_deg, share);
   std::vector<bool> covered;
   for (const Vantage& place : orbit(stored, depth, kLooks, fov_deg)) covered.push_back(share(place) >= enough);

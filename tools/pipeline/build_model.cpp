@@ -16,6 +16,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
 
@@ -55,6 +56,12 @@ Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::siz
   return stream;
 }
 
+Stream stream_of(const std::vector<SceneView>& views) {
+  Stream stream;
+  for (const SceneView& view : views) stream.push_back(&view);
+  return stream;
+}
+
 void require_room_for_each(const Stream& stream, const BuildOptions& options, std::uint64_t max_bytes) {
   if (max_bytes == 0) return;
   const bool whole_views = options.tiles.whole_views();
@@ -82,7 +89,8 @@ void require_names_that_a_model_can_hold(const Stream& stream) {
 
 // The most views that the store can come to hold: no slot is reserved for what the bounds rule out.
 std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options, std::uint64_t budget) {
-  std::uint64_t capacity = std::min<std::uint64_t>(stream.size(), options.max_views.value_or(~0u));
+  std::uint64_t capacity = options.max_views.value_or(~0u);
+  if (!options.watch) capacity = std::min<std::uint64_t>(capacity, stream.size());
   if (budget > 0) {
     const auto [least, most] = std::minmax_element(
         stream.begin(), stream.end(),
@@ -170,9 +178,9 @@ void add_warning(const std::string& sentence, BuildResult& result) {
   if (!sentence.empty()) result.warnings.push_back(sentence);
 }
 
-std::vector<SkippedView> skipped_views(const SceneViews& scene) {
+std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views) {
   std::vector<SkippedView> skipped;
-  for (const SceneView& view : scene.views) {
+  for (const SceneView& view : views) {
     if (!view.bad.empty()) skipped.push_back({view.name, view.bad});
   }
   return skipped;
@@ -229,30 +237,67 @@ std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, At
   return std::nullopt;
 }
 
+enum class Treatment { offer, keep, pass_by };
+
+PlannedView plan(Planner& planner, const SceneView& view, Treatment treatment) {
+  PlannedView planned;
+  planned.name = view.name;
+  const PhotographSource photograph = [&] {
+    const auto start = std::chrono::steady_clock::now();
+    Photograph read = load_photograph(view);
+    planned.read_ms = ms_since(start);
+    return read;
+  };
+  if (treatment == Treatment::offer) planned.verdict = planner.offer(view.name, view.camera, photograph);
+  if (treatment == Treatment::keep) planned.verdict = planner.keep(view.name, view.camera, photograph);
+  if (treatment == Treatment::pass_by) planner.pass_by(view.camera);
+  planned.summed_coverage = planner.summed_coverage();
+  return planned;
+}
+
 void run_stream(Planner& planner, const Stream& stream, const std::optional<std::vector<std::size_t>>& chosen,
                 const BuildCallback& callback, BuildResult& result) {
   BuildStage stage(callback, "planning views", stream.size());
   for (std::size_t place = 0; place < stream.size(); ++place) {
-    const SceneView& view = *stream[place];
-    PlannedView& planned = result.planned.emplace_back();
-    planned.name = view.name;
-    const PhotographSource photograph = [&] {
-      const auto start = std::chrono::steady_clock::now();
-      Photograph read = load_photograph(view);
-      planned.read_ms = ms_since(start);
-      return read;
-    };
-    if (!chosen) {
-      planned.verdict = planner.offer(view.name, view.camera, photograph);
-    } else if (std::binary_search(chosen->begin(), chosen->end(), place)) {
-      planned.verdict = planner.keep(view.name, view.camera, photograph);
-    } else {
-      planner.pass_by(view.camera);
+    Treatment treatment = Treatment::offer;
+    if (chosen) {
+      const bool is_chosen = std::binary_search(chosen->begin(), chosen->end(), place);
+      treatment = is_chosen ? Treatment::keep : Treatment::pass_by;
     }
-    planned.summed_coverage = planner.summed_coverage();
+    result.planned.push_back(plan(planner, *stream[place], treatment));
     stage.tick();
   }
   stage.finish();
+}
+
+// Until nothing comes any more. Returns the views that were offered, in that order.
+std::vector<SceneView> run_watched(Planner& planner, WatchedScene& scene, const BuildCallback& callback,
+                                   BuildResult& result) {
+  std::vector<SceneView> offered;
+  BuildStage stage(callback, "planning views", 0);
+  while (const std::optional<SceneView> view = scene.next()) {
+    try {
+      const Stream alone{&*view};
+      require_names_that_a_model_can_hold(alone);
+      require_room_for_each(alone, result.options, result.effective.max_bytes);
+      result.planned.push_back(plan(planner, *view, Treatment::offer));
+    } catch (const InputError& error) {
+      scene.give_back(*view, error.what());  // it may still be being written
+      continue;
+    }
+    offered.push_back(*view);
+    stage.tick();
+  }
+  stage.finish();
+  return offered;
+}
+
+// What is known of a watched scene at the end of the stream.
+void note_watched(WatchedScene& scene, const SceneViews& offered, BuildResult& result) {
+  result.views = scene.listed();
+  result.scene_notes = scene.notes();
+  result.skipped = skipped_views(scene.left_out());
+  result.masked_views = masked_views(offered);
 }
 
 // What a view would take with all of its tiles resident.
@@ -357,6 +402,21 @@ void finish(Planner& planner, std::vector<SceneView>& views, const BuildOptions&
   result.polish_ms = ms_since(start);
 }
 
+void check_watch(const BuildOptions& options) {
+  const auto require = [](bool holds, const char* rule) {
+    if (!holds) throw std::invalid_argument(std::string("build: watch is given, ") + rule);
+  };
+  const WatchOptions& watch = *options.watch;
+  require(options.choice == ViewChoice::online, "choice must be ViewChoice::online");
+  require(options.order == StreamOrder::given, "order must be StreamOrder::given");
+  require(!options.hold_out, "hold_out must not be: it goes by the names of all photographs");
+  require(options.max_views || options.planner.max_bytes + options.gpu_bytes > 0,
+          "max_views, planner.max_bytes or gpu_bytes must bound the model");
+  require(watch.interval.count() > 0, "its interval must be above 0");
+  require(watch.idle || watch.end, "it must have idle or end");
+  require(!watch.idle || *watch.idle >= watch.interval, "its idle must not be below its interval");
+}
+
 }  // namespace
 
 void check(const BuildOptions& options) {
@@ -371,6 +431,7 @@ void check(const BuildOptions& options) {
   if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
   if (options.max_views == 0u) throw std::invalid_argument("build: max_views is 0, must be at least 1");
   if (options.hold_out) check(*options.hold_out);
+  if (options.watch) check_watch(options);
   check(options.tiles);
   if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
   if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
@@ -391,14 +452,17 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   BuildResult result;
   result.options = options;
   MeshInput mesh = load_mesh(scene, options.mesh, options.close_holes);
-  SceneViews views = read_scene_views(scene, mesh.offset, options.pictures);
+  std::optional<WatchedScene> watched_scene;
+  if (options.watch) watched_scene.emplace(scene, mesh.offset, options.pictures, *options.watch);
+  SceneViews views =
+      watched_scene ? watched_scene->first_views() : read_scene_views(scene, mesh.offset, options.pictures);
   result.views = views.views.size();
   result.masked_views = masked_views(views);
   result.scene_notes = views.notes;
-  result.skipped = skipped_views(views);
+  result.skipped = skipped_views(views.views);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
-  const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
+  Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_names_that_a_model_can_hold(stream);
   const SurfaceInput input =
       make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
@@ -426,7 +490,13 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   Planner planner(atlas, *visibility, result.effective);
   std::shared_ptr<void> watched = watch ? watch(atlas) : nullptr;
   const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
-  run_stream(planner, stream, chosen, callback, result);
+  if (watched_scene) {
+    views.views = run_watched(planner, *watched_scene, callback, result);
+    note_watched(*watched_scene, views, result);
+    stream = stream_of(views.views);
+  } else {
+    run_stream(planner, stream, chosen, callback, result);
+  }
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
   finish(planner, views.views, options, callback, result);

@@ -5,6 +5,7 @@
 // cut off or damaged behind its header is not noticed, and does no harm.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -52,6 +53,18 @@ enum class VisibilityBy {
   gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
 };
 
+// A scene whose folder fills up while the model is built: see tools/scene/growing_scene.h. What cannot be read is
+// named, and the build goes on. Cells, and what else depends on all cameras, are as those ask that are listed when the
+// first photograph has come. Joint refinement, and what else looks at all views, comes at the end.
+struct WatchOptions {
+  std::chrono::milliseconds interval{1000};  // between two looks at the folder, > 0
+  // The end of the stream: so long after the last change, or, asked some times a second, when this says so. One is
+  // given.
+  std::optional<std::chrono::milliseconds> idle;
+  std::function<bool()> end;
+  std::function<void(const std::string&)> warn;  // told, at once, what is wrong with files, in sentences; or empty
+};
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   PictureFolders pictures;                    // photographs and masks
@@ -72,6 +85,10 @@ struct BuildOptions {
   // room for, to choose tiles from.
   std::uint64_t gpu_bytes = 0;
   std::optional<HoldOut> hold_out;  // none: every view is offered
+  // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
+  // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
+  // planner.max_bytes or gpu_bytes.
+  std::optional<WatchOptions> watch;
   bool any_mesh = false;  // build also where most views see next to nothing of the mesh, which is refused otherwise
   StreamOrder order = StreamOrder::given;
   // With another choice than online, planner.max_bytes counts as so many of the largest view.
@@ -87,7 +104,7 @@ struct RefinedLens {
   bool applied = false;   // the photographs were undistorted again
 };
 
-// A photograph that was left out because it is bad, and why: see PictureFolders::skip_bad.
+// A photograph that was left out because it is bad, and why: see PictureFolders::skip_bad, WatchOptions.
 struct SkippedView {
   std::string name, why;
 };

@@ -359,6 +359,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"close_holes", options.close_holes},
               {"hold_out", hold_out},
               {"skip_bad", options.pictures.skip_bad},
+              {"watch", options.watch.has_value()},
               {"order", name_of(options.order)},
               {"choice", name_of(options.choice)},
               {"seed", options.seed},

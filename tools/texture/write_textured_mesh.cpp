@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/glb_file.h"
+#include "atlas/gltf_cameras.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
@@ -129,11 +130,12 @@ class GltfDocument {
   }
 
   // Everything is in; `uri` names the buffer's file, null: it is in the .glb.
-  [[nodiscard]] json finish(const TexturedFileOptions& options, const glm::dvec3& offset, const json& uri) {
-    const glm::dquat q = glm::normalize(glm::quat_cast(options.file_from_scene));
-    json node = {{"mesh", 0}, {"name", "lumatlas"}, {"rotation", {q.x, q.y, q.z, q.w}}};
+  [[nodiscard]] json finish(const TexturedFileOptions& options, const Snapshot& snapshot, const json& uri) {
+    const glm::dvec3& offset = snapshot.surface->offset;
+    json node = {{"mesh", 0}, {"name", "lumatlas"}};
     if (offset != glm::dvec3(0)) node["extras"] = {{"offset", {offset.x, offset.y, offset.z}}};
-    document_["nodes"] = {node};
+    document_["nodes"] = json::array({node});
+    add_cameras(document_, snapshot, options.file_from_scene);
     document_["meshes"] = json::array({{{"primitives", primitives_}}});
     document_["scenes"] = json::array({{{"nodes", {0}}}});
     document_["scene"] = 0;
@@ -217,18 +219,6 @@ void write_material_library(const std::filesystem::path& folder, std::uint32_t p
 
 }  // namespace
 
-glm::dmat3 upright(std::span<const Camera> cameras, const glm::dvec3& up) {
-  glm::dvec3 ahead(0);
-  for (const Camera& camera : cameras) ahead += camera.viewing_direction();
-  ahead -= glm::dot(ahead, up) * up;
-  if (!(glm::length(ahead) > 1e-3 * static_cast<double>(cameras.size()))) {
-    const glm::dvec3 axis = std::abs(up.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-    ahead = glm::cross(axis, up);  // they look all around
-  }
-  const glm::dvec3 y = glm::normalize(up), z = -glm::normalize(ahead), x = glm::cross(y, z);
-  return glm::transpose(glm::dmat3(x, y, z));
-}
-
 TextureFacts write_textured_gltf(const std::filesystem::path& folder, const TexturedMesh& mesh,
                                  const TexturedFileOptions& options, const Tick& tick) {
   check(options);
@@ -242,7 +232,7 @@ TextureFacts write_textured_gltf(const std::filesystem::path& folder, const Text
         gltf.add_image_file(name);
       },
       tick);
-  const json document = gltf.finish(options, mesh.snapshot().surface->offset, "scene.bin");
+  const json document = gltf.finish(options, mesh.snapshot(), "scene.bin");
   write_whole_file(folder / "scene.bin", text_of(gltf.buffer()), Durability::left_to_folder);
   write_whole_file(folder / "scene.gltf", document.dump(2) + "\n", Durability::left_to_folder);
   return facts;
@@ -258,7 +248,7 @@ TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, co
       mesh.bake([&](std::uint32_t,
                     const Photograph& picture) { gltf.add_image(encode_image(picture, options.image), options.image); },
                 tick);
-  const json document = gltf.finish(options, mesh.snapshot().surface->offset, json());
+  const json document = gltf.finish(options, mesh.snapshot(), json());
   write_glb_frame(file, document.dump(), gltf.buffer());
   return facts;
 }

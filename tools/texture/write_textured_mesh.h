@@ -24,14 +24,10 @@ inline constexpr const char* kExportGenerator = "lumatlas export";
 struct TexturedFileOptions {
   ImageCoding image;  // of the pages
   // From the scene's frame to the file's: orthonormal, determinant 1 (std::invalid_argument). glTF has it as the root
-  // node's rotation, an OBJ's vertices are turned.
+  // node's rotation, with a camera for each stored view below, an OBJ's vertices are turned.
   glm::dmat3 file_from_scene{1.0};
   std::string notes;  // glTF's asset.extras: the text of a JSON object, or empty
 };
-
-// The rotation after which `up` (unit) is +y, as glTF and most programs that read OBJ have it, and the cameras look
-// along -z on average.
-[[nodiscard]] glm::dmat3 upright(std::span<const Camera> cameras, const glm::dvec3& up);
 
 // `tick` is as of TexturedMesh::bake(). All throw InputError where a file cannot be written, or an image not be
 // encoded. scene.gltf, scene.bin and texture-0.png ... in `folder`, which must exist.

@@ -19,6 +19,7 @@
 #include "blend/shaders.h"
 #include "blend/zone_mesh.h"
 #include "mesh/base/errors.h"
+#include "mesh/upright.h"
 #include "tools/base/html_text.h"
 #include "tools/base/output_folder.h"
 #include "tools/paths/camera_tours.h"

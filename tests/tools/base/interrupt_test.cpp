@@ -144,6 +144,30 @@ TEST_CASE("a signal that the program was started to ignore stays ignored") {
                 SIGTERM));
 }
 
+TEST_CASE("a request to end takes the first Ctrl-C, and nothing else; the next is as without it") {
+  const auto requested = [](std::initializer_list<int> signals) {
+    return wait_status_of([&] {
+      install_interrupt_handler();
+      EndRequest request;
+      for (const int signal : signals) {
+        raise(signal);
+        if (signal == SIGINT && !request.made()) _exit(1);
+      }
+      throw_if_interrupted();
+    });
+  };
+  CHECK(ended(requested({SIGINT})));
+  CHECK(died_of(requested({SIGINT, SIGINT}), SIGINT));
+  CHECK(died_of(requested({SIGTERM}), SIGTERM));
+  CHECK(died_of(wait_status_of([] {
+                  install_interrupt_handler();
+                  { const EndRequest over; }
+                  raise(SIGINT);
+                  throw_if_interrupted();
+                }),
+                SIGINT));
+}
+
 TEST_CASE("an interruption names its signal") {
   CHECK(ended(wait_status_of([] {
     install_interrupt_handler();

@@ -246,6 +246,12 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--max-views", "-3"},
       {"build", made().scene, "-o", out, "--max-views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
+      {"build", made().scene, "-o", out, "--watch", "--hold", "4"},
+      {"build", made().scene, "-o", out, "--watch", "--choice", "offline"},
+      {"build", made().scene, "-o", out, "--watch", "--order", "reversed"},
+      {"build", made().scene, "-o", out, "--watch", "--budget", "auto"},
+      {"build", made().scene, "-o", out, "--idle", "5"},
+      {"build", made().scene, "-o", out, "--view", "--no-browser", "--quiet", "--json"},
       {"build", made().scene, "-o", out, "--refine", "all", "--keep-lenses"},
       {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
       {"build", made().scene, "-o", out, "--ideal-distance", "2"},
@@ -454,7 +460,8 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
   const Outcome both = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
                                  "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
-  CHECK_THAT(both.out, Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; photographs 0.1 MB of 0.1\n"));
+  CHECK_THAT(both.out,
+             Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; photographs 0.1 MB of 0.1\n"));
 }
 
 TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of them is what layers show") {
@@ -934,6 +941,43 @@ TEST_CASE("Ctrl-C leaves no half output and no temporary folder") {
   check_interrupted({"build", made().scene, "-o", out}, folder.path());
   check_interrupted({"render", made().model, "--walk", "--mode", "depth", "--frames", "100000", "-o", out},
                     folder.path());
+}
+
+TEST_CASE("build --watch waits for photographs, and Ctrl-C saves the model of those that came") {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene", out = folder / "out";
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  fs::remove_all(scene / "images");
+  const auto has_said = [](const Run& run, const char* words) { return run.err().find(words) != std::string::npos; };
+  const Run run({"build", scene.string(), "-o", out.string(), "--watch", "--json"});
+  Run::wait_until([&] { return has_said(run, "waiting for photographs"); });
+  fs::copy(fs::path(made().scene) / "images", scene / "images", fs::copy_options::recursive);
+  Run::wait_until([&] { return has_said(run, "Ctrl-C saves the model"); });
+  run.send(SIGINT);
+  const Outcome outcome = run.wait();
+  INFO(outcome.err);
+  REQUIRE(outcome.status == 0);
+  CHECK(nlohmann::json::parse(outcome.out)["views"]["stored"] > 0);
+  CHECK(options_beside(out)["watch"] == true);
+  CHECK(lumatlas({"inspect", out.string(), "--quiet"}).status == 0);
+  // What is already there when it starts, quietly, with an end of its own.
+  const Outcome idle = lumatlas(
+      {"build", scene.string(), "-o", out.string(), "--watch", "--idle", "1", "--refine", "none", "--json", "--quiet"});
+  CHECK(idle.status == 0);
+  CHECK(idle.err.empty());
+  CHECK(nlohmann::json::parse(idle.out)["views"]["offered"] == 12);
+}
+
+TEST_CASE("build --view --quiet says its address on stdout, and nothing on stderr") {
+  const TemporaryFolder folder;
+  const Run run({"build", made().scene, "-o", (folder / "out").string(), "--refine", "none", "--view", "--no-browser",
+                 "--quiet"});
+  Run::wait_until([&] { return run.out().find("on disk") != std::string::npos; });
+  run.send(SIGINT);
+  const Outcome outcome = run.wait();
+  CHECK(outcome.status == -SIGINT);
+  CHECK(outcome.err.empty());
+  CHECK(outcome.out.starts_with("http://127.0.0.1:"));
 }
 
 TEST_CASE("a scene without a mesh: the line that build names makes one, which build then finds") {

@@ -39,6 +39,10 @@ std::string Run::out() const {
   return bytes_of(streams_ / "out");
 }
 
+std::string Run::err() const {
+  return bytes_of(streams_ / "err");
+}
+
 Outcome Run::wait() const {
   int status = 0;
   REQUIRE(waitpid(child_, &status, 0) == child_);

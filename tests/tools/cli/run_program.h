@@ -29,6 +29,7 @@ class Run {
   explicit Run(Arguments arguments, const std::function<void()>& before = {});
   void send(int signal) const;
   [[nodiscard]] std::string out() const;  // that it has printed so far
+  [[nodiscard]] std::string err() const;
   [[nodiscard]] Outcome wait() const;
 
   // Until `is_so` holds, or the program has had half a minute for it.

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "mesh/upright.h"
 #include "tests/support/small_scenes.h"
 #include "tools/paths/spline.h"
 
@@ -36,7 +37,7 @@ TEST_CASE("upwards is found from level cameras, however much they look down, wha
   // A single camera leaves all directions at right angles to its x axis open: upwards in its picture.
   const std::vector<Camera> one = around({0, 0, 0}, {0, 0, 1}, 3, 0, 1);
   CHECK(glm::distance(upward(one), dvec3(0, 0, 1)) < 1e-6);
-  CHECK_THROWS_WITH(upward({}), "tour: there is no stored view, must be at least one");
+  CHECK_THROWS_WITH(upward({}), "upward: there is no camera, must be at least one");
 }
 
 TEST_CASE("an orbit goes once around what the cameras look at, at their distance and height, and closes") {

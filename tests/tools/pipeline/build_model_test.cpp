@@ -3,12 +3,15 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 
@@ -19,6 +22,8 @@
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/save_model.h"
+#include "tools/scene/colmap_writer.h"
+#include "tools/scene/growing_scene.h"
 #include "tools/synth/synth.h"
 
 namespace lumatlas {
@@ -143,6 +148,160 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   CHECK(std::count(tiles.begin(), tiles.end(), true) <= 40);
   CHECK(result.snapshot.references.views == alone.snapshot.references.views);
   CHECK(result.snapshot.vertex_colors == alone.snapshot.vertex_colors);
+}
+
+// A folder beside the small scene that fills up: its mesh is there, and the poses of so many photographs, JPEG.
+class FillingScene {
+ public:
+  explicit FillingScene(std::size_t listed = kViews) {
+    std::filesystem::copy(small_scene() / "mesh.ply", folder_ / "mesh.ply");
+    std::filesystem::create_directory(images_);
+    for (const SceneView& view : read_scene_views(small_scene(), glm::dvec3(0)).views) {
+      views_.push_back({std::filesystem::path(view.name).replace_extension(".jpg").string(), view.camera});
+      const auto bytes = encode_image(load_photograph(view), {ImageFormat::jpeg, 90});
+      photographs_.emplace_back(bytes.begin(), bytes.end());
+    }
+    list(listed);
+  }
+  // Writes the poses of the first so many.
+  void list(std::size_t count) const {
+    std::filesystem::create_directory(path() / "sparse");
+    write_colmap_model(path() / "sparse", std::span(views_).first(count), {});
+  }
+  // Writes a photograph, or a share of it.
+  void add(std::size_t number, double share = 1) const {
+    const std::string& bytes = photographs_[number];
+    const auto size = static_cast<std::size_t>(share * static_cast<double>(bytes.size()));
+    (void)folder_.with_file("images/" + views_[number].name, bytes.substr(0, size));
+  }
+  void add_all() const {
+    for (std::size_t i = 0; i < views_.size(); ++i) add(i);
+  }
+  void move_camera(std::size_t number) { views_[number].camera.cam_from_world_translation.x += 0.1; }
+  [[nodiscard]] const std::string& name(std::size_t number) const { return views_[number].name; }
+  [[nodiscard]] const std::filesystem::path& path() const { return folder_.path(); }
+
+ private:
+  TemporaryFolder folder_;
+  std::filesystem::path images_ = folder_ / "images";
+  std::vector<WrittenView> views_;
+  std::vector<std::string> photographs_;
+};
+
+// Builds while `act(look, offered)`, called about once for each look at the folder, fills it and says when to end.
+struct Watched {
+  BuildResult result;
+  Names warnings;
+};
+Watched build_watched(const FillingScene& scene, BuildOptions options,
+                      const std::function<bool(std::size_t, std::size_t)>& act) {
+  Watched watched;
+  std::size_t looks = 0, offered_so_far = 0;
+  options.watch.emplace();
+  options.watch->interval = std::chrono::milliseconds(1);
+  options.watch->end = [&] { return act(looks++, offered_so_far); };
+  options.watch->warn = [&](const std::string& sentence) { watched.warnings.push_back(sentence); };
+  watched.result = build_model(scene.path(), options, [&](const BuildProgress& progress) {
+    if (std::string(progress.stage) == "planning views") offered_so_far = progress.done;
+    return true;
+  });
+  return watched;
+}
+
+void check_same_model(const BuildResult& a, const BuildResult& b) {
+  CHECK(offered(a) == offered(b));
+  CHECK(stored(a) == stored(b));
+  CHECK(a.summed_coverage == b.summed_coverage);
+  CHECK(a.effective.coverage.ideal_distance == b.effective.coverage.ideal_distance);
+  CHECK(a.snapshot.references.views == b.snapshot.references.views);
+  CHECK(a.snapshot.vertex_colors == b.snapshot.vertex_colors);
+  CHECK(a.snapshot.gains == b.snapshot.gains);
+}
+
+TEST_CASE("a scene that fills up becomes the model that it would have become with all photographs there at once") {
+  BuildOptions options = options_for(8);
+  options.refine = RefineMode::joint;
+  options.refine_lenses = false;
+  const FillingScene whole, filling;
+  whole.add_all();
+  const BuildResult plain = build_model(whole.path(), options);
+  // One after the other; of the sixth the first half comes some looks before the rest.
+  constexpr std::size_t kSlow = 5;
+  std::size_t added = 0, looks_at_half = 0;
+  const Watched watched = build_watched(filling, options, [&](std::size_t, std::size_t offered) {
+    if (offered < added) return false;
+    if (added == kSlow && looks_at_half < 6) {
+      if (looks_at_half++ == 0) filling.add(kSlow, 0.5);
+      return false;
+    }
+    if (added == kViews) return true;
+    filling.add(added++);
+    return false;
+  });
+  CHECK(watched.warnings.empty());
+  CHECK(watched.result.views == kViews);
+  CHECK(watched.result.skipped.empty());
+  check_same_model(watched.result, plain);
+}
+
+TEST_CASE("poses that are listed later are taken, also where their file was seen half written") {
+  BuildOptions options = options_for(8);
+  options.planner.coverage.ideal_distance = 2;  // it would go by the cameras that are listed first
+  const FillingScene whole, filling(6);
+  whole.add_all();
+  filling.add_all();
+  const BuildResult plain = build_model(whole.path(), options);
+  std::size_t look_of_list = 0;
+  const Watched watched = build_watched(filling, options, [&](std::size_t look, std::size_t offered) {
+    if (offered == 6 && look_of_list == 0) {
+      look_of_list = look;
+      filling.list(kViews);
+      cut_off(filling.path() / "sparse" / "images.bin");
+    }
+    if (look_of_list > 0 && look == look_of_list + 5) filling.list(kViews);
+    return offered == kViews;
+  });
+  CHECK(watched.warnings.empty());
+  check_same_model(watched.result, plain);
+}
+
+TEST_CASE("what stays damaged, never comes or moves is named once, and the others make the model") {
+  FillingScene filling;
+  for (std::size_t i = 0; i + 1 < kViews; ++i) filling.add(i, i == 3 ? 0.5 : 1);  // the last one never comes
+  bool moved = false;
+  std::size_t last_look = 0;
+  const Watched watched = build_watched(filling, options_for(kViews), [&](std::size_t look, std::size_t offered) {
+    if (!moved && offered == kViews - 2) {
+      filling.move_camera(0);
+      filling.list(kViews);
+      moved = true;
+      last_look = look + 3 * GrowingScene::kPatience;
+    }
+    return moved && look > last_look;
+  });
+  CHECK(watched.result.planned.size() == kViews - 2);
+  REQUIRE(watched.result.skipped.size() == 1);
+  CHECK(watched.result.skipped.front().name == filling.name(3));
+  REQUIRE(watched.warnings.size() == 3);
+  CHECK_THAT(watched.warnings[0], Catch::Contains(" 1 photographs that are in use have other poses now"));
+  CHECK_THAT(watched.warnings[1], Catch::Contains(filling.name(3) + ": the file is cut off after "));
+  CHECK_THAT(watched.warnings[2], Catch::Contains("1 have not come, the first is " + filling.name(kViews - 1)));
+}
+
+TEST_CASE("a watched build ends once nothing changes any more, and says so where nothing came") {
+  const FillingScene filling;
+  BuildOptions options = options_for(8);
+  options.watch.emplace();
+  options.watch->interval = std::chrono::milliseconds(1);
+  options.watch->idle = std::chrono::milliseconds(100);
+  CHECK_THROWS_WITH(build_model(filling.path(), options), Catch::Contains("no photograph of the scene has come"));
+  filling.add_all();
+  CHECK(build_model(filling.path(), options).planned.size() == kViews);
+  options.choice = ViewChoice::offline;
+  CHECK_THROWS_AS(build_model(filling.path(), options), std::invalid_argument);
+  options = options_for(8);
+  options.watch.emplace();
+  CHECK_THROWS_WITH(build_model(filling.path(), options), "build: watch is given, it must have idle or end");
 }
 
 TEST_CASE("what masks take out of photographs is valid in no stored view, refined or not") {

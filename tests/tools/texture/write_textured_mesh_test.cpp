@@ -12,6 +12,7 @@
 #include "atlas/tiny_gltf.h"
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
+#include "mesh/upright.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/temporary_folder.h"
 
@@ -150,6 +151,10 @@ TEST_CASE("a .glb holds the mesh to the bit, its texture and how it was made") {
   REQUIRE(q.size() == 4);
   const glm::dquat turn(q[3], q[0], q[1], q[2]);
   CHECK(glm::length(turn * glm::dvec3(0, 0, 1) - glm::dvec3(0, 1, 0)) < 1e-9);
+  CHECK(model.nodes.at(0).children.size() == model.cameras.size());
+  CHECK(model.cameras.size() ==
+        static_cast<std::size_t>(std::count_if(mesh.snapshot().views.begin(), mesh.snapshot().views.end(),
+                                               [](const auto& view) { return view != nullptr; })));
 }
 
 TEST_CASE("a glTF folder of several pages, as JPEG") {

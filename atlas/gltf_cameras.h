@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What makes a glTF file stand upright in other programs, and lets people look from where the photographs were taken.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "atlas/snapshot.h"
+
+namespace lumatlas {
+
+// A file system's names are bytes, JSON's are Unicode: bytes that are not UTF-8 become U+FFFD, control characters '?'.
+[[nodiscard]] std::string unicode_name(std::string name);
+
+// From the scene's frame to glTF's, +y upwards, as upright() and upward() of mesh/upright.h have it from the stored
+// views; the identity where there are none.
+[[nodiscard]] glm::dmat3 gltf_from_scene(const Snapshot& snapshot);
+
+// Turns the document's node 0, the root of its only scene, by this rotation, and hangs on it, for each stored view, in
+// their order, a node with a perspective camera, both of the view's name. glTF's cameras have their principal point in
+// the middle; where the view's is not, they look a little past what it sees.
+void add_cameras(nlohmann::json& document, const Snapshot& snapshot, const glm::dmat3& file_from_scene);
+
+}  // namespace lumatlas
