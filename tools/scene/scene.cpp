@@ -103,7 +103,7 @@ void look_at_photograph(bool skip_bad, SceneView& view, const Task& task) {
 }
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).
-// Of a ColmapImage or a PosedPhotograph.
+// Of a ColmapImage, a PosedPhotograph or a PosedDepth.
 template <typename Posed>
 void place(Camera& camera, const Posed& posed, const glm::dvec3& offset) {
   camera.cam_from_world_rotation = glm::mat3_cast(posed.cam_from_world_rotation);
@@ -200,19 +200,35 @@ SceneViews colmap_views(const fs::path& scene, const glm::dvec3& offset, const P
   return result;
 }
 
-// The pinhole cameras of photographs, of identity pose. Lenses that frames share are worked out once.
-std::vector<Camera> pinhole_views(const std::vector<PosedPhotograph>& frames, const fs::path& path) {
+// The pinhole cameras, of identity pose, of photographs or depth images. Lenses that these share are worked out once.
+template <typename Posed, typename Name>
+std::vector<Camera> pinhole_views(const std::vector<Posed>& frames, const fs::path& path, const Name& name) {
   std::vector<Camera> result;
   const CameraModel* last = nullptr;
-  for (const PosedPhotograph& frame : frames) {
+  for (const Posed& frame : frames) {
     try {
       result.push_back(last && *last == frame.lens ? result.back() : pinhole_view(frame.lens));
     } catch (const std::invalid_argument& error) {
-      throw InputError(path.string() + ": the camera of " + frame.name + ": " + error.what());
+      throw InputError(path.string() + ": the camera of " + name(frame) + ": " + error.what());
     }
     last = &frame.lens;
   }
   return result;
+}
+
+std::vector<Camera> pinhole_views(const std::vector<PosedPhotograph>& frames, const fs::path& path) {
+  return pinhole_views(frames, path, [](const PosedPhotograph& frame) { return frame.name; });
+}
+
+void add_depths(const std::vector<PosedDepth>& depths, const fs::path& path, const glm::dvec3& offset,
+                SceneViews& scene) {
+  const std::vector<Camera> cameras =
+      pinhole_views(depths, path, [](const PosedDepth& depth) { return depth.file.string(); });
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    SceneDepth depth{scene.root / depths[i].file, depths[i].unit, depths[i].lens, cameras[i]};
+    place(depth.camera, depths[i], offset);
+    scene.depths.push_back(std::move(depth));
+  }
 }
 
 SceneViews posed_views(const fs::path& scene, const CaptureForm& form, const glm::dvec3& offset,
@@ -231,6 +247,7 @@ SceneViews posed_views(const fs::path& scene, const CaptureForm& form, const glm
     place(view.camera, frame, offset);
     result.views.push_back(std::move(view));
   }
+  add_depths(posed.depths, path, offset, result);
   for_each_index(result.views.size(), [&](std::size_t i) {
     SceneView& view = result.views[i];
     look_at_photograph(folders.skip_bad, view, [&] {
