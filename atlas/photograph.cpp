@@ -425,6 +425,29 @@ Photograph read_from(Source& source, Orientation orientation) {
   return photo;
 }
 
+// Throws InputError for a file that holds no 16-bit numbers, but a picture to look at.
+void require_grey_16(const fs::path& path, const Opened& image) {
+  const std::string otherwise = ", must have one of 16 bits: numbers are kept in a grey PNG of 16 bits";
+  if (!image.reader) fail(path, "is a JPEG, whose channels have 8 bits" + otherwise);
+  const OIIO::ImageSpec& spec = image.reader->spec();
+  if (spec.nchannels == 1 && spec.format == TypeDesc::UINT16) return;
+  fail(path, "has " + std::to_string(spec.nchannels) + (spec.nchannels == 1 ? " channel of " : " channels of ") +
+                 std::to_string(8 * spec.format.size()) + " bits" + otherwise);
+}
+
+GreyImage grey_from(Source& source) {
+  if (may_be_in_memory(format_of(source))) source.hold();
+  Opened image = reader_for(source);
+  if (source.in_memory()) check_complete(source, image.format);
+  const Header header = checked_header(source, image, Orientation::as_stored);
+  require_grey_16(source.path(), image);
+  require_size_of(source.path(), header, image.reader->spec());
+  GreyImage grey{static_cast<std::uint32_t>(header.width), static_cast<std::uint32_t>(header.height), {}};
+  grey.values.resize(std::size_t{grey.width} * grey.height);
+  read_pixels(source.path(), *image.reader, TypeDesc::UINT16, grey.values.data());
+  return grey;
+}
+
 // As three equal values a pixel, upright.
 std::vector<std::uint8_t> alpha_from(Source& source, Orientation orientation) {
   Opened image = reader_for(source);
@@ -466,6 +489,11 @@ std::vector<std::uint8_t> read_alpha(const fs::path& path, Orientation orientati
   std::vector<std::uint8_t> alpha(threefold.size() / 3);
   for (std::size_t i = 0; i < alpha.size(); ++i) alpha[i] = threefold[3 * i];
   return alpha;
+}
+
+GreyImage read_grey_image(const fs::path& path) {
+  Source source(path);
+  return grey_from(source);
 }
 
 Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name) {

@@ -41,6 +41,16 @@ struct ImageSize {
 [[nodiscard]] std::vector<std::uint8_t> read_alpha(const std::filesystem::path& path,
                                                    Orientation orientation = Orientation::exif);
 
+// A picture of whole numbers, such as depths, as it is stored, row by row from the top left.
+struct GreyImage {
+  std::uint32_t width = 0, height = 0;  // pixels
+  std::vector<std::uint16_t> values;    // width * height
+};
+
+// A PNG or TIFF file of one channel of 16 bits. Throws InputError, also for another one, whose numbers
+// would be other ones.
+[[nodiscard]] GreyImage read_grey_image(const std::filesystem::path& path);
+
 // Size and pixels of a PNG or JPEG file in memory, upright; `name` stands for its path in sentences.
 [[nodiscard]] ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name);
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);

@@ -2,6 +2,7 @@
 // The readers of captures that are not COLMAP's or transforms.json. The first letter says which; a zero byte stands
 // between the files of those that read several.
 #include <cmath>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -33,6 +34,10 @@ std::vector<std::string> files_in(std::string_view text) {
   }
 }
 
+std::optional<std::string> given(const std::string& file) {
+  return file.empty() ? std::nullopt : std::optional(file);
+}
+
 PosedPhotographs parse(char form, std::string_view text) {
   const PhotographNames names({"a.jpg", "b/c.png"});
   const PhotographLookup lookup{[&](std::string_view label) {
@@ -46,9 +51,8 @@ PosedPhotographs parse(char form, std::string_view text) {
   for (std::size_t i = 1; i < files.size(); ++i) rest.emplace_back(std::to_string(i), files[i]);
   switch (form) {
     case 'T':
-      files.resize(3);
-      return parse_tum({"freiburg1", files[0], files[1], files[2].empty() ? std::nullopt : std::optional(files[2])},
-                       size_of);
+      files.resize(4);
+      return parse_tum({"freiburg1", files[0], files[1], given(files[2]), given(files[3])}, size_of);
     case 'S':
       return parse_scannet({"scene", files[0], rest}, size_of);
     case 'R':
@@ -76,6 +80,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(!photograph.name.empty() && !photograph.file.is_absolute());
       require(std::abs(glm::length(photograph.cam_from_world_rotation) - 1) < 1e-9);
       require(std::isfinite(glm::length(photograph.cam_from_world_translation)));
+    }
+    for (const PosedDepth& depth : read.depths) {
+      check(depth.lens);
+      require(depth.unit > 0 && std::isfinite(depth.unit) && !depth.file.is_absolute());
     }
   });
   return 0;

@@ -40,13 +40,31 @@ void check_is_ply(const std::filesystem::path& output) {
   if (ending != ".ply") throw CLI::ValidationError("--output", output.string() + " does not end in .ply");
 }
 
+json depth_json(const std::optional<DepthFacts>& depth) {
+  if (!depth) return nullptr;
+  return {{"images", depth->images},
+          {"measured", depth->measured},
+          {"voxel", depth->voxel},
+          {"voxel_px", depth->voxel_px},
+          {"truncation", depth->truncation},
+          {"confirmed", depth->confirmed},
+          {"removed_pieces", depth->removed_pieces},
+          {"removed_faces", depth->removed_faces},
+          {"fused_faces", depth->fused_faces}};
+}
+
+json points_json(const SceneMesh& made) {
+  if (made.depth) return nullptr;
+  return {{"file", made.points_file.string()},
+          {"read", made.points},
+          {"used", made.points_used},
+          {"spacing_px", made.spacing_px}};
+}
+
 json result_json(const SceneMesh& made, const std::filesystem::path& output, double milliseconds) {
   return {{"output", output.string()},
-          {"points",
-           {{"file", made.points_file.string()},
-            {"read", made.points},
-            {"used", made.points_used},
-            {"spacing_px", made.spacing_px}}},
+          {"points", points_json(made)},
+          {"depth", depth_json(made.depth)},
           {"views", {{"count", made.views}, {"estimated", made.views_estimated}}},
           {"mesh", {{"vertices", made.surface.positions.size()}, {"faces", made.surface.faces.size()}}},
           {"trust",
@@ -61,14 +79,26 @@ std::string percent(double share) {
   return number_text(100 * share, 0) + "%";
 }
 
+std::string source_text(const SceneMesh& made) {
+  if (!made.depth) {
+    return "from " + std::to_string(made.points_used) + " of " + std::to_string(made.points) + " points of " +
+           made.points_file.string() + '\n';
+  }
+  const DepthFacts& depth = *made.depth;
+  return "from " + std::to_string(depth.images) + " depth images in voxels of " + number_text(depth.voxel, 5) +
+         " scene units, " + number_text(depth.voxel_px, 1) + " of their pixels\n  " + percent(depth.confirmed) +
+         " of the depths in sight of another depth image are confirmed by it; " + std::to_string(depth.removed_pieces) +
+         " small pieces of " + std::to_string(depth.removed_faces) + " faces were left out\n";
+}
+
 void print_text(const SceneMesh& made, const std::filesystem::path& output) {
+  const std::string measured = made.depth ? "depth" : "point";
   std::cout << output.string() << ": " << made.surface.positions.size() << " vertices, " << made.surface.faces.size()
-            << " faces, from " << made.points_used << " of " << made.points << " points of "
-            << made.points_file.string() << '\n'
-            << "  " << percent(made.trust.points_on_surface) << " of the points lie on it, within "
-            << number_text(kOnSurfacePx) << " pixels\n  " << percent(made.trust.pixels_covered)
-            << " of the photographs' pixels see it; of these " << percent(made.trust.pixels_guessed)
-            << " are a guess, more than " << number_text(kFarFromPointsPx) << " pixels from every point\n";
+            << " faces, " << source_text(made) << "  " << percent(made.trust.points_on_surface) << " of the "
+            << measured << "s lie on it, within " << number_text(kOnSurfacePx) << " pixels\n  "
+            << percent(made.trust.pixels_covered) << " of the photographs' pixels see it; of these "
+            << percent(made.trust.pixels_guessed) << " are a guess, more than " << number_text(kFarFromPointsPx)
+            << " pixels from every " << measured << '\n';
 }
 
 void run(MeshFlags flags) {
@@ -110,17 +140,27 @@ void add_experiments(CLI::App& command, CutOptions& cut) {
 
 void add_mesh_command(CLI::App& program) {
   auto flags = std::make_shared<MeshFlags>();
-  CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's points and the views that saw them");
-  add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ with points3D, and images/")
+  CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's depth images, or of its points");
+  add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace with points3D, or a capture with depth images")
       ->required();
   begin_group(*command, "Files");
   add_file(*command, "-o,--output", flags->output, "FILE",
            "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced")
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
-           "PLY of points, with normals or without; without it fused.ply in SCENE or dense/, else points3D");
+           "PLY of points; without it depth images, else fused.ply in SCENE or dense/, else points3D");
   add_images(*command, flags->pictures.images);
-  begin_group(*command, "Surface");
+  begin_group(*command, "Of depth images");
+  command
+      ->add_option("--voxel", flags->options.voxel,
+                   "Of fusion, in scene units; without it 1.5 of a depth image's pixels")
+      ->type_name("LENGTH");
+  command->add_option("--depth-unit", flags->options.depth_unit, "Scene units that one step of a depth image is")
+      ->type_name("LENGTH");
+  command->add_option("--most-faces", flags->options.most_faces, "Of more, edges are collapsed")
+      ->type_name("N")
+      ->transform(whole_number(100, 100'000'000));
+  begin_group(*command, "Of points");
   command
       ->add_option("--spacing", flags->options.spacing_px, "Points closer together are one, in the nearest photograph")
       ->type_name("PX");

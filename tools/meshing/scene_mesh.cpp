@@ -15,8 +15,10 @@
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
 #include "mesh/repair.h"
+#include "tools/meshing/depth_mesh.h"
 #include "tools/meshing/estimated_views.h"
 #include "tools/meshing/thinning.h"
+#include "tools/scene/capture_forms.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"
 
@@ -144,6 +146,15 @@ SurfaceTrust trust_of(const TriangleSoup& surface, const glm::dvec3& offset, con
   return surface_trust(repair(surface, offset).mesh, points, views, [&] { tick(1); });
 }
 
+// None where points are to be used. COLMAP's models, which are read for their points, have no depth images.
+std::optional<SceneViews> views_with_depths(const std::filesystem::path& scene, const SceneMeshOptions& options) {
+  if (options.points) return std::nullopt;
+  const std::vector<CaptureForm> forms = forms_in(scene);
+  if (forms.empty() || !forms.front().read) return std::nullopt;
+  SceneViews views = read_scene_views(scene, glm::dvec3(0), options.pictures);
+  return views.depths.empty() ? std::nullopt : std::optional(std::move(views));
+}
+
 }  // namespace
 
 void check(const SceneMeshOptions& options) {
@@ -152,12 +163,21 @@ void check(const SceneMeshOptions& options) {
     throw std::invalid_argument("most_points: " + std::to_string(options.most_points) + ", must be 4 or more");
   }
   check_field("longest_edge", options.longest_edge, 1, 1e6);
+  for (const auto& [field, value] : {std::pair("voxel", options.voxel), std::pair("depth_unit", options.depth_unit)}) {
+    if (value) check_field(field, *value, 1e-9, 1e9);
+  }
+  if (options.most_faces < 100) {
+    throw std::invalid_argument("most_faces: " + std::to_string(options.most_faces) + ", must be 100 or more");
+  }
   check(options.cut);
 }
 
 SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                           const StageProgress& progress) {
   check(options);
+  if (std::optional<SceneViews> views = views_with_depths(scene, options)) {
+    return mesh_from_depths(*std::move(views), options, progress);
+  }
   ScenePoints points = read_scene_points(scene, options.points);
   const glm::dvec3 offset = median_position(points.positions);
   for (glm::dvec3& position : points.positions) position -= offset;

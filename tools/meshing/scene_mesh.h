@@ -24,10 +24,25 @@ struct SceneMeshOptions {
   std::size_t most_points = 200'000;  // >= 4; time and memory grow with it, 1 GB at the default
   double longest_edge = 20;           // of a face, in median longest edges of all; larger faces are left out; [1, 1e6]
   CutOptions cut;
+  // Of scenes with depth images, which are fused unless `points` are given:
+  std::optional<double> voxel;       // scene units, > 0; none: 1.5 pixels of a depth image at the middle depth
+  std::optional<double> depth_unit;  // scene units that a step of a depth image is, > 0; none: as the scene's form says
+  std::size_t most_faces = 500'000;  // edges are collapsed down to so many, if that can be; >= 100
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule.
 void check(const SceneMeshOptions& options);
+
+// How depth images were fused.
+struct DepthFacts {
+  std::size_t images = 0;
+  std::size_t measured = 0;          // pixels of them all
+  double voxel = 0, truncation = 0;  // scene units
+  double voxel_px = 0;               // in pixels of a depth image at the middle depth
+  double confirmed = 0;              // share of the depths in sight of other depth images that these have too, [0, 1]
+  std::size_t removed_pieces = 0, removed_faces = 0;  // small ones that hung in the air
+  std::size_t fused_faces = 0;                        // before edges were collapsed
+};
 
 struct SceneMesh {
   TriangleSoup surface;  // in the scene's coordinates, a colour a vertex where the points have colours
@@ -36,7 +51,8 @@ struct SceneMesh {
   std::size_t points_used = 0;  // seen by a view, and told apart
   double spacing_px = 0;        // at which they were
   std::size_t views = 0;
-  bool views_estimated = false;  // the file does not say who saw its points
+  std::optional<DepthFacts> depth;  // in the place of points
+  bool views_estimated = false;     // the file does not say who saw its points
   SurfaceTrust trust;
   std::vector<std::string> warnings;  // reasons not to trust it, in sentences
 };
@@ -45,7 +61,8 @@ struct SceneMesh {
 // steps done since the last call, from any thread. What that throws ends the work.
 using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;
 
-// The same mesh for the same scene. Throws InputError, also where the points make no surface.
+// Of depth images if the scene has them and no points are asked for. The same mesh for the same scene. Throws
+// InputError, also where the points make no surface.
 [[nodiscard]] SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                                         const StageProgress& progress);
 

@@ -19,6 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestSize = 65536;  // pixels
+constexpr const char* kDepths = "keyframes/depth";
 
 struct Folders {
   fs::path cameras, images;  // relative to the scene
@@ -102,9 +103,13 @@ PosedPhotographs parse_polycam(const PolycamFiles& files,
       throw InputError(path + ": its pose " + (posed.notes.empty() ? "" : "with alignmentTransform ") + broken);
     }
     photograph.lens = lens_in(all);
+    if (files.depths.contains(id)) {
+      posed.depths.push_back(depth_with(photograph, fs::path(kDepths) / (id + ".png"), 0.001));
+    }
     posed.photographs.push_back(std::move(photograph));
   }
   finish(posed, files.cameras);
+  note_depths(posed, "taken to be in millimetres, and to show what the photographs show at another size");
   return posed;
 }
 
@@ -119,6 +124,7 @@ PosedPhotographs read_polycam(const fs::path& scene, const std::optional<fs::pat
   for (const fs::path& file : files_ending_in(files.cameras, ".json")) {
     files.frames.emplace_back(file.stem().string(), read_whole_file(file));
   }
+  for (const fs::path& file : files_ending_in(scene / kDepths, ".png")) files.depths.insert(file.stem().string());
   std::error_code ignored;
   if (fs::exists(files.mesh_info, ignored)) files.mesh_info_text = read_whole_file(files.mesh_info);
   const PhotographNames names(pictures_in(images.value_or(scene / folders.images)));

@@ -5,6 +5,7 @@
 //                                        (0, 0) the corner of the picture; t_00 ... t_23 world from camera by rows, of
 //                                        ARKit's camera: x right, y up, z backward
 //   keyframes/corrected_images/ID.jpg    or images/ID.jpg, for those cameras
+//   keyframes/depth/ID.png               depth images in millimetres, smaller, of what the photograph shows
 //   mesh_info.json alignmentTransform    mesh from world, 4 x 4 by columns, a rotation and a translation. It is
 //   applied,
 //                                        so that poses are in the coordinates of raw.glb
@@ -13,6 +14,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,6 +28,7 @@ struct PolycamFiles {
   std::vector<std::pair<std::string, std::string>> frames;  // of each camera its ID and its JSON
   std::filesystem::path mesh_info;                          // for sentences
   std::optional<std::string> mesh_info_text;
+  std::set<std::string> depths = {};  // the IDs of those in keyframes/depth/
 };
 
 // `photograph_of` gives name and file of a camera's ID. Throws InputError that names file and place.

@@ -122,6 +122,17 @@ void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::strin
                         " photographs " + why + " and are left out");
 }
 
+PosedDepth depth_with(const PosedPhotograph& photograph, fs::path file, double unit) {
+  return {std::move(file), unit, photograph.lens, photograph.cam_from_world_rotation,
+          photograph.cam_from_world_translation};
+}
+
+void note_depths(PosedPhotographs& posed, const std::string& assumed) {
+  if (posed.depths.empty()) return;
+  posed.notes.push_back(std::to_string(posed.depths.size()) +
+                        " depth images, of which `lumatlas mesh` makes a mesh: " + assumed);
+}
+
 std::vector<std::string> pictures_in(const fs::path& folder) {
   constexpr std::size_t kMost = 1'000'000;
   std::vector<std::string> names;

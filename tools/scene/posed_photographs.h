@@ -28,8 +28,19 @@ struct PosedPhotograph {
   glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
 };
 
+// A picture of depths, z in the camera frame, beside the photographs.
+struct PosedDepth {
+  std::filesystem::path file;  // relative to the scene's folder, which it does not leave; 16-bit, 0: not measured
+  double unit = 0;             // world units that a stored 1 is, finite, > 0
+  // Of a picture of this shape, whose size may be another than the file's; passes check().
+  CameraModel lens = {};
+  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // as of a photograph
+  glm::dvec3 cam_from_world_translation{0.0};
+};
+
 struct PosedPhotographs {
-  std::vector<PosedPhotograph> photographs = {};     // by name, in byte order; at least one, no name twice
+  std::vector<PosedPhotograph> photographs = {};  // by name, in byte order; at least one, no name twice
+  std::vector<PosedDepth> depths = {};
   std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
   std::vector<std::string> notes = {};               // sentences: what was assumed, what was left out
 };
@@ -65,6 +76,12 @@ struct BrownLens {
 
 // Sorts by name. Throws InputError that begins with `path` if there is no photograph or a name occurs twice.
 void finish(PosedPhotographs& posed, const std::filesystem::path& path);
+
+// One that was taken with the photograph, from its place and by its lens.
+[[nodiscard]] PosedDepth depth_with(const PosedPhotograph& photograph, std::filesystem::path file, double unit);
+
+// Says how many depth images there are, ASSUMED of them, and what makes a mesh of them; nothing where there are none.
+void note_depths(PosedPhotographs& posed, const std::string& assumed);
 
 // "3 of 7 photographs WHY and are left out"; empty where none is.
 void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::string& why);

@@ -58,6 +58,33 @@ fs::path pose_file(const fs::path& folder, const std::string& name) {
   return folder / "pose" / (fs::path(name).stem().string() + ".txt");
 }
 
+void add_depths(const ScanNetFiles& files, PosedPhotographs& posed) {
+  constexpr double kUnit = 0.001;
+  const ScanNetDepths& depths = *files.depths;
+  const fs::path path = files.folder / "intrinsic" / "intrinsic_depth.txt";
+  std::optional<CameraModel> lens;
+  if (depths.intrinsic) lens = lens_of_matrix(matrix_of(*depths.intrinsic, path), depths.size, path);
+  for (const PosedPhotograph& photograph : posed.photographs) {
+    const std::string stem = fs::path(photograph.name).stem().string();
+    if (!depths.stems.contains(stem)) continue;
+    posed.depths.push_back(depth_with(photograph, fs::path("depth") / (stem + ".png"), kUnit));
+    if (lens) posed.depths.back().lens = *lens;
+  }
+  note_depths(posed, "taken to be in millimetres, from the photographs' poses, by " +
+                         std::string(lens ? "the lens of intrinsic_depth.txt" : "the photographs' lens"));
+}
+
+std::optional<ScanNetDepths> depths_in(const fs::path& scene) {
+  const std::vector<fs::path> found = files_ending_in(scene / "depth", ".png");
+  if (found.empty()) return std::nullopt;
+  ScanNetDepths depths{{}, std::nullopt, photograph_size(found.front(), Orientation::as_stored)};
+  for (const fs::path& file : found) depths.stems.insert(file.stem().string());
+  const fs::path intrinsic = scene / "intrinsic" / "intrinsic_depth.txt";
+  std::error_code ignored;
+  if (fs::exists(intrinsic, ignored)) depths.intrinsic = read_whole_file(intrinsic);
+  return depths;
+}
+
 }  // namespace
 
 PosedPhotographs parse_scannet(const ScanNetFiles& files,
@@ -84,6 +111,7 @@ PosedPhotographs parse_scannet(const ScanNetFiles& files,
   const fs::path path = files.folder / "intrinsic" / "intrinsic_color.txt";
   const CameraModel lens = lens_of_matrix(matrix_of(files.intrinsic, path), size_of(posed.photographs.front()), path);
   for (PosedPhotograph& photograph : posed.photographs) photograph.lens = lens;
+  if (files.depths) add_depths(files, posed);
   return posed;
 }
 
@@ -96,6 +124,7 @@ std::optional<fs::path> find_scannet(const fs::path& scene) {
 
 PosedPhotographs read_scannet(const fs::path& scene, const std::optional<fs::path>& images) {
   ScanNetFiles files{scene, read_whole_file(scene / "intrinsic" / "intrinsic_color.txt"), {}};
+  files.depths = depths_in(scene);
   std::size_t without_pose = 0;
   for (const std::string& name : pictures_in(images.value_or(scene / "color"))) {
     std::error_code ignored;

@@ -4,6 +4,8 @@
 //   color/N.jpg                    the photographs
 //   pose/N.txt                     world from camera, 4 x 4 by rows; the camera looks along +z with y down. Where
 //                                  tracking was lost it is all -inf: such photographs are left out and counted
+//   depth/N.png                    depth images in millimetres, taken to be from the photographs' poses
+//   intrinsic/intrinsic_depth.txt  as intrinsic_color.txt, of depth images; without it they have the photographs' lens
 //   intrinsic/intrinsic_color.txt  fx, fy, cx and cy in a 4 x 4, pixels, the middle of the first pixel at (0, 0)
 //
 // A mesh, such as ScanNet's NAME_vh_clean_2.ply, is in the same coordinates.
@@ -12,6 +14,7 @@
 #include <filesystem>
 #include <functional>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,10 +23,17 @@
 
 namespace lumatlas {
 
+struct ScanNetDepths {
+  std::set<std::string> stems;           // N of each depth/N.png
+  std::optional<std::string> intrinsic;  // the contents
+  ImageSize size;                        // of one of them
+};
+
 struct ScanNetFiles {
   std::filesystem::path folder;                            // for sentences
   std::string intrinsic;                                   // the contents
   std::vector<std::pair<std::string, std::string>> poses;  // of each photograph its name in color/ and its pose's text
+  std::optional<ScanNetDepths> depths = {};
 };
 
 // Throws InputError that names the file, and what size_of throws.

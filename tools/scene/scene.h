@@ -28,10 +28,19 @@ struct SceneView {
   std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
 };
 
+// A depth image of the scene, see PosedDepth.
+struct SceneDepth {
+  std::filesystem::path file;
+  double unit = 0;  // scene units that a stored 1 is
+  CameraModel lens;
+  Camera camera;  // the pinhole view that it is undistorted to, of the lens's size; its pose relative to the offset
+};
+
 // The views of a scene without its mesh, for `--views SCENE`.
 struct SceneViews {
   std::filesystem::path root;
   std::vector<SceneView> views;         // by name, in byte order
+  std::vector<SceneDepth> depths = {};  // none have been opened
   std::string form = {};                // such as "COLMAP", see tools/scene/capture_forms.h
   std::vector<std::string> notes = {};  // sentences: what was assumed where the form leaves it open, what was left out
 };

@@ -52,7 +52,7 @@ std::string size_text(std::uint32_t width, std::uint32_t height) {
 }
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).
-// Of a ColmapImage or a PosedPhotograph.
+// Of a ColmapImage, a PosedPhotograph or a PosedDepth.
 template <typename Posed>
 void place(Camera& camera, const Posed& posed, const glm::dvec3& offset) {
   camera.cam_from_world_rotation = glm::mat3_cast(posed.cam_from_world_rotation);
@@ -75,7 +75,7 @@ SceneList colmap_list(const fs::path& scene, const glm::dvec3& offset, const Pic
   const std::map<std::uint32_t, Camera> cameras = pinhole_views(model);
   const fs::path folder = folders.images.value_or(scene / "images");
   check_is_folder(folder);
-  SceneList result{"COLMAP", {}, {}};
+  SceneList result{"COLMAP", {}, {}, {}};
   for (const ColmapImage& image : model.images) {
     SceneView view{image.name, folder / image.name, model.camera_of(image).lens, Orientation::as_stored,
                    cameras.at(image.camera_id)};
@@ -86,17 +86,35 @@ SceneList colmap_list(const fs::path& scene, const glm::dvec3& offset, const Pic
   return result;
 }
 
-// The pinhole cameras of photographs, of identity pose. Lenses that frames share are worked out once.
-std::vector<Camera> pinhole_views(const std::vector<PosedPhotograph>& frames, const fs::path& path) {
+// The pinhole cameras, of identity pose, of photographs or depth images. Lenses that these share are worked out once.
+template <typename Posed, typename Name>
+std::vector<Camera> pinhole_views(const std::vector<Posed>& frames, const fs::path& path, const Name& name) {
   std::vector<Camera> result;
   const CameraModel* last = nullptr;
-  for (const PosedPhotograph& frame : frames) {
+  for (const Posed& frame : frames) {
     try {
       result.push_back(last && *last == frame.lens ? result.back() : pinhole_view(frame.lens));
     } catch (const std::invalid_argument& error) {
-      throw InputError(path.string() + ": the camera of " + frame.name + ": " + error.what());
+      throw InputError(path.string() + ": the camera of " + name(frame) + ": " + error.what());
     }
     last = &frame.lens;
+  }
+  return result;
+}
+
+std::vector<Camera> pinhole_views(const std::vector<PosedPhotograph>& frames, const fs::path& path) {
+  return pinhole_views(frames, path, [](const PosedPhotograph& frame) { return frame.name; });
+}
+
+std::vector<SceneDepth> placed_depths(const std::vector<PosedDepth>& depths, const fs::path& scene,
+                                      const fs::path& path, const glm::dvec3& offset) {
+  const std::vector<Camera> cameras =
+      pinhole_views(depths, path, [](const PosedDepth& depth) { return depth.file.string(); });
+  std::vector<SceneDepth> result;
+  for (std::size_t i = 0; i < depths.size(); ++i) {
+    SceneDepth depth{scene / depths[i].file, depths[i].unit, depths[i].lens, cameras[i]};
+    place(depth.camera, depths[i], offset);
+    result.push_back(std::move(depth));
   }
   return result;
 }
@@ -107,7 +125,7 @@ SceneList posed_list(const fs::path& scene, const CaptureForm& form, const glm::
   if (folders.images) check_is_folder(*folders.images);
   PosedPhotographs posed = form.read(scene, folders.images);
   const std::vector<Camera> cameras = pinhole_views(posed.photographs, path);
-  SceneList result{form.name, std::move(posed.notes), {}};
+  SceneList result{form.name, std::move(posed.notes), {}, placed_depths(posed.depths, scene, path, offset)};
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const PosedPhotograph& frame = posed.photographs[i];
     SceneView view{frame.name, folders.images ? *folders.images / frame.name : scene / frame.file, frame.lens,

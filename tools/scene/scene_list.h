@@ -21,6 +21,7 @@ struct SceneList {
   std::string form;                // as SceneViews::form
   std::vector<std::string> notes;  // as SceneViews::notes
   std::vector<ListedView> views;   // by name, in byte order; at least one
+  std::vector<SceneDepth> depths;  // as SceneViews::depths
 };
 
 // The list of the scene that read_scene_views() reads. `offset` is subtracted from every camera position. Forms that

@@ -137,6 +137,19 @@ void set_pose(const JsonPlace& place, PosedPhotograph& frame) {
   if (!broken.empty()) place.refuse(broken);
 }
 
+// World units of one step.
+double depth_unit(const Settings& settings) {
+  double unit = 0.001;  // nerfstudio's default
+  for (const char* const key : {"depth_unit_scale_factor", "applied_scale"}) {
+    const std::optional<JsonPlace> place = settings.find(key);
+    if (!place) continue;
+    const double factor = place->number();
+    if (!(factor >= 1e-9 && factor <= 1e9)) place->refuse("is " + number_text(factor) + ", must be in [1e-9, 1e9]");
+    unit = std::string_view(key) == "applied_scale" ? unit * factor : factor;
+  }
+  return unit;
+}
+
 // NeRF's own files leave the ending out.
 fs::path with_ending(const fs::path& folder, const fs::path& file) {
   std::error_code ignored;
@@ -168,10 +181,18 @@ PosedPhotographs parse_transforms(std::string_view text, const fs::path& path,
     if (place.has("mask_path")) frame.mask = path_in(place.at("mask_path"));
     frame.lens = lens_of(Settings(place, all), frame, size_of);
     set_pose(place.at("transform_matrix"), frame);
+    if (place.has("depth_file_path")) {
+      result.depths.push_back(
+          depth_with(frame, path_in(place.at("depth_file_path")), depth_unit(Settings(place, all))));
+    }
     result.photographs.push_back(std::move(frame));
   }
   if (all.has("ply_file_path")) result.points = path_in(all.at("ply_file_path"));
   finish(result, path);
+  if (!result.depths.empty()) {
+    note_depths(result, "a step of the first taken to be " + number_text(result.depths.front().unit) +
+                            " units, and each to show what its photograph shows");
+  }
   return result;
 }
 

@@ -6,6 +6,10 @@
 //                              row may be missing.
 //   frames[].file_path         relative to the file's folder; the ending may be missing
 //   frames[].mask_path         the same, black where pixels are not to be used
+//   frames[].depth_file_path   the same, 16-bit, 0 where nothing was measured; it shows what the photograph shows
+//   depth_unit_scale_factor    units that one of its steps is, of all frames or of one; 0.001 where there is none, as
+//   in
+//                              nerfstudio; applied_scale multiplies it, as it did the poses
 //   w h fl_x fl_y cx cy        pixels, (0, 0) is the corner of the picture as in COLMAP; of all frames or of one
 //   camera_angle_x             the horizontal field of view in radians, where there is no fl_x
 //   k1 k2 p1 p2 k3 k4          as in OpenCV; with is_fisheye, or camera_model OPENCV_FISHEYE, those of its fisheye

@@ -124,35 +124,60 @@ CameraModel lens_of_scene(const TumFiles& files, const ImageSize& size, PosedPho
   }
 }
 
-}  // namespace
+struct PosedFiles {
+  std::vector<PosedPhotograph> files;  // by name; without lenses
+  std::size_t without_pose = 0;        // others that the list names
+};
 
-PosedPhotographs parse_tum(const TumFiles& files, const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
-  const fs::path list = files.folder / "rgb.txt", trajectory = files.folder / "groundtruth.txt";
-  const std::vector<TimedPose> poses = poses_of(files.groundtruth, trajectory);
-  PosedPhotographs posed;
-  std::size_t without_pose = 0;
-  for (const TextRow& row : rows_of(files.rgb)) {
+// What a list of timestamps and files names, with the poses nearest in time.
+PosedFiles posed_files(const std::string& text, const fs::path& list, const std::vector<TimedPose>& poses,
+                       const fs::path& trajectory) {
+  PosedFiles result;
+  for (const TextRow& row : rows_of(text)) {
     const double time = number_in(row, 0, list);
     if (row.fields.size() != 2) refuse_row(list, row, "must have a timestamp and a file");
     const std::optional<fs::path> file = inner_path(row.fields[1]);
     if (!file) refuse_row(list, row, "names " + in_quotes(row.fields[1]) + ", must be a file in this folder");
     const TimedPose* const pose = nearest(poses, time);
     if (!pose) {
-      ++without_pose;
+      ++result.without_pose;
       continue;
     }
-    PosedPhotograph photograph{name_without(*file, "rgb"), *file};
-    const std::string broken =
-        set_pose(photograph, pose->world_from_camera, pose->center, CameraAxes::right_down_forward);
+    PosedPhotograph posed{name_without(*file, "rgb"), *file};
+    const std::string broken = set_pose(posed, pose->world_from_camera, pose->center, CameraAxes::right_down_forward);
     if (!broken.empty()) {
       throw InputError(trajectory.string() + ": line " + std::to_string(pose->line) + ": " + broken);
     }
-    posed.photographs.push_back(std::move(photograph));
+    result.files.push_back(std::move(posed));
   }
-  note_skipped(posed, without_pose, "have no pose within 20 ms in groundtruth.txt");
+  return result;
+}
+
+void add_depths(const PosedFiles& found, const CameraModel& lens, PosedPhotographs& posed) {
+  constexpr double kUnit = 1.0 / 5000;  // of TUM's files
+  for (PosedPhotograph depth : found.files) {
+    depth.lens = lens;
+    posed.depths.push_back(depth_with(depth, depth.file, kUnit));
+  }
+  note_depths(posed, "taken to have 5000 steps to a unit and the photographs' lens, as TUM registers them" +
+                         (found.without_pose == 0
+                              ? ""
+                              : "; " + std::to_string(found.without_pose) + " more have no pose within 20 ms"));
+}
+
+}  // namespace
+
+PosedPhotographs parse_tum(const TumFiles& files, const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
+  const fs::path trajectory = files.folder / "groundtruth.txt";
+  const std::vector<TimedPose> poses = poses_of(files.groundtruth, trajectory);
+  PosedPhotographs posed;
+  PosedFiles photographs = posed_files(files.rgb, files.folder / "rgb.txt", poses, trajectory);
+  posed.photographs = std::move(photographs.files);
+  note_skipped(posed, photographs.without_pose, "have no pose within 20 ms in groundtruth.txt");
   finish(posed, trajectory);
   const CameraModel lens = lens_of_scene(files, size_of(posed.photographs.front()), posed);
   for (PosedPhotograph& photograph : posed.photographs) photograph.lens = lens;
+  if (files.depth) add_depths(posed_files(*files.depth, files.folder / "depth.txt", poses, trajectory), lens, posed);
   return posed;
 }
 
@@ -167,6 +192,7 @@ PosedPhotographs read_tum(const fs::path& scene, const std::optional<fs::path>& 
   TumFiles files{scene, read_whole_file(scene / "rgb.txt"), read_whole_file(scene / "groundtruth.txt")};
   std::error_code ignored;
   if (fs::exists(scene / "camera.txt", ignored)) files.camera = read_whole_file(scene / "camera.txt");
+  if (fs::exists(scene / "depth.txt", ignored)) files.depth = read_whole_file(scene / "depth.txt");
   return parse_tum(files, sizes_in(scene, images));
 }
 

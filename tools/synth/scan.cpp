@@ -7,11 +7,11 @@
 #include <array>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <numeric>
 #include <utility>
 
 #include "mesh/decimation.h"
 #include "mesh/repair.h"
+#include "tools/meshing/small_pieces.h"
 #include "tools/synth/random.h"
 
 namespace lumatlas::synth {
@@ -126,31 +126,10 @@ std::vector<Camera> sensor_cameras(const Scene& scene, double voxel) {
   return cameras;
 }
 
-// Faces that hang together over vertices have the same number, that of their least vertex.
-std::vector<std::uint32_t> pieces_of(const TriangleSoup& soup) {
-  std::vector<std::uint32_t> root(soup.positions.size());
-  std::iota(root.begin(), root.end(), 0U);
-  const auto find = [&](std::uint32_t vertex) {
-    while (root[vertex] != vertex) vertex = root[vertex] = root[root[vertex]];
-    return vertex;
-  };
-  for (const glm::uvec3& face : soup.faces) {
-    for (int corner = 1; corner < 3; ++corner) {
-      const auto [low, high] = std::minmax({find(face[0]), find(face[corner])});
-      root[high] = low;
-    }
-  }
-  for (std::uint32_t vertex = 0; vertex < root.size(); ++vertex) root[vertex] = find(vertex);
-  return root;
-}
-
 // Small pieces are dropped, as programs for scans do: what floats in the air is rarely there.
 TriangleSoup without_crumbs(TriangleSoup soup) {
-  constexpr std::uint32_t kFewest = 100;  // faces of a piece
-  const std::vector<std::uint32_t> piece = pieces_of(soup);
-  std::vector<std::uint32_t> faces(piece.size(), 0);
-  for (const glm::uvec3& face : soup.faces) ++faces[piece[face.x]];
-  std::erase_if(soup.faces, [&](const glm::uvec3& face) { return faces[piece[face.x]] < kFewest; });
+  constexpr std::size_t kFewest = 100;  // faces of a piece
+  (void)remove_small_pieces(soup, kFewest);
   return soup;
 }
 

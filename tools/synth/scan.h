@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
-#include "tools/synth/depth_fusion.h"
+#include "tools/meshing/depth_fusion.h"
 #include "tools/synth/synth.h"
 #include "tools/synth/tracer.h"
 

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -19,7 +20,8 @@ namespace lumatlas {
 
 struct DepthImage {
   Camera camera;
-  std::vector<float> depth;  // z in the camera frame at the middle of each pixel, row by row; 0: not measured
+  std::vector<float> depth;        // z in the camera frame at the middle of each pixel, row by row; 0: not measured
+  std::vector<float> weight = {};  // of each pixel against others at the same depth, >= 0; empty: all 1
 };
 
 struct FusionOptions {
@@ -28,15 +30,36 @@ struct FusionOptions {
   // A voxel says something where so many images at distance 1 have seen it; one at distance z counts 1 / z^2, > 0.
   double least_weight = 1;
   // Blocks of 512 voxels, 8 bytes each, >= 1: where the surface takes more, the voxels are made larger until it does
-  // not.
+  // not, or it is refused.
   std::size_t max_blocks = std::size_t{1} << 18U;  // 1 GiB
+  bool may_enlarge = true;
 };
+
+struct FusedSurface {
+  TriangleSoup surface;
+  double voxel = 0, truncation = 0;  // as they were used
+  std::size_t blocks = 0;
+};
+
+// The depth image of an index, in the same frame as all. Called several times for each, from several threads.
+using DepthSource = std::function<DepthImage(std::size_t index)>;
 
 // Two triangles for each edge of the grid that the surface crosses between voxels that were seen; none without depths.
 // Faces look to where the cameras were. The mesh may be non-manifold where two sheets meet in one voxel: see
 // mesh/repair.h. The same for any number of threads.
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks, an image of the wrong size,
-// or a depth too far from the origin, more than 8 million voxels.
+// or a depth too far from the origin, more than 8 million voxels; InputError where max_blocks are too few and voxels
+// may not be enlarged; and what the source throws for the least index.
 [[nodiscard]] TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& options);
+
+// The same of images that are held a few at a time. `progress` is called with the number of images that have been read
+// since the last call, each of them twice, or more often where voxels are enlarged; what it throws ends the work.
+[[nodiscard]] FusedSurface fused(std::size_t count, const DepthSource& image, const FusionOptions& options,
+                                 const std::function<void(std::size_t)>& progress);
+
+// Reads images a few at a time, in parallel, and hands them on in order: use(first, images). Throws what the source
+// throws for the least index.
+void for_each_depth_image(std::size_t count, const DepthSource& image,
+                          const std::function<void(std::size_t first, std::span<const DepthImage>)>& use);
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/synth/depth_fusion.h"
+#include "tools/meshing/depth_fusion.h"
 
 #include <tbb/parallel_for.h>
 
@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <exception>
 #include <glm/glm.hpp>
 #include <iterator>
 #include <limits>
@@ -15,6 +16,9 @@
 #include <string>
 #include <unordered_map>
 #include <utility>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 namespace {
@@ -115,17 +119,15 @@ class BlockFinder {
   std::vector<ivec3> blocks_;
 };
 
-std::vector<ivec3> blocks_near(std::span<const DepthImage> images, const FusionOptions& options) {
+void add_blocks_near(std::span<const DepthImage> images, const FusionOptions& options, std::vector<ivec3>& blocks) {
   std::vector<std::vector<ivec3>> of_image(images.size());
   tbb::parallel_for(std::size_t{0}, images.size(),
                     [&](std::size_t i) { of_image[i] = BlockFinder(images[i], options).find(); });
-  std::vector<ivec3> blocks;
   for (const std::vector<ivec3>& more : of_image) {
     std::vector<ivec3> both;
     std::set_union(blocks.begin(), blocks.end(), more.begin(), more.end(), std::back_inserter(both), by_key);
     blocks = std::move(both);
   }
-  return blocks;
 }
 
 // What one image says about the voxels of one block.
@@ -170,7 +172,7 @@ class BlockUpdate {
     if (depth <= 0) return;
     const double distance = (depth - cam.z) * glm::length(cam) / cam.z;  // along the ray
     if (distance < -options_.truncation) return;
-    const double weight = 1 / (depth * depth);
+    const double weight = (image_.weight.empty() ? 1.0 : double{image_.weight[pixel]}) / (depth * depth);
     voxel.sum += static_cast<float>(weight * std::min(1.0, distance / options_.truncation));
     voxel.weight += static_cast<float>(weight);
   }
@@ -334,37 +336,100 @@ void require(bool holds, const char* field, double value, const char* rule) {
   throw std::invalid_argument(text.str());
 }
 
-void check(std::span<const DepthImage> images, const FusionOptions& options) {
+void check(const FusionOptions& options) {
   require(std::isfinite(options.voxel) && options.voxel > 0, "voxel", options.voxel, "finite and above 0");
   require(std::isfinite(options.truncation) && options.truncation >= options.voxel, "truncation", options.truncation,
           "finite and at least a voxel");
   require(std::isfinite(options.least_weight) && options.least_weight > 0, "least_weight", options.least_weight,
           "finite and above 0");
   require(options.max_blocks >= 1, "max_blocks", 0, "at least 1");
-  for (std::size_t i = 0; i < images.size(); ++i) {
-    check(images[i].camera);
-    const std::size_t pixels = std::size_t{images[i].camera.width} * images[i].camera.height;
-    if (images[i].depth.size() == pixels) continue;
-    throw std::invalid_argument("fusion: image " + std::to_string(i) + " has " +
-                                std::to_string(images[i].depth.size()) + " depths, must have " +
-                                std::to_string(pixels));
-  }
+}
+
+void check(const DepthImage& image, std::size_t index) {
+  check(image.camera);
+  const std::size_t pixels = std::size_t{image.camera.width} * image.camera.height;
+  const auto require_count = [&](std::size_t count, const char* what) {
+    if (count == pixels) return;
+    throw std::invalid_argument("fusion: image " + std::to_string(index) + " has " + std::to_string(count) + " " +
+                                what + ", must have " + std::to_string(pixels));
+  };
+  require_count(image.depth.size(), "depths");
+  if (!image.weight.empty()) require_count(image.weight.size(), "weights");
+}
+
+// The blocks near what was measured, none of the images being kept. Ends soon once there are far too many.
+std::vector<ivec3> blocks_near(std::size_t count, const DepthSource& image, const FusionOptions& options,
+                               const std::function<void(std::size_t)>& progress) {
+  constexpr std::size_t kFarTooMany = 4;  // times as many as there may be
+  std::vector<ivec3> blocks;
+  for_each_depth_image(count, image, [&](std::size_t, std::span<const DepthImage> images) {
+    if (blocks.size() / kFarTooMany > options.max_blocks) return;
+    add_blocks_near(images, options, blocks);
+    progress(images.size());
+  });
+  return blocks;
+}
+
+// Twice as large voxels take a quarter of the blocks; at least a quarter larger, since that is only roughly so.
+double enlargement(std::size_t blocks, std::size_t most) {
+  return std::max(1.25, 0.9 * std::sqrt(static_cast<double>(blocks) / static_cast<double>(most)));
+}
+
+[[noreturn]] void refuse_blocks(std::size_t blocks, const FusionOptions& options) {
+  const auto mebibytes = [](std::size_t of) { return std::to_string(of * kVoxels * sizeof(Voxel) >> 20U) + " MiB"; };
+  throw InputError("voxels of " + number_text(options.voxel) + " would take " + mebibytes(blocks) +
+                   " or more, at most " + mebibytes(options.max_blocks) + " may be: voxels of " +
+                   number_text(options.voxel * enlargement(blocks, options.max_blocks), 4) + " take about so much");
 }
 
 }  // namespace
 
-TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& options) {
-  check(images, options);
-  FusionOptions fitting = options;
-  std::vector<ivec3> blocks = blocks_near(images, fitting);
-  while (blocks.size() > fitting.max_blocks) {
-    fitting.voxel *= 1.25;
-    fitting.truncation = std::max(fitting.truncation, fitting.voxel);
-    blocks = blocks_near(images, fitting);
+void for_each_depth_image(std::size_t count, const DepthSource& image,
+                          const std::function<void(std::size_t first, std::span<const DepthImage>)>& use) {
+  constexpr std::size_t kAtOnce = 16;
+  for (std::size_t first = 0; first < count; first += kAtOnce) {
+    std::vector<DepthImage> images(std::min(kAtOnce, count - first));
+    std::vector<std::exception_ptr> failures(images.size());
+    tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t i) {
+      try {
+        images[i] = image(first + i);
+        check(images[i], first + i);
+      } catch (...) {
+        failures[i] = std::current_exception();
+      }
+    });
+    for (const std::exception_ptr& failure : failures) {
+      if (failure) std::rethrow_exception(failure);
+    }
+    use(first, images);
   }
+}
+
+FusedSurface fused(std::size_t count, const DepthSource& image, const FusionOptions& options,
+                   const std::function<void(std::size_t)>& progress) {
+  check(options);
+  FusionOptions fitting = options;
+  std::vector<ivec3> blocks = blocks_near(count, image, fitting, progress);
+  while (blocks.size() > fitting.max_blocks) {
+    if (!options.may_enlarge) refuse_blocks(blocks.size(), fitting);
+    fitting.voxel *= enlargement(blocks.size(), fitting.max_blocks);
+    fitting.truncation = std::max(options.truncation / options.voxel * fitting.voxel, fitting.voxel);
+    blocks = blocks_near(count, image, fitting, progress);
+  }
+  FusedSurface result{{}, fitting.voxel, fitting.truncation, blocks.size()};
   DistanceVolume volume(std::move(blocks), fitting);
-  volume.integrate(images);
-  return volume.surface();
+  for_each_depth_image(count, image, [&](std::size_t, std::span<const DepthImage> images) {
+    volume.integrate(images);
+    progress(images.size());
+  });
+  result.surface = volume.surface();
+  return result;
+}
+
+TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& options) {
+  return fused(
+             images.size(), [&](std::size_t i) { return images[i]; }, options, [](std::size_t) {})
+      .surface;
 }
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/synth/depth_fusion.h"
+#include "tools/meshing/depth_fusion.h"
 
 #include <tbb/global_control.h>
 
