@@ -102,7 +102,7 @@ void find_bad(SceneViews& scene) {
 
 SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
   SceneList list = list_scene_views(scene, offset, folders);
-  SceneViews result{scene, {}, std::move(list.form), std::move(list.notes), std::move(list.depths)};
+  SceneViews result{scene, {}, std::move(list.depths), std::move(list.form), std::move(list.notes)};
   for (const ListedView& listed : list.views) result.views.push_back(listed.view);
   for_each_index(result.views.size(), [&](std::size_t i) {
     SceneView& view = result.views[i];
