@@ -86,6 +86,7 @@ class ModelReader {
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   [[nodiscard]] std::vector<float> cell_coverage(std::size_t cells) const;
   [[nodiscard]] ValidityOptions validity() const;
+  [[nodiscard]] TexelFormat texels() const;
   [[nodiscard]] TileTable tiles(const std::vector<ViewEntry>& views) const;
   [[nodiscard]] Camera camera(const GltfFile::Object& view, const std::string& where) const;
   [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
@@ -257,10 +258,22 @@ ValidityOptions ModelReader::validity() const {
   return options;
 }
 
+// Files of earlier versions of this program do not say.
+TexelFormat ModelReader::texels() const {
+  if (!lumigraph_.Has("texels")) return TexelFormat::rgb8;
+  const std::string name = file_.text(lumigraph_, kLumigraphExtension, "texels");
+  const auto known = kTexelFormatsByName.find(name);
+  if (known == kTexelFormatsByName.end()) {
+    file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc3\"");
+  }
+  return known->second;
+}
+
 // Slots are given anew, in order.
 TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   TileTable table;
   table.options = kWholeViews;
+  table.options.texels = texels();
   if (!lumigraph_.Has("tiles")) return table;
   const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "tiles");
   table.options.tile_px = file_.whole_number(object, "tiles", "size", 8, 1024);

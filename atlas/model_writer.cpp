@@ -232,6 +232,7 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const std::
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))},
                                             {"edges", Json(name_of(validity.edges))}});
+  extension["texels"] = Json(std::string(name_of(snapshot.tiles.options.texels)));
   if (!snapshot.tiles.whole_views()) extension["tiles"] = tiles_json(model, snapshot);
   if (!images.empty()) extension["views"] = views_json(snapshot, images);
   model.extensions[kLumigraphExtension] = Json(std::move(extension));

@@ -148,6 +148,10 @@ Snapshot SnapshotMaker::snapshot(StoreChanges changes) {
   snapshot.cell_seen = cell_seen_;
   snapshot.references = table_;
   if (slots_) make_tiles_resident(snapshot);
+  // Whole views in blocks have the levels of kWholeViews, as a file that is read has them.
+  if (!slots_ && layout_.texels != TexelFormat::rgb8) {
+    snapshot.tiles.options = {0, kWholeViews.gutter_px, 0, layout_.texels};
+  }
   snapshot.vertex_colors = colors_.of(store_.surface, store_.views, store_.gains);
   leave_out_views_without_tiles(snapshot);
   store_.views.clear();  // a photograph that leaves the store is not to be kept alive from here

@@ -4,12 +4,32 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <string>
 
 namespace lumatlas {
 
-// A texel of the texture array is sRGB colour with validity as alpha (GL_SRGB8_ALPHA8), which has coarser levels too,
-// and depth in half precision whose sign tells rims (GL_R16F), which has none.
-inline constexpr std::uint64_t kColorTexelBytes = 4;
+// How the texture array holds sRGB colour, and validity as its alpha. Coarser levels are held alike.
+enum class TexelFormat : std::uint8_t {
+  rgb8,  // 8 bits a channel (GL_SRGB8_ALPHA8)
+  bc3,   // blocks of 4 x 4 texels, see compressed_texels.h (GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT)
+};
+
+inline const std::map<std::string, TexelFormat> kTexelFormatsByName{{"rgb8", TexelFormat::rgb8},
+                                                                    {"bc3", TexelFormat::bc3}};
+[[nodiscard]] constexpr const char* name_of(TexelFormat format) {
+  return format == TexelFormat::bc3 ? "bc3" : "rgb8";
+}
+
+// Bytes of so many texels; of whole blocks in formats that have them.
+[[nodiscard]] constexpr std::uint64_t color_bytes(TexelFormat format, std::uint64_t texels) {
+  return format == TexelFormat::bc3 ? texels / 2 : 3 * texels;
+}
+[[nodiscard]] constexpr std::uint64_t validity_bytes(TexelFormat format, std::uint64_t texels) {
+  return format == TexelFormat::bc3 ? texels / 2 : texels;
+}
+
+// Depth beside them is in half precision whose sign tells rims (GL_R16F), and has no coarser levels.
 inline constexpr std::uint64_t kDepthTexelBytes = 2;
 
 // A pixel of a stored view in memory is colour (3), depth (a float), trust, validity and rim (1 each).

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "atlas/texel_format.h"
+#include "atlas/image_levels.h"
 
 namespace lumatlas {
 
@@ -77,13 +77,23 @@ void check(const TileOptions& options) {
           "a multiple of 8 from 8 to 1024, or 0 for whole views");
   const std::uint32_t gutter = options.gutter_px;
   require(gutter == 1 || gutter == 2 || gutter == 4 || gutter == 8, "gutter_px", gutter, "1, 2, 4 or 8");
+  if (options.texels == TexelFormat::rgb8) return;
+  require(gutter > 1, "gutter_px", gutter, "2, 4 or 8 for texels in blocks");
+  require(gutter < 8 || options.tile_px % 16 == 0, "tile_px", options.tile_px,
+          "a multiple of 16 for texels in blocks with a gutter of 8");
+}
+
+std::uint32_t levels_of(const TileOptions& options) {
+  const std::uint32_t levels = levels_of_gutter(options.gutter_px);
+  return options.texels == TexelFormat::rgb8 ? levels : std::max(levels, 2u) - 1;
 }
 
 std::uint64_t slot_bytes(const TileOptions& options) {
   const std::uint64_t side = options.slot_px();
   std::uint64_t bytes = kDepthTexelBytes * side * side;
-  for (std::uint64_t step = 1; step <= options.gutter_px; step *= 2) {
-    bytes += kColorTexelBytes * (side / step) * (side / step);
+  for (std::uint32_t level = 0; level < levels_of(options); ++level) {
+    const std::uint64_t texels = (side >> level) * (side >> level);
+    bytes += color_bytes(options.texels, texels) + validity_bytes(options.texels, texels);
   }
   return bytes;
 }

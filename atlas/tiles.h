@@ -16,6 +16,7 @@
 
 #include "atlas/reference_table.h"
 #include "atlas/stored_view.h"
+#include "atlas/texel_format.h"
 #include "mesh/camera.h"
 #include "mesh/cells.h"
 
@@ -26,8 +27,11 @@ inline constexpr std::uint32_t kMostTileSlots = 1u << 30;
 
 struct TileOptions {
   std::uint32_t tile_px = 64;   // side of a tile without its gutter; a multiple of 8 in [8, 1024]; 0: whole views
-  std::uint32_t gutter_px = 2;  // 2 to the number of coarser levels in the array: 1, 2, 4 or 8
+  std::uint32_t gutter_px = 2;  // 1, 2, 4 or 8: see levels_of()
   std::uint32_t max_tiles = 0;  // slots of the texture array; 0: as many as are needed
+  // bc3 needs a gutter of at least 2, and of 8 a tile_px that is a multiple of 16: so all levels of a slot, and of the
+  // tile in it, are whole blocks.
+  TexelFormat texels = TexelFormat::rgb8;
 
   [[nodiscard]] bool whole_views() const { return tile_px == 0; }
   [[nodiscard]] std::uint32_t slot_px() const { return tile_px + 2 * gutter_px; }
@@ -37,6 +41,10 @@ inline constexpr TileOptions kWholeViews{0, 4, 0};
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const TileOptions& options);
+
+// Levels of a photograph in the array, the finest among them: as many as the gutter has a pixel for, of compressed
+// texels two.
+[[nodiscard]] std::uint32_t levels_of(const TileOptions& options);
 
 // What a slot takes, bytes, in the format of atlas/texel_format.h with its coarser levels.
 [[nodiscard]] std::uint64_t slot_bytes(const TileOptions& options);

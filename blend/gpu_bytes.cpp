@@ -59,15 +59,17 @@ GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Came
                  table_bytes(kNumbers, tile_entries(views, layout));
   const ArrayShape shape = shape_of(views, layout, resident_tiles);
   bytes.depth = kDepthTexelBytes * shape.texels(0);
-  for (std::uint32_t level = 0; level < shape.levels; ++level) bytes.masks += shape.texels(level);
-  bytes.colors = (kColorTexelBytes - 1) * bytes.masks;
+  for (std::uint32_t level = 0; level < shape.levels; ++level) {
+    bytes.colors += color_bytes(shape.format, shape.texels(level));
+    bytes.masks += validity_bytes(shape.format, shape.texels(level));
+  }
   return bytes;
 }
 
 GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Camera> views,
                           const TileTable& tiles) const {
   if (!tiles.whole_views()) return of(references, views, tiles.options, tiles.resident_tiles());
-  return of(references, views, TileOptions{0, tiles.options.gutter_px, 0}, 0);
+  return of(references, views, TileOptions{0, tiles.options.gutter_px, 0, tiles.options.texels}, 0);
 }
 
 GpuBytes GpuByteCount::of(const Snapshot& snapshot) const {

@@ -9,7 +9,8 @@
 #include <glm/gtc/packing.hpp>
 #include <string>
 
-#include "atlas/texel_format.h"
+#include "atlas/compressed_texels.h"
+#include "atlas/image_levels.h"
 #include "blend/egl_context.h"
 
 namespace lumatlas {
@@ -98,35 +99,48 @@ std::uint64_t ArrayShape::texels(std::uint32_t level) const {
 
 std::uint64_t ArrayShape::bytes() const {
   std::uint64_t bytes = kDepthTexelBytes * texels(0);
-  for (std::uint32_t level = 0; level < levels; ++level) bytes += kColorTexelBytes * texels(level);
+  for (std::uint32_t level = 0; level < levels; ++level) {
+    bytes += color_bytes(format, texels(level)) + validity_bytes(format, texels(level));
+  }
   return bytes;
+}
+
+// OpenGL ES names the sRGB forms in an extension of their own.
+bool driver_takes(TexelFormat format) {
+  if (format == TexelFormat::rgb8) return true;
+  if (!epoxy_is_desktop_gl()) return epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc_srgb");
+  return epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") && epoxy_has_gl_extension("GL_EXT_texture_sRGB");
 }
 
 ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options) {
   ArrayShape shape;
-  shape.levels = levels_of_gutter(options.gutter_px);
+  shape.levels = levels_of(options);
+  shape.format = options.texels;
   shape.pages = std::max<std::uint32_t>(static_cast<std::uint32_t>(views.size()), 1);
   std::uint32_t width = 1, height = 1;
   for (const Camera& view : views) {
     width = std::max(width, view.width);
     height = std::max(height, view.height);
   }
-  shape.slot_width = round_up(width, 1u << (shape.levels - 1));
-  shape.slot_height = round_up(height, 1u << (shape.levels - 1));
+  const std::uint32_t unit = (options.texels == TexelFormat::rgb8 ? 1 : kBlockSide) << (shape.levels - 1);
+  shape.slot_width = round_up(width, unit);
+  shape.slot_height = round_up(height, unit);
   return shape;
 }
 
 ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits) {
   const PageLayout pages = pages_for(slots, limits.pages, limits.side / options.slot_px());
-  return {options.slot_px(), options.slot_px(), pages.columns,
-          pages.rows,        pages.pages,       levels_of_gutter(options.gutter_px)};
+  return {options.slot_px(), options.slot_px(),  pages.columns, pages.rows,
+          pages.pages,       levels_of(options), options.texels};
 }
 
 ArrayShape array_shape(const Snapshot& snapshot) {
   const TileOptions& options = snapshot.tiles.options;
-  if (snapshot.tiles.whole_views()) return layers_shape(cameras_of(snapshot), options);
-  return tiles_shape(options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed(), options,
-                     limits_of_driver());
+  const std::uint32_t slots = options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed();
+  ArrayShape shape = snapshot.tiles.whole_views() ? layers_shape(cameras_of(snapshot), options)
+                                                  : tiles_shape(slots, options, limits_of_driver());
+  if (!driver_takes(shape.format)) shape.format = TexelFormat::rgb8;
+  return shape;
 }
 
 std::uint32_t PhotographArray::columns_of(const StoredView& view) const {
@@ -143,8 +157,8 @@ void PhotographArray::allocate(const ArrayShape& shape) {
   const auto width = static_cast<GLsizei>(shape.columns * shape.slot_width);
   const auto height = static_cast<GLsizei>(shape.rows * shape.slot_height);
   const auto pages = static_cast<GLsizei>(shape.pages);
-  photographs_ =
-      make_texture_array(GL_SRGB8_ALPHA8, width, height, pages, GL_LINEAR, static_cast<GLsizei>(shape.levels));
+  const GLenum format = shape.format == TexelFormat::bc3 ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_SRGB8_ALPHA8;
+  photographs_ = make_texture_array(format, width, height, pages, GL_LINEAR, static_cast<GLsizei>(shape.levels));
   depths_ = make_texture_array(GL_R16F, width, height, pages, GL_NEAREST);
   shape_ = shape;
 }
@@ -154,6 +168,8 @@ void PhotographArray::load(const Snapshot& snapshot) {
   const bool whole_views = tiles.whole_views();
   const ArrayShape shape = array_shape(snapshot);
   require_limits(shape, whole_views);
+  if (stored_format_ != tiles.options.texels) held_.clear();  // the array may be the same: see array_shape()
+  stored_format_ = tiles.options.texels;
   allocate(shape);
   tile_width_ = whole_views ? shape.slot_width : tiles.options.tile_px;
   tile_height_ = whole_views ? shape.slot_height : tiles.options.tile_px;
@@ -171,7 +187,7 @@ void PhotographArray::load(const Snapshot& snapshot) {
   uploaded_ = static_cast<std::uint32_t>(missing.size());
   // On all processors, but so many at a time that they take little memory. GL takes them from this thread.
   const std::size_t at_once =
-      std::max<std::size_t>(kBytesAtOnce / (std::size_t{kColorTexelBytes} * shape.slot_width * shape.slot_height), 1);
+      std::max<std::size_t>(kBytesAtOnce / (4 * std::size_t{shape.slot_width} * shape.slot_height), 1);
   for (std::size_t first = 0; first < missing.size(); first += at_once) {
     const std::size_t end = std::min(first + at_once, missing.size());
     tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });
@@ -217,7 +233,15 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
   const ImageRect rect{std::int64_t{upload.tile % columns} * tile_width_ - gutter_,
                        std::int64_t{upload.tile / columns} * tile_height_ - gutter_, shape_.slot_width,
                        shape_.slot_height};
-  upload.levels = image_levels(view, rect, shape_.levels);
+  for (ImageLevel& level : image_levels(view, rect, shape_.levels)) {
+    if (stored_format_ == TexelFormat::rgb8) {
+      upload.levels.push_back(std::move(level.rgba));
+      continue;
+    }
+    std::vector<std::uint8_t> blocks = compressed(level);
+    const bool as_they_are = shape_.format == stored_format_;
+    upload.levels.push_back(as_they_are ? std::move(blocks) : decompressed(level.width, level.height, blocks).rgba);
+  }
   upload.depth = depth_of(view, rect, scaled_[upload.view].scale);
 }
 
@@ -228,9 +252,17 @@ void PhotographArray::copy(const Upload& upload) const {
   const auto y = static_cast<GLint>(upload.slot % in_page / shape_.columns * shape_.slot_height);
   glBindTexture(GL_TEXTURE_2D_ARRAY, photographs_.get());
   for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
-    const ImageLevel& level = upload.levels[static_cast<std::size_t>(number)];
-    glTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, static_cast<GLsizei>(level.width),
-                    static_cast<GLsizei>(level.height), 1, GL_RGBA, GL_UNSIGNED_BYTE, level.rgba.data());
+    const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
+    const auto width = static_cast<GLsizei>(shape_.slot_width >> number);
+    const auto height = static_cast<GLsizei>(shape_.slot_height >> number);
+    if (shape_.format == TexelFormat::bc3) {
+      glCompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, width, height, 1,
+                                GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT, static_cast<GLsizei>(level.size()),
+                                level.data());
+    } else {
+      glTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, width, height, 1, GL_RGBA,
+                      GL_UNSIGNED_BYTE, level.data());
+    }
   }
   glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
   glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, x, y, page, static_cast<GLsizei>(shape_.slot_width),

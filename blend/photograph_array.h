@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "atlas/image_levels.h"
 #include "atlas/snapshot.h"
+#include "atlas/texel_format.h"
 #include "blend/gl_objects.h"
 
 namespace lumatlas {
@@ -27,6 +27,7 @@ struct ArrayShape {
   std::uint32_t rows = 1;
   std::uint32_t pages = 1;
   std::uint32_t levels = 1;
+  TexelFormat format = TexelFormat::rgb8;
 
   [[nodiscard]] std::uint64_t texels(std::uint32_t level) const;  // 0: the finest
   [[nodiscard]] std::uint64_t bytes() const;  // that the array takes, all levels of colour and depth
@@ -44,7 +45,11 @@ struct ArrayLimits {
 [[nodiscard]] ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits);
 [[nodiscard]] ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options);
 
-// The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not.
+// Whether the driver of the current context takes textures of the format.
+[[nodiscard]] bool driver_takes(TexelFormat format);
+
+// The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not. Its
+// format is rgb8 where the driver does not take the snapshot's: the texels are then decompressed by load().
 [[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot);
 
 class PhotographArray {
@@ -85,7 +90,7 @@ class PhotographArray {
   // A tile for a slot, and what is copied there.
   struct Upload {
     std::uint32_t slot, view, tile;
-    std::vector<ImageLevel> levels;
+    std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format
     std::vector<std::uint16_t> depth;
   };
   [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
@@ -93,6 +98,7 @@ class PhotographArray {
   void copy(const Upload& upload) const;
 
   ArrayShape shape_;
+  TexelFormat stored_format_ = TexelFormat::rgb8;  // the snapshot's, whatever the driver takes
   std::uint32_t tile_width_ = 0, tile_height_ = 0, gutter_ = 0;
   std::vector<std::uint32_t> first_tile_;  // by view
   std::vector<Held> held_;                 // by slot

@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "atlas/compressed_texels.h"
 #include "atlas/image_levels.h"
 #include "atlas/srgb.h"
 #include "blend/cell_shares.h"
@@ -46,13 +47,9 @@ struct Source {
 };
 
 Source::Source(const Snapshot& from, const BlendOptions& options) : snapshot(from), levels(from.views.size()) {
-  const std::uint32_t count = options.prefilter ? levels_of_gutter(snapshot.tiles.options.gutter_px) : 1;
-  const std::uint32_t unit = 1u << (count - 1);
+  const std::uint32_t count = options.prefilter ? levels_of(snapshot.tiles.options) : 1;
   tbb::parallel_for(std::size_t{0}, levels.size(), [&](std::size_t slot) {
-    if (!snapshot.views[slot]) return;
-    const Camera& camera = snapshot.views[slot]->camera;
-    const ImageRect whole{0, 0, (camera.width + unit - 1) / unit * unit, (camera.height + unit - 1) / unit * unit};
-    levels[slot] = image_levels(*snapshot.views[slot], whole, count);
+    if (snapshot.views[slot]) levels[slot] = shown_levels(*snapshot.views[slot], snapshot.tiles.options, count);
   });
 }
 

@@ -90,6 +90,10 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
   return array_shape(snapshot).bytes();
 }
 
+bool holds_texels(const Snapshot& snapshot) {
+  return driver_takes(snapshot.tiles.options.texels);
+}
+
 struct Renderer::State {
   RendererOptions steps;
   ShaderPrograms programs;

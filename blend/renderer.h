@@ -18,6 +18,10 @@ namespace lumatlas {
 // they are laid out by. Throws std::invalid_argument unless the snapshot passes check().
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
+// Whether the driver of the current context holds a snapshot's texels in their format. Where not, Renderer decompresses
+// them: pictures are the same, and the arrays take the bytes of TexelFormat::rgb8.
+[[nodiscard]] bool holds_texels(const Snapshot& snapshot);
+
 // None changes a picture beyond rounding, but where two views weigh the same; bench_render says what each is worth.
 struct RendererOptions {
   bool skip_losers = true;  // look at no photograph whose weight is too low even if it is valid

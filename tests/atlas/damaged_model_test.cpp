@@ -513,6 +513,14 @@ TEST_CASE("tiles that do not fit their views are refused") {
            "tiles: tile_px is 12, must be a multiple of 8 from 8 to 1024, or 0 for whole views"},
           {"a wide gutter", set("gutter", 9), "tiles: \"gutter\" is 9, must be in [1, 8]"},
           {"a gutter of no level", set("gutter", 3), "tiles: gutter_px is 3, must be 1, 2, 4 or 8"},
+          {"unknown texels", [](DamagedModel& m) { m.lumigraph()["texels"] = "bc1"; },
+           "\"texels\" is \"bc1\", must be \"rgb8\" or \"bc3\""},
+          {"blocks with a gutter of 1",
+           [](DamagedModel& m) {
+             m.lumigraph()["texels"] = "bc3";
+             m.lumigraph()["tiles"]["gutter"] = 1;
+           },
+           "tiles: gutter_px is 1, must be 2, 4 or 8 for texels in blocks"},
           {"larger tiles", set("size", 16), "\"tiles\" says of 31 tiles whether they are there, its views have 10"},
           {"none of them", [](DamagedModel& m) { m.lumigraph()["tiles"].erase("resident"); },
            "\"tiles\" says of 0 tiles whether they are there, its views have 31"},

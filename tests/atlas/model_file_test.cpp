@@ -224,9 +224,12 @@ TEST_CASE("a model is written and read the same by any number of threads") {
 TEST_CASE("a model that was read renders the same picture") {
   const TemporaryFolder folder;
   const std::uint32_t tile_px = GENERATE(0u, 8u);
-  const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
+  const TexelFormat texels = GENERATE(TexelFormat::rgb8, TexelFormat::bc3);
+  const std::uint32_t gutter_px = texels == TexelFormat::bc3 ? 4 : 2;
+  const Snapshot written = small_snapshot(kValidity, {tile_px, gutter_px, 0, texels});
   write_model(folder.path(), written, kValidity);
   const Model read = read_model(folder.path());
+  CHECK(read.snapshot.tiles.options.texels == texels);
   const Camera camera = oblique_camera(48, 40, 0.03, {0.1, 0, -0.6});
   const auto picture = [&](const Snapshot& snapshot) {
     const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(camera);

@@ -148,6 +148,7 @@ TEST_CASE("the schema refuses what the reader refuses") {
       {"/validity/depthEdge", 0},
       {"/validity/fade", 17},
       {"/validity/edges", "near"},
+      {"/texels", "bc1"},
       {"/tiles/size", 12},
       {"/tiles/size", 2048},
       {"/tiles/gutter", 3},
@@ -172,7 +173,7 @@ TEST_CASE("the schema refuses what the reader refuses") {
       json damaged = good;
       damaged[pointer].erase(name);
       const bool optional = name == "references" || name == "views" || name == "tiles" || name == "resident" ||
-                            name == "lensMask" || name == "trustMask" || name == "edges";
+                            name == "lensMask" || name == "trustMask" || name == "edges" || name == "texels";
       CAPTURE(object, name);
       CHECK(checker.errors(damaged).size() == (optional ? 0 : 1));
     }

@@ -39,6 +39,26 @@ TEST_CASE("a tile's side and gutter must suit a texture array") {
   CHECK_THROWS_AS(TileSlots(kWholeViews), std::invalid_argument);
 }
 
+TEST_CASE("compressed texels are of whole blocks in every level") {
+  constexpr TexelFormat kBlocks = TexelFormat::bc3;
+  CHECK(refusal_of({64, 1, 0, kBlocks}) == "tiles: gutter_px is 1, must be 2, 4 or 8 for texels in blocks");
+  CHECK(refusal_of({24, 8, 0, kBlocks}) ==
+        "tiles: tile_px is 24, must be a multiple of 16 for texels in blocks with a gutter of 8");
+  for (std::uint32_t tile = 8; tile <= 1024; tile += 8) {
+    for (const std::uint32_t gutter : {2u, 4u, 8u}) {
+      const TileOptions options{tile, gutter, 0, kBlocks};
+      if (gutter == 8 && tile % 16 != 0) continue;
+      REQUIRE(refusal_of(options) == "accepted");
+      REQUIRE(levels_of(options) + 1 == levels_of({tile, gutter, 0}));
+      for (std::uint32_t level = 0; level < levels_of(options); ++level) {
+        REQUIRE((options.slot_px() >> level) % 4 == 0);
+        REQUIRE((tile >> level) % 4 == 0);
+      }
+    }
+  }
+  CHECK(slot_bytes({64, 4, 0, kBlocks}) == 72 * 72 * 2 + 72 * 72 + 36 * 36);
+}
+
 std::uint64_t allocated(std::uint32_t slots) {
   const PageLayout pages = pages_for(slots, 2048, 256);
   return std::uint64_t{pages.columns} * pages.rows * pages.pages;

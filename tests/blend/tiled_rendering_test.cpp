@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Photographs in tiles give the picture of whole photographs, without seams; coarser levels keep far pictures calm.
 #include <epoxy/gl.h>
+#include <tbb/global_control.h>
 
 #include <algorithm>
 #include <array>
@@ -76,6 +77,32 @@ TEST_CASE("the shader agrees with the CPU reference where only some tiles are re
   CHECK(changed > 0.01);  // it is not the same picture
 }
 
+TEST_CASE("the shader agrees with the CPU reference on compressed texels, for any number of threads") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot plain = room_snapshot(12, {}, {16, 4, 0});
+  for (const std::uint32_t tile : {0u, 16u}) {
+    const Snapshot packed = room_snapshot(12, {}, {tile, 4, 0, TexelFormat::bc3});
+    const auto visibility = make_ray_visibility(packed.surface->mesh);
+    Renderer renderer;
+    renderer.load(packed);
+    double different = 0, changed = 0;
+    for (std::size_t number = 0; number < 4; ++number) {
+      const Camera camera = between_views(2 * number);
+      const Rendering cpu = render_reference(packed, camera, *visibility, {});
+      different += share_different(renderer.render(camera, {}), cpu, 2) / 4;
+      changed += share_different(render_reference(plain, camera, *visibility, {}), cpu, 2) / 4;
+    }
+    INFO("tiles of " << tile);
+    CHECK(different <= 0.001);
+    CHECK(changed > 0.01);  // compression is seen by both
+    const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+    Renderer alone;
+    alone.load(packed);
+    CHECK(alone.render(between_views(3), {}).picture.rgb == renderer.render(between_views(3), {}).picture.rgb);
+  }
+}
+
 TEST_CASE("an array takes no more than its budget") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
@@ -108,6 +135,10 @@ std::uint64_t bytes_in_context(GLsizei picture_width) {
       };
       const GLint width = of_level(GL_TEXTURE_WIDTH);
       if (width == 0 || (level == 0 && width % picture_width == 0)) break;
+      if (of_level(GL_TEXTURE_COMPRESSED) != 0) {
+        bytes += static_cast<std::uint64_t>(of_level(GL_TEXTURE_COMPRESSED_IMAGE_SIZE));
+        continue;
+      }
       GLint bits = 0;
       for (const GLenum part :
            {GL_TEXTURE_RED_SIZE, GL_TEXTURE_GREEN_SIZE, GL_TEXTURE_BLUE_SIZE, GL_TEXTURE_ALPHA_SIZE})
@@ -123,7 +154,10 @@ std::uint64_t bytes_in_context(GLsizei picture_width) {
 TEST_CASE("what a model takes on the GPU is counted to the byte, whole views and tiles, with cells joined or not") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  for (const TileOptions layout : {TileOptions{16, 2, 0}, TileOptions{64, 8, 0}, TileOptions{0, 4, 0}}) {
+  for (const TileOptions layout :
+       {TileOptions{16, 2, 0}, TileOptions{64, 8, 0}, TileOptions{0, 4, 0}, TileOptions{16, 4, 0, TexelFormat::bc3},
+        TileOptions{64, 8, 0, TexelFormat::bc3}, TileOptions{0, 4, 0, TexelFormat::bc3}}) {
+    if (!driver_takes(layout.texels)) continue;
     for (const double width : {0.0, 0.1}) {
       INFO("tiles of " << layout.tile_px << " pixels, borders of " << width);
       const Snapshot snapshot = room_snapshot(7, {}, layout);

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 
 namespace lumatlas {
@@ -48,5 +49,9 @@ class BlendFlags {
   CLI::Option* border_width_option_ = nullptr;
   CLI::Option* supersample_option_ = nullptr;
 };
+
+// A line for standard error where the driver of the current context takes more memory than the model asks for; else
+// empty.
+[[nodiscard]] std::string texels_warning(const Snapshot& snapshot);
 
 }  // namespace lumatlas

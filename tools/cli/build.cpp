@@ -65,6 +65,7 @@ struct BuildFlags {
   CLI::Option* budget = nullptr;
   CLI::Option* loss = nullptr;
   CLI::Option* tile = nullptr;
+  CLI::Option* gutter = nullptr;
   CLI::Option* photographs = nullptr;
   CLI::Option* seed = nullptr;
   CLI::Option* refine = nullptr;
@@ -80,6 +81,7 @@ struct BuildFlags {
 };
 
 const Names<ValidityOptions::Edges> kEdges(kEdgesByName.begin(), kEdgesByName.end());
+const Names<TexelFormat> kTexels(kTexelFormatsByName.begin(), kTexelFormatsByName.end());
 
 // Of --budget: as little as a bound on the loss allows. Of --faces: as few as move no picture by more than
 // kFacesPixels.
@@ -97,6 +99,17 @@ std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
   return std::max<std::uint64_t>(bound.texels / slot_texels, 1) * slot_bytes(tiles);
 }
 
+// Compressed texels have two levels, as others have by default, with twice their gutter.
+void set_gutter(const BuildFlags& flags, TileOptions& tiles) {
+  constexpr std::uint32_t kGutterOfBlocks = 4;
+  if (tiles.texels == TexelFormat::rgb8) return;
+  if (flags.gutter->count() == 0) tiles.gutter_px = kGutterOfBlocks;
+  if (tiles.gutter_px < 2) throw CLI::ValidationError("--gutter", "must be 2, 4 or 8 with --texels bc3");
+  if (tiles.gutter_px == 8 && tiles.tile_px % 16 != 0) {
+    throw CLI::ValidationError("--tile", "must be a multiple of 16 with --texels bc3 and --gutter 8");
+  }
+}
+
 // Of tiles, a budget in bytes bounds all that the model takes on the GPU, one in texels the texture array; the
 // photographs that they are cut from are bounded by their number, or by bytes of their own.
 void set_budget(const BuildFlags& flags, BuildOptions& options) {
@@ -106,6 +119,7 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     if (flags.photographs->count() > 0) throw CLI::ValidationError("--photograph-bytes", "needs --layout tiles");
     options.tiles.tile_px = 0;
   }
+  set_gutter(flags, options.tiles);
   if (flags.budget_size == kAuto) {
     options.planner.max_bytes = flags.photograph_bytes;
     options.planner.max_loss_db = flags.loss_db;
@@ -125,7 +139,7 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   if (tiles) (bound.bytes > 0 ? options.gpu_bytes : options.array_bytes) = budget;
   if (flags.max_views->count() > 0) return;
   if (tiles && bound.texels > 0 && flags.photographs->count() == 0) {
-    options.planner.max_bytes = kPhotographsPerArray * budget;
+    options.planner.max_bytes = photograph_bytes_for(budget, options.tiles);
   }
   if (options.planner.max_bytes + options.gpu_bytes > 0) options.max_views.reset();
 }
@@ -472,9 +486,14 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
                    ->type_name("PX")
                    ->transform(whole_number(8, 1024))
                    ->check(divisible_by(8));
-  command.add_option("--gutter", flags.options.tiles.gutter_px, "Around a tile; 2 to the number of its coarser levels")
-      ->type_name("PX")
-      ->transform(one_of({"1", "2", "4", "8"}));
+  flags.gutter = command
+                     .add_option("--gutter", flags.options.tiles.gutter_px,
+                                 "Around a tile; 2 to the number of its coarser levels, with --texels bc3 of its "
+                                 "levels, and 4 unless given")
+                     ->type_name("PX")
+                     ->transform(one_of({"1", "2", "4", "8"}));
+  add_choice(command, "--texels", flags.options.tiles.texels, kTexels,
+             "How photographs are held on the GPU: as they are, or compressed to about half the bytes");
   flags.photographs = command
                           .add_option("--photograph-bytes", flags.photograph_bytes,
                                       "Memory for photographs that tiles are cut from while the model is built; with "

@@ -117,7 +117,7 @@ PlannerOptions planner_options(const BuildOptions& options, const Stream& stream
                                const std::optional<GpuBudget>& budget) {
   PlannerOptions planner = options.planner;
   if (budget && planner.max_bytes == 0 && !options.max_views) {
-    planner.max_bytes = kPhotographsPerArray * budget->room();
+    planner.max_bytes = photograph_bytes_for(budget->room(), options.tiles);
     for (const SceneView* view : stream) planner.max_bytes = std::max(planner.max_bytes, stored_bytes(view->camera));
   }
   return planner;
@@ -443,6 +443,13 @@ void check(const BuildOptions& options) {
     throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
                                 ", must be at least what a tile takes, " + std::to_string(least));
   }
+}
+
+std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles) {
+  TileOptions uncompressed = tiles;
+  uncompressed.texels = TexelFormat::rgb8;
+  const double times = static_cast<double>(slot_bytes(uncompressed)) / static_cast<double>(slot_bytes(tiles));
+  return static_cast<std::uint64_t>(times * static_cast<double>(kPhotographsPerArray * tile_bytes));
 }
 
 BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,

@@ -28,6 +28,8 @@ namespace lumatlas {
 
 // Bytes of photographs to choose tiles from, for each that tiles may take on the GPU.
 inline constexpr std::uint64_t kPhotographsPerArray = 4;
+// So many for tiles that take those bytes; of compressed tiles, for what they would take uncompressed.
+[[nodiscard]] std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles);
 
 // What is made to agree before a view is stored: see planner/refiner.h.
 enum class RefineMode {

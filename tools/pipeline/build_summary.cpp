@@ -367,6 +367,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"layout", options.tiles.whole_views() ? "layers" : "tiles"},
               {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
               {"gutter", options.tiles.gutter_px},
+              {"texels", name_of(options.tiles.texels)},
               {"budget", budget_of(options)},
               {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},

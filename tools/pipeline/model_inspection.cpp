@@ -103,7 +103,7 @@ std::string tiles_line(const json& model) {
   if (tiles.is_null()) return "whole views";
   std::ostringstream line;
   line << tiles["resident"] << " of " << tiles["of"] << " tiles of " << tiles["size"] << " px with a gutter of "
-       << tiles["gutter"] << " px";
+       << tiles["gutter"] << " px, " << model["texels"]["format"].get<std::string>();
   return line.str();
 }
 
@@ -123,7 +123,7 @@ json inspect_model(const fs::path& model) {
       {"references", {{"count", facts.references.views.size()}, {"per_cell", cells_by_references(facts.references)}}},
       {"views", {{"count", facts.views.size()}, {"pixels", pixels_of(facts.views)}}},
       {"tiles", tiles_json(facts.tiles)},
-      {"texels", {{"resident", texels_of(facts)}}},
+      {"texels", {{"resident", texels_of(facts)}, {"format", name_of(facts.tiles.options.texels)}}},
       {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(notes.options)}}},
       {"gpu", gpu_bytes_json(gpu_bytes_of(facts))},
       {"parsimony", parsimony_in(notes.plan, model)},

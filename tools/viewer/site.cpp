@@ -393,7 +393,7 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
       {"tables", tables},
       {"colors", colors},
       {"tile", scaled_tile_px_},
-      {"levels", levels_of_gutter(tiles.gutter_px)},
+      {"levels", levels_of(tiles)},
       {"cubic_levels", cubic_levels(tiles)},
       {"near_depth", kNearShare * glm::length(box.max - box.min)},
       {"inverse_depth", NearbyExposure(snapshot_).per_depth()},

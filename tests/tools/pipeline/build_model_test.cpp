@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/build_model.h"
 
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -463,6 +465,26 @@ TEST_CASE("a budget bounds all that the model takes on the GPU, mesh and tables 
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("both array_bytes and gpu_bytes"));
 }
 
+TEST_CASE("compressed texels buy more tiles for the same budget, the same ones for any number of threads") {
+  BuildOptions options = options_for(100);
+  options.tiles = {8, 4, 0};
+  const BuildResult all = build_model(small_scene(), options);
+  options.gpu_bytes = all.gpu_bytes.sum() - all.gpu_bytes.photographs() * 3 / 4;
+  const BuildResult plain = build_model(small_scene(), options);
+  options.tiles.texels = TexelFormat::bc3;
+  const BuildResult packed = build_model(small_scene(), options);
+  CHECK(packed.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(packed.snapshot.tiles.resident_tiles() > plain.snapshot.tiles.resident_tiles() * 3 / 2);
+  CHECK(packed.gpu_bytes.masks == packed.gpu_bytes.colors);
+  const TemporaryFolder folder;
+  (void)save_model(packed, folder / "model.glb");
+  CHECK(inspect_model(folder / "model.glb")["gpu"] == summary(packed, options)["gpu"]);
+  const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+  (void)save_model(build_model(small_scene(), options), folder / "single.glb");
+  CHECK(read_model(folder / "single.glb").snapshot.tiles.slots ==
+        read_model(folder / "model.glb").snapshot.tiles.slots);
+}
+
 TEST_CASE("a view that is larger than the budget is named with its bytes before anything is planned") {
   BuildOptions options = options_for(100);
   options.planner.max_bytes = kBytesPerView - 1;
@@ -637,6 +659,7 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
                                 "min_reference_gain",
                                 "victims",
                                 "visibility",
+                                "texels",
                                 "fade",
                                 "refine",
                                 "refine_points",
