@@ -170,9 +170,10 @@ class BlockUpdate {
     const std::size_t pixel = static_cast<std::size_t>(at.y) * camera_.width + static_cast<std::size_t>(at.x);
     const double depth = image_.depth[pixel];
     if (depth <= 0) return;
-    const double distance = (depth - cam.z) * glm::length(cam) / cam.z;  // along the ray
+    const double cosine = image_.cosine.empty() ? 1.0 : double{image_.cosine[pixel]};
+    const double distance = cosine * (depth - cam.z) * glm::length(cam) / cam.z;
     if (distance < -options_.truncation) return;
-    const double weight = (image_.weight.empty() ? 1.0 : double{image_.weight[pixel]}) / (depth * depth);
+    const double weight = cosine / (depth * depth);
     voxel.sum += static_cast<float>(weight * std::min(1.0, distance / options_.truncation));
     voxel.weight += static_cast<float>(weight);
   }
@@ -354,7 +355,7 @@ void check(const DepthImage& image, std::size_t index) {
                                 what + ", must have " + std::to_string(pixels));
   };
   require_count(image.depth.size(), "depths");
-  if (!image.weight.empty()) require_count(image.weight.size(), "weights");
+  if (!image.cosine.empty()) require_count(image.cosine.size(), "cosines");
 }
 
 // The blocks near what was measured, none of the images being kept. Ends soon once there are far too many.

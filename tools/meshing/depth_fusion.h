@@ -21,7 +21,10 @@ namespace lumatlas {
 struct DepthImage {
   Camera camera;
   std::vector<float> depth;        // z in the camera frame at the middle of each pixel, row by row; 0: not measured
-  std::vector<float> weight = {};  // of each pixel against others at the same depth, >= 0; empty: all 1
+  // Of the angle between each pixel's ray and the normal of what it sees, [0, 1]. Distances are then taken along that
+  // normal, not along the ray: else what is only ever seen aslant would be out of the truncation's reach, and full of
+  // holes. A slanted pixel counts less, in proportion. Empty: all 1.
+  std::vector<float> cosine = {};
 };
 
 struct FusionOptions {

@@ -124,9 +124,9 @@ DepthImage read_depth(const SceneDepth& depth) {
   DepthImage result;
   result.camera = depth.camera.scaled_to(image.width, image.height);
   result.depth = undistorted_depth(image, depth, result.camera);
-  result.weight = cosines(result);
+  result.cosine = cosines(result);
   for (std::size_t i = 0; i < result.depth.size(); ++i) {
-    if (result.weight[i] == 0) result.depth[i] = 0;
+    if (result.cosine[i] == 0) result.depth[i] = 0;
   }
   return result;
 }
