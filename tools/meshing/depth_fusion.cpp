@@ -130,6 +130,9 @@ void add_blocks_near(std::span<const DepthImage> images, const FusionOptions& op
   }
 }
 
+// So many voxels behind a surface are those that it is cut out between: a diagonal, and something for noise.
+constexpr double kNeeded = 2.5;
+
 // What one image says about the voxels of one block.
 class BlockUpdate {
  public:
@@ -168,11 +171,17 @@ class BlockUpdate {
     const glm::dvec2 at = camera_.image_from_cam(cam);
     if (!(at.x >= 0 && at.y >= 0 && at.x < camera_.width && at.y < camera_.height)) return;
     const std::size_t pixel = static_cast<std::size_t>(at.y) * camera_.width + static_cast<std::size_t>(at.x);
-    const double depth = image_.depth[pixel];
+    double depth = image_.depth[pixel];
+    if (depth <= 0) return;
+    if (!image_.slope.empty()) depth += glm::dot(glm::dvec2(image_.slope[pixel]), at - (glm::floor(at) + 0.5));
     if (depth <= 0) return;
     const double cosine = image_.cosine.empty() ? 1.0 : double{image_.cosine[pixel]};
     const double distance = cosine * (depth - cam.z) * glm::length(cam) / cam.z;
-    if (distance < -options_.truncation) return;
+    // Along the ray no further than the truncation, but for what the eight voxels about a slanted surface need: further
+    // behind it there may be anything.
+    if (distance < -std::min(options_.truncation, std::max(cosine * options_.truncation, kNeeded * options_.voxel))) {
+      return;
+    }
     const double weight = cosine / (depth * depth);
     voxel.sum += static_cast<float>(weight * std::min(1.0, distance / options_.truncation));
     voxel.weight += static_cast<float>(weight);
@@ -356,6 +365,7 @@ void check(const DepthImage& image, std::size_t index) {
   };
   require_count(image.depth.size(), "depths");
   if (!image.cosine.empty()) require_count(image.cosine.size(), "cosines");
+  if (!image.slope.empty()) require_count(image.slope.size(), "slopes");
 }
 
 // The blocks near what was measured, none of the images being kept. Ends soon once there are far too many.

@@ -10,6 +10,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <glm/vec2.hpp>
 #include <span>
 #include <vector>
 
@@ -20,11 +21,14 @@ namespace lumatlas {
 
 struct DepthImage {
   Camera camera;
-  std::vector<float> depth;        // z in the camera frame at the middle of each pixel, row by row; 0: not measured
+  std::vector<float> depth;  // z in the camera frame at the middle of each pixel, row by row; 0: not measured
   // Of the angle between each pixel's ray and the normal of what it sees, [0, 1]. Distances are then taken along that
   // normal, not along the ray: else what is only ever seen aslant would be out of the truncation's reach, and full of
   // holes. A slanted pixel counts less, in proportion. Empty: all 1.
   std::vector<float> cosine = {};
+  // By how much the depth grows from each pixel to the next, to the right and down: depths between the middles of
+  // pixels follow it. Empty: all 0.
+  std::vector<glm::vec2> slope = {};
 };
 
 struct FusionOptions {

@@ -101,7 +101,7 @@ std::string contradiction(const SceneViews& scene, const DepthSamples& samples, 
 
 // Below which a voxel says nothing: a few images' worth where many overlap, a glance where only one saw it.
 double least_weight(const DepthSamples& samples, const DepthAgreement& agreement, std::size_t images) {
-  constexpr double kGlance = 0.2, kShareOfUsual = 0.05;
+  constexpr double kGlance = 0.02, kShareOfUsual = 0.02;
   const double compared = std::min<double>(static_cast<double>(samples.positions.size()), 20'000);
   const double looked_through = std::min<double>(static_cast<double>(images), kMostAgreementImages);
   const double overlap = static_cast<double>(agreement.confirmed) / std::max(1.0, compared) *

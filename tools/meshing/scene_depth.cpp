@@ -92,13 +92,15 @@ double cosine(const Camera& camera, const glm::dvec3& ray, double z, double slop
   return std::abs(glm::dot(normal, ray)) / (glm::length(normal) * glm::length(ray));
 }
 
-std::vector<float> cosines(const DepthImage& image) {
+// Pixels that are seen too much aslant, or have no neighbour, get the cosine 0.
+void add_slant(DepthImage& image) {
   const Camera& camera = image.camera;
   const auto depth_at = [&](std::int64_t x, std::int64_t y) {
     if (x < 0 || y < 0 || x >= camera.width || y >= camera.height) return 0.0F;
     return image.depth[static_cast<std::size_t>(y) * camera.width + static_cast<std::size_t>(x)];
   };
-  std::vector<float> result(image.depth.size(), 0);
+  image.cosine.assign(image.depth.size(), 0);
+  image.slope.assign(image.depth.size(), glm::vec2(0));
   for (std::int64_t y = 0; y < camera.height; ++y) {
     for (std::int64_t x = 0; x < camera.width; ++x) {
       const float here = depth_at(x, y);
@@ -109,11 +111,12 @@ std::vector<float> cosines(const DepthImage& image) {
                            (static_cast<double>(y) + 0.5 - camera.cy) / camera.fy, 1);
       const double value = cosine(camera, ray, here, slope_x, slope_y);
       if (value >= kLeastCosine) {  // false for NaN
-        result[static_cast<std::size_t>(y) * camera.width + static_cast<std::size_t>(x)] = static_cast<float>(value);
+        const std::size_t pixel = static_cast<std::size_t>(y) * camera.width + static_cast<std::size_t>(x);
+        image.cosine[pixel] = static_cast<float>(value);
+        image.slope[pixel] = glm::vec2(slope_x, slope_y);
       }
     }
   }
-  return result;
 }
 
 }  // namespace
@@ -124,7 +127,7 @@ DepthImage read_depth(const SceneDepth& depth) {
   DepthImage result;
   result.camera = depth.camera.scaled_to(image.width, image.height);
   result.depth = undistorted_depth(image, depth, result.camera);
-  result.cosine = cosines(result);
+  add_slant(result);
   for (std::size_t i = 0; i < result.depth.size(); ++i) {
     if (result.cosine[i] == 0) result.depth[i] = 0;
   }

@@ -656,7 +656,8 @@ constexpr const char* kTinySweep = R"({
   "build": {"hold": 4, "refine": "none", "cell-size": "=diameter/20"},
   "validate": {"baselines": "none", "no-alignment": true, "time-frames": 2, "frame-width": 32, "frame-height": 24},
   "option": {"build": "references"}, "values": {"small": [1, 4], "full": [16]},
-  "series": [{"label": "ours", "mark": "default"}, {"label": "printed", "mark": "printed", "build": {"metric": "printed"}}],
+  "series": [{"label": "ours", "mark": "default"},
+             {"label": "printed", "mark": "printed", "build": {"metric": "printed"}}],
   "metrics": ["psnr.fitted", "frame.cpu"],
   "plots": [{"x": "value", "y": ["psnr.fitted", "frame.wall"], "log": "x"}]
 })";

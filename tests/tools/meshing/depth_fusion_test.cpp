@@ -110,6 +110,49 @@ TEST_CASE("what no depth image shows is open, not closed") {
   CHECK(area_of(mesh) < 1.1 * cap);
 }
 
+// The ground z = 0, seen from so far above it and from 3 units away.
+DepthImage ground_from(double height) {
+  DepthImage image{camera_at({3, 0, height}), {}};
+  const Camera& camera = image.camera;
+  const auto depth_at = [&](double x, double y) { return -height / camera.ray({x, y}).z; };
+  for (std::uint32_t row = 0; row < camera.height; ++row) {
+    for (std::uint32_t column = 0; column < camera.width; ++column) {
+      const double x = column + 0.5, y = row + 0.5, depth = depth_at(x, y);
+      const glm::dvec3 ray = camera.ray({x, y});
+      const bool is_near = depth > 0 && depth < 5;
+      image.depth.push_back(is_near ? static_cast<float>(depth) : 0.0F);
+      image.cosine.push_back(is_near ? static_cast<float>(-ray.z / glm::length(ray)) : 0.0F);
+      image.slope.emplace_back(depth_at(x + 0.5, y) - depth_at(x - 0.5, y),
+                               depth_at(x, y + 0.5) - depth_at(x, y - 0.5));
+    }
+  }
+  return image;
+}
+
+// Of the faces over the square of side 1 about the origin.
+double area_in_middle(const TriangleSoup& soup) {
+  double area = 0;
+  for (const glm::uvec3& face : soup.faces) {
+    const glm::dvec3 a = soup.positions[face[0]], b = soup.positions[face[1]], c = soup.positions[face[2]];
+    const glm::dvec3 middle = (a + b + c) / 3.0;
+    if (std::abs(middle.x) < 0.5 && std::abs(middle.y) < 0.5) area += glm::length(glm::cross(b - a, c - a)) / 2;
+  }
+  return area;
+}
+
+TEST_CASE("what is only seen aslant has no holes where the slant is known") {
+  const DepthImage slanted = ground_from(0.5);  // 80 degrees from its normal
+  DepthImage plain = slanted;
+  plain.cosine.clear();
+  plain.slope.clear();
+  FusionOptions options = ball_options();
+  options.least_weight = 0.001;
+  const TriangleSoup whole = fused({&slanted, 1}, options);
+  CHECK(area_in_middle(whole) == Approx(1).epsilon(0.06));                  // of faces, which end beside the square
+  for (const glm::dvec3& p : whole.positions) CHECK(std::abs(p.z) < 0.01);  // a fifth of a voxel
+  CHECK(area_in_middle(fused({&plain, 1}, options)) < 0.5);
+}
+
 TEST_CASE("smaller voxels give a surface nearer to the true one, of as many more faces as there are edges") {
   FusionOptions options = ball_options();
   std::size_t coarse = 0;
