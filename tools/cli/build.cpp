@@ -302,8 +302,10 @@ class Shown {
     return [this](const Atlas& atlas) {
       return show_while_it_changes(
           site_,
-          [this, &atlas] {
-            snapshot_ = atlas.snapshot();
+          [this, &atlas]() -> const Snapshot* {
+            Snapshot next = atlas.snapshot();
+            if (look_alike(next, snapshot_)) return nullptr;
+            snapshot_ = std::move(next);
             return &snapshot_;
           },
           [this](const std::string& why) {

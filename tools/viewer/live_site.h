@@ -37,6 +37,9 @@ class LiveSite {
   std::vector<std::string> names_, older_names_;  // of the files of the last version, and of the one before
 };
 
+// Whether two snapshots of one atlas show the same: the same surface and views, by their addresses, and equal tables.
+[[nodiscard]] bool look_alike(const Snapshot& a, const Snapshot& b);
+
 // Gives what is to be shown next, good until it gives another; null: nothing new.
 using SnapshotSource = std::function<const Snapshot*()>;
 

@@ -650,7 +650,8 @@ TEST_CASE("a mesh that no camera sees is named") {
 // Four points on one tiny scene.
 constexpr const char* kTinySweep = R"({
   "name": "tiny", "title": "Tiny", "expected": "It works.", "label": "references",
-  "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "photographs": 8, "width": 60, "height": 45, "samples": 1,
+  "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "photographs": 8,
+                                                 "width": 60, "height": 45, "samples": 1,
                                                   "triangles": 2000}}],
              "full": [{"name": "room", "synth": {"kind": "apartment"}}]},
   "build": {"hold": 4, "refine": "none", "cell-size": "=diameter/20"},

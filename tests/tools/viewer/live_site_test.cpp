@@ -128,6 +128,25 @@ TEST_CASE("a version that fails or is stopped leaves the one before") {
   CHECK(running.read("scene.json")["views"].size() == 5);
 }
 
+TEST_CASE("a snapshot looks like another until something that is drawn differs") {
+  const Snapshot scene = room(3);
+  CHECK(look_alike(scene, scene));
+  Snapshot other = scene;
+  other.cell_coverage.assign(scene.cell_seen.size(), 1.0F);
+  CHECK(look_alike(scene, other));
+  other.gains[1].g *= 1.5;
+  CHECK_FALSE(look_alike(scene, other));
+  other = scene;
+  other.views[1] = std::make_shared<StoredView>(*scene.views[1]);
+  CHECK_FALSE(look_alike(scene, other));
+  other = scene;
+  other.references.views.front() ^= 1;
+  CHECK_FALSE(look_alike(scene, other));
+  other = scene;
+  other.vertex_colors.front().r ^= 1;
+  CHECK_FALSE(look_alike(scene, other));
+}
+
 TEST_CASE("what changes is shown by a thread, and what it cannot show is said") {
   Running running;
   LiveSite site(running.server, "room");
