@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/upright.h"
 
-#include <algorithm>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <stdexcept>
@@ -17,20 +17,14 @@ dvec3 row(const Camera& camera, int index) {
   return glm::transpose(camera.cam_from_world_rotation)[index];
 }
 
-// The eigenvector of the least eigenvalue of a symmetric matrix without negative ones, at most one of them 0: of its
-// adjugate the same is that of the greatest, and stands out more with each squaring.
-dvec3 least_axis(const dmat3& m) {
-  constexpr int kSquarings = 40;
-  dmat3 adjugate(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
-  const auto longest = [&] {
-    return *std::max_element(&adjugate[0], &adjugate[0] + 3,
-                             [](const dvec3& a, const dvec3& b) { return glm::length(a) < glm::length(b); });
-  };
-  for (int i = 0; i < kSquarings; ++i) {
-    adjugate /= glm::length(longest());
-    adjugate = adjugate * adjugate;
+// The eigenvector of a symmetric matrix's least eigenvalue.
+dvec3 least_axis(const dmat3& matrix) {
+  Eigen::Matrix3d same;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) same(i, j) = matrix[i][j];
   }
-  return glm::normalize(longest());
+  const Eigen::Vector3d least = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(same).eigenvectors().col(0);
+  return {least.x(), least.y(), least.z()};
 }
 
 }  // namespace
