@@ -493,7 +493,8 @@ std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
   if (!image->bytes.empty()) return image->bytes.size();
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(image->file, error);
-  if (error) throw InputError(image->file.string() + ": " + error.message());
+  if (error == std::errc::no_such_file_or_directory) throw InputError(image->file.string() + ": no such file");
+  if (error) throw InputError(image->file.string() + ": cannot be looked at (" + error.message() + ")");
   return bytes;
 }
 

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "atlas/srgb.h"
@@ -152,6 +154,11 @@ std::vector<glm::u8vec3> VertexColorMean::colors() const {
 const std::vector<glm::u8vec3>& VertexColors::of(const std::shared_ptr<const Surface>& surface,
                                                  std::span<const std::shared_ptr<const StoredView>> views,
                                                  std::span<const glm::dvec3> gains) {
+  if (!surface) throw std::invalid_argument("vertex colours: surface is null");
+  if (gains.size() != views.size()) {
+    throw std::invalid_argument("vertex colours: there are " + std::to_string(gains.size()) +
+                                " gains, must be one for " + "each of the " + std::to_string(views.size()) + " slots");
+  }
   if (surface != surface_) begin(surface);
   follow(views, gains);
   if (std::find(marked_.begin(), marked_.end(), 1) == marked_.end()) return colors_;

@@ -52,7 +52,8 @@ struct VertexSample {
 class VertexColors {
  public:
   // Views and gains by slot, null where there is none; the views pass check(). Sums are made anew where these differ
-  // from those of the call before.
+  // from those of the call before. Throws std::invalid_argument for a surface that is null, and unless there are as
+  // many gains as views.
   [[nodiscard]] const std::vector<glm::u8vec3>& of(const std::shared_ptr<const Surface>& surface,
                                                    std::span<const std::shared_ptr<const StoredView>> views,
                                                    std::span<const glm::dvec3> gains);

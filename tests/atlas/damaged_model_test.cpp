@@ -625,6 +625,7 @@ TEST_CASE("images that do not fit are refused") {
   SECTION("missing") {
     fs::remove(image);
     CHECK(model.sentence() == "images/00001.png: no such file");
+    CHECK_THROWS_WITH(read_model_facts(model.file()), image.string() + ": no such file");
   }
   SECTION("cut off") {
     const std::string bytes = bytes_of(image);

@@ -207,6 +207,16 @@ TEST_CASE("a colour reaches the far end of a large mesh without a pass over all 
   CHECK(mean_of(mesh, {corner}) == all(mesh, {12, 34, 56}));
 }
 
+TEST_CASE("colours of a store need its surface, and a gain for each slot") {
+  VertexColors colors;
+  CHECK_THROWS_WITH(colors.of(nullptr, {}, {}), Catch::Contains("surface is null"));
+  const auto surface = std::make_shared<const Surface>();
+  const std::vector<std::shared_ptr<const StoredView>> views(2);
+  const std::vector<glm::dvec3> gains(1, glm::dvec3(1));
+  CHECK_THROWS_WITH(colors.of(surface, views, gains),
+                    Catch::Contains("there are 1 gains") && Catch::Contains("2 slots"));
+}
+
 TEST_CASE("a component of which nothing is known is mid-grey") {
   Mesh mesh = wall();
   const std::size_t seen = mesh.positions.size();

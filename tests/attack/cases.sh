@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # One function for each kind of attack. Each has an empty folder, $case_folder.
 
-kinds=(scene_files kill text_scene model_files limits model_json streams notes_json full_disk options glb locale file_size kill_picture small_disk)
+kinds=(scene_files kill text_scene model_files limits model_json streams notes_json full_disk options glb locale
+  file_size kill_picture small_disk capture export points kill_export view)
 
 # use_scene FOLDER: what people do with a scene.
 use_scene() {
@@ -53,6 +54,91 @@ case_text_scene() {
   one_file "$case_folder/scene" cameras.txt images.txt
   hostile_text "$chosen"
   use_scene "$case_folder/scene"
+}
+
+# The same photographs with transforms.json instead of a COLMAP model.
+case_capture() {
+  cp -r "$work/base/capture" "$case_folder/scene"
+  below 3
+  case $chosen in
+    0) damage_sometimes_twice "$case_folder/scene" transforms.json mesh.ply ;;
+    *) hostile_json "$case_folder/scene/transforms.json" ;;
+  esac
+  use_scene "$case_folder/scene"
+}
+
+case_points() {
+  cp -r "$work/base/scene" "$case_folder/scene"
+  below 4
+  if [ "$chosen" -ne 0 ]; then damage_sometimes_twice "$case_folder/scene" points3D.bin images.bin cameras.bin; fi
+  below 4
+  if [ "$chosen" -eq 0 ]; then set -- "ulimit -f 1; trap '' XFSZ"; else set -- ""; fi
+  run "$1" mesh "$case_folder/scene" -o "$case_folder/made.ply" --quiet
+  judge
+  if [ "$status" -ne 0 ] && [ -e "$case_folder/made.ply" ]; then complain "half an output stands at its place"; fi
+  no_leftovers "$case_folder"
+}
+
+# some_export: leaves in `exported` options of one of the forms that a model may be exported to, into the case's folder.
+some_export() {
+  one_of made.glb made-gltf made-obj made-web made.html
+  exported=(-o "$case_folder/$chosen" --quiet)
+  case $chosen in
+    made.glb) exported+=(--texture 1024) ;;
+    made-gltf) exported+=(--to gltf --texture 512 --pages 4) ;;
+    made-obj) exported+=(--to obj --texture 1024) ;;
+    *) exported+=(--to web) ;;
+  esac
+  made=$case_folder/$chosen
+}
+
+judge_export() {
+  judge "$@"
+  if [ "$status" -ne 0 ] && [ -e "$made" ]; then complain "half an output stands at its place"; fi
+  if [ "$status" -eq 0 ] && [ ! -e "$made" ]; then complain "exit 0 and no output"; fi
+}
+
+# Of a damaged model, or onto a disk that becomes full.
+case_export() {
+  cp -r "$work/base/model" "$case_folder/model"
+  local surroundings=""
+  below 3
+  case $chosen in
+    0) below 200; surroundings="trap '' XFSZ; ulimit -f $((chosen + 1))" ;;
+    1) hostile_json "$case_folder/model/scene.gltf" ;;
+    2) damage_sometimes_twice "$case_folder/model" ;;
+  esac
+  some_export
+  run "$surroundings" export "$case_folder/model" "${exported[@]}"
+  judge_export
+  no_leftovers "$case_folder"
+}
+
+case_kill_export() {
+  some_export
+  kill_later 2000
+  run "" export "$work/base/model" "${exported[@]}"
+  how=(timeout -k 5 60)
+  judge_export "$sent"
+  if [ "$sent" = KILL ]; then
+    run "" export "$work/base/model" "${exported[@]}"
+    judge_export
+  fi
+  no_leftovers "$case_folder"
+}
+
+# A server ends by the signal, or in peace on Ctrl-C.
+case_view() {
+  cp -r "$work/base/model" "$case_folder/model"
+  below 2
+  if [ "$chosen" -eq 0 ]; then damage_sometimes_twice "$case_folder/model"; fi
+  one_of --quiet --follow
+  local options=(--no-browser "$chosen")
+  kill_later 3000
+  run "" view "$case_folder/model" "${options[@]}"
+  how=(timeout -k 5 60)
+  judge_loud "$sent"
+  no_leftovers "$case_folder"
 }
 
 case_model_files() {

@@ -113,8 +113,8 @@ judge_next_build() {
   no_leftovers "$(dirname "$target")"
 }
 
-# The scene and models that are attacked: a synthetic scene, the same with its COLMAP model as text, a model as a folder
-# and in one file, and one of fewer photographs that stands for what was there before.
+# The scene and models that are attacked: a synthetic scene, the same with its COLMAP model as text and as
+# transforms.json, a model as a folder and in one file, and one of fewer photographs that stands for what was there before.
 make_base() {
   local base=$work/base
   mkdir "$base"
@@ -124,6 +124,8 @@ make_base() {
     "$program" build "$base/scene" -o "$base/earlier" --max-views 3 "${build_options[@]}" &&
     "$program" build "$base/scene" -o "$base/earlier.glb" --max-views 3 "${build_options[@]}" &&
     make_text_scene "$base/scene" "$base/text" &&
+    make_capture "$base/text" "$base/capture" &&
+    "$program" build "$base/capture" -o "$base/capture-model" "${build_options[@]}" &&
     "$program" build "$base/text" -o "$base/text-model" "${build_options[@]}"
 }
 
@@ -152,4 +154,31 @@ make_text_scene() {
     printf '%d %s %d %s\n\n' "$id" "$(echo $pose)" "$camera" "$name"
   done >"$model/images.txt"
   rm "$model"/*.bin
+}
+
+# make_capture TEXT_SCENE TARGET: with transforms.json, whose matrices take from cameras that look along -z with y up to
+# the world, in the place of the COLMAP model.
+make_capture() {
+  local model
+  model=$(dirname "$(find "$1" -name images.txt)")
+  mkdir "$2" && cp -r "$1/images" "$1/mesh.ply" "$2"
+  awk '
+    FNR == NR { if ($1 !~ /^#/) { width = $3; height = $4; fx = $5; fy = $6; cx = $7; cy = $8 } next }
+    NF == 10 {
+      w = $2; x = $3; y = $4; z = $5
+      # Rows of the rotation from the world, which are the camera axes in the world.
+      r[0] = 1 - 2 * (y * y + z * z); r[1] = 2 * (x * y - w * z); r[2] = 2 * (x * z + w * y)
+      r[3] = 2 * (x * y + w * z); r[4] = 1 - 2 * (x * x + z * z); r[5] = 2 * (y * z - w * x)
+      r[6] = 2 * (x * z - w * y); r[7] = 2 * (y * z + w * x); r[8] = 1 - 2 * (x * x + y * y)
+      frames = frames (frames ? ",\n" : "") "    {\"file_path\": \"images/" $10 "\", \"transform_matrix\": ["
+      for (i = 0; i < 3; ++i) {
+        center = -(r[i] * $6 + r[3 + i] * $7 + r[6 + i] * $8)
+        frames = frames sprintf("[%.17g, %.17g, %.17g, %.17g], ", r[i], -r[3 + i], -r[6 + i], center)
+      }
+      frames = frames "[0, 0, 0, 1]]}"
+    }
+    END {
+      printf "{\n  \"w\": %d, \"h\": %d, \"fl_x\": %s, \"fl_y\": %s, \"cx\": %s, \"cy\": %s,\n", width, height, fx, fy, cx, cy
+      printf "  \"frames\": [\n%s\n  ]\n}\n", frames
+    }' "$model/cameras.txt" "$model/images.txt" >"$2/transforms.json"
 }

@@ -50,7 +50,8 @@ void check_replaceable_glb(const fs::path& file) {
 }  // namespace
 
 ModelNotes read_model_notes(const fs::path& model) {
-  const json gltf = parse_json(read_model_json(model), model.string());
+  const fs::path gltf_file = fs::is_directory(model) ? model / kModelFileName : model;
+  const json gltf = parse_json(read_model_json(model), gltf_file.string());
   const json extras = object_in(object_in(gltf, "asset"), "extras");
   if (!extras.is_null()) return {object_in(extras, "options"), object_in(extras, "plan")};
   const fs::path folder = fs::is_directory(model) ? model : model.parent_path();

@@ -2,6 +2,7 @@
 #include "tools/scene/photograph_stream.h"
 
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace lumatlas {
@@ -14,6 +15,11 @@ constexpr std::size_t kReadAhead = 2;  // enough to hide the disk, and no more m
 
 PhotographStream::PhotographStream(const std::vector<SceneView>& views, std::vector<std::size_t> ranks)
     : views_(views), ranks_(std::move(ranks)) {
+  for (const std::size_t rank : ranks_) {
+    if (rank < views_.size()) continue;
+    throw std::invalid_argument("photograph stream: a rank is " + std::to_string(rank) +
+                                ", must be below the number of views, " + std::to_string(views_.size()));
+  }
   read_ahead();
 }
 

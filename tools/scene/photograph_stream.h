@@ -13,7 +13,7 @@ namespace lumatlas {
 
 class PhotographStream {
  public:
-  // `views` must outlive the stream; `ranks` are indices into it.
+  // `views` must outlive the stream; `ranks` are indices into it (std::invalid_argument).
   PhotographStream(const std::vector<SceneView>& views, std::vector<std::size_t> ranks);
 
   // The next photograph. Throws what load_photograph throws, and std::logic_error once all have been given.

@@ -17,7 +17,7 @@ struct FrameSize {
 };
 
 // Half way between consecutive stored views, looking as the first does with its field of view across, evenly spaced
-// over the store. None if nothing is stored.
+// over the store. None if nothing is stored. Throws std::invalid_argument for a size without pixels.
 [[nodiscard]] std::vector<Camera> cameras_between_views(const Snapshot& model, std::size_t count,
                                                         const FrameSize& size);
 

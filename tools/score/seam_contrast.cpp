@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <stdexcept>
+#include <string>
 
 #include "mesh/joined_faces.h"
 #include "tools/score/counted_pixels.h"
@@ -27,6 +28,10 @@ std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
 std::unordered_set<std::uint64_t> adjacent_cells(const Mesh& mesh, const Cells& cells) {
   std::vector<std::uint64_t> cell_at_vertex;  // vertex in the upper half, cell in the lower
   const std::vector<glm::uvec3> faces = joined_faces(mesh);
+  if (cells.cell_of_face.size() != faces.size()) {
+    throw std::invalid_argument("seams: cell_of_face has " + std::to_string(cells.cell_of_face.size()) +
+                                " entries, must have one per face, " + std::to_string(faces.size()));
+  }
   for (std::size_t face = 0; face < faces.size(); ++face) {
     for (int corner = 0; corner < 3; ++corner) {
       cell_at_vertex.push_back(std::uint64_t{faces[face][corner]} << 32 | cells.cell_of_face[face]);
@@ -95,6 +100,13 @@ bool SeamMeter::crosses_border(const VisibilityBuffer& visible, std::size_t firs
 void SeamMeter::add(const VisibilityBuffer& visible, const Photograph& rendering, const Photograph& photograph) {
   if (visible.width != photograph.width || visible.height != photograph.height) {
     throw std::invalid_argument("seams: the visibility buffer must be as large as the pictures");
+  }
+  check_entries("visible.depth", visible.depth.size(), std::size_t{visible.width} * visible.height);
+  check_entries("visible.face", visible.face.size(), visible.depth.size());
+  for (const std::uint32_t face : visible.face) {
+    if (face == kNoFace || face < mesh_.faces.size()) continue;
+    throw std::invalid_argument("seams: the visibility buffer shows face " + std::to_string(face) +
+                                ", must be below the number of faces, " + std::to_string(mesh_.faces.size()));
   }
   const CountedPixels counted = counted_pixels(rendering, photograph, {});
   const auto look_at = [&](std::size_t first, std::size_t stride) {

@@ -2,6 +2,7 @@
 #include "tools/score/unbounded.h"
 
 #include <map>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -35,6 +36,8 @@ ReferenceTable table_of(const std::vector<std::vector<CellPixels>>& cells_of_vie
 Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::vector<SceneView>& views,
                              const std::vector<std::size_t>& ranks, const ValidityOptions& options, Progress& progress,
                              bool keep_views) {
+  if (!surface) throw std::invalid_argument("unbounded lumigraph: surface is null");
+  check(*surface);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
   const Cells& cells = surface->cells;
   std::vector<std::vector<CellPixels>> cells_of_view;

@@ -19,7 +19,8 @@ namespace lumatlas {
 // Every view of `ranks`, and every cell refers to each view that has a pixel on it at full resolution. Its vertex
 // colours are the mean over all of these views, so that without its references it is the baseline of averaged colours.
 // Needs memory for all photographs and depths at once, 8 bytes a pixel; with `keep_views` false only the vertex colours
-// are made, and no view is held. One tick a view.
+// are made, and no view is held. One tick a view. Throws std::invalid_argument for a surface that is null or does not
+// pass check(), and for a rank that is no index into the views.
 [[nodiscard]] Snapshot unbounded_lumigraph(std::shared_ptr<const Surface> surface, const std::vector<SceneView>& views,
                                            const std::vector<std::size_t>& ranks, const ValidityOptions& options,
                                            Progress& progress, bool keep_views = true);

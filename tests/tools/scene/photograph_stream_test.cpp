@@ -36,6 +36,12 @@ TEST_CASE("photographs come in the order of the ranks, and then no more") {
   CHECK_THROWS_AS(photographs.next(), std::logic_error);
 }
 
+TEST_CASE("a rank that is no index into the views is refused before anything is read") {
+  const TemporaryFolder folder;
+  const std::vector<SceneView> views = grey_views(folder, 2);
+  CHECK_THROWS_WITH(PhotographStream(views, {0, 2}), Catch::Contains("a rank is 2") && Catch::Contains("views, 2"));
+}
+
 TEST_CASE("a photograph that cannot be read is reported when it is its turn") {
   const TemporaryFolder folder;
   const std::vector<SceneView> views = grey_views(folder, 3);

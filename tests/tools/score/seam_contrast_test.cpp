@@ -118,6 +118,28 @@ TEST_CASE("borders of surfaces that only look connected are not looked at") {
   CHECK(std::isnan(meter.contrast()));
 }
 
+TEST_CASE("seams are refused of cells, faces and buffers that are not the mesh's") {
+  const Wall wall;
+  Cells fewer = wall.cells;
+  fewer.cell_of_face.pop_back();
+  CHECK_THROWS_WITH(SeamMeter(wall.mesh, fewer), Catch::Contains("must have one per face, 800"));
+  Mesh torn = wall.mesh;
+  torn.faces[3].y = 4000000;
+  CHECK_THROWS_AS(SeamMeter(torn, wall.cells), std::invalid_argument);
+  SeamMeter meter(wall.mesh, wall.cells);
+  const Photograph photograph = picture(checks);
+  VisibilityBuffer other = wall.visible;
+  other.face[77] = 800;
+  CHECK_THROWS_WITH(meter.add(other, photograph, photograph), Catch::Contains("shows face 800"));
+  other = wall.visible;
+  other.face.pop_back();
+  CHECK_THROWS_WITH(meter.add(other, photograph, photograph), Catch::Contains("visible.face"));
+  other = wall.visible;
+  other.depth.clear();
+  CHECK_THROWS_WITH(meter.add(other, photograph, photograph), Catch::Contains("visible.depth"));
+  CHECK(meter.borders() == 0);
+}
+
 TEST_CASE("pixels outside the lens's image and pictures of another size do not enter seams") {
   const Wall wall;
   Photograph photograph = picture(checks);
