@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <glm/glm.hpp>
+#include <map>
 #include <memory>
 #include <stdexcept>
 #include <system_error>
@@ -200,10 +201,33 @@ std::string PhotographNames::find(const std::string& label) const {
   return only_one(by_stem_, without_ending(label), false).value_or(label);
 }
 
+namespace {
+
+std::optional<ImageSize> some_size_in(const fs::path& folder) {
+  for (const std::string& name : pictures_in(folder)) {
+    try {
+      return photograph_size(folder / name, Orientation::as_stored);
+    } catch (const InputError&) {  // the next one may be whole
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
 std::function<ImageSize(const PosedPhotograph&)> sizes_in(const fs::path& scene,
                                                           const std::optional<fs::path>& images) {
+  const auto sizes_of_folders = std::make_shared<std::map<fs::path, std::optional<ImageSize>>>();
   return [=](const PosedPhotograph& photograph) {
-    return photograph_size(images ? *images / photograph.name : scene / photograph.file, Orientation::as_stored);
+    const fs::path file = images ? *images / photograph.name : scene / photograph.file;
+    try {
+      return photograph_size(file, Orientation::as_stored);
+    } catch (const InputError&) {
+      const auto [entry, is_new] = sizes_of_folders->try_emplace(file.parent_path());
+      if (is_new) entry->second = some_size_in(entry->first);
+      if (!entry->second) throw;
+      return *entry->second;
+    }
   };
 }
 

@@ -109,11 +109,13 @@ struct PhotographLookup {
   // The photograph that a form calls `label`, see PhotographNames. Throws InputError for a label that is several
   // photographs, or leaves their folder.
   std::function<PosedPhotograph(std::string_view label)> find;
-  // In pixels, as stored. Throws InputError.
+  // In pixels, as stored; of a photograph that cannot be looked at, the size of one beside it, so that a scene can be
+  // listed whole and whoever comes to that photograph says what is wrong with it. Throws InputError if there is none.
   std::function<ImageSize(const PosedPhotograph&)> size_of;
 };
 
-// Of photographs in `images` by their names if it is given, else of their files in the scene's folder.
+// PhotographLookup::size_of. Of photographs in `images` by their names if it is given, else of their files in the
+// scene's folder.
 [[nodiscard]] std::function<ImageSize(const PosedPhotograph&)> sizes_in(
     const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
 

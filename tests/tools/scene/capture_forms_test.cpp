@@ -557,6 +557,34 @@ TEST_CASE("OpenMVS: what is damaged or cut off is refused, also at every byte") 
 
 // --- Several forms, and photographs by their labels
 
+TEST_CASE("forms that leave sizes to the photographs are listed whole if one of these is bad, first or last") {
+  const SceneViews expected = colmap_scene(kDistorted);
+  PictureFolders skipping;
+  skipping.skip_bad = true;
+  for (const std::size_t bad : {0, 1}) {
+    const std::string name = expected.views[bad].name;
+    CAPTURE(name);
+    const TemporaryFolder tum;
+    write_tum(tum.path());
+    fs::remove(tum / ("rgb/" + name));
+    const SceneViews read = read_scene_views(tum.path(), glm::dvec3(0), skipping);
+    check_same_cameras(read, expected);
+    CHECK_THAT(read.views[bad].bad, Catch::Contains(name + ": no such photograph, but "));
+    CHECK(read.views[1 - bad].bad.empty());
+    CHECK_THAT(refusal([&] { return read_scene_views(tum.path(), glm::dvec3(0)); }),
+               Catch::Contains(name + ": no such photograph"));
+  }
+  const TemporaryFolder folder;
+  write_reality_capture(folder.path());
+  fs::resize_file(folder / "images/a.png", 20);
+  const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0), skipping);
+  check_same_cameras(read, colmap_scene({50, 50, 21, 14, -0.1, 0.01, 0.001, 0.002}));
+  CHECK_FALSE(read.views[0].bad.empty());
+  fs::resize_file(folder / "images/b.png", 20);
+  CHECK_THAT(refusal([&] { return read_scene_views(folder.path(), glm::dvec3(0), skipping); }),
+             Catch::Contains("a.png"));
+}
+
 TEST_CASE("of several forms in a folder the first is read, COLMAP before all, and the others are named") {
   const TemporaryFolder folder;
   write_tum(folder.path());
