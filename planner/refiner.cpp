@@ -113,6 +113,7 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
       visibility_(&visibility),
       options_(options),
       views_(atlas.capacity()),
+      samples_(atlas.capacity()),
       given_(atlas.capacity()),
       neighbours_(atlas.capacity(), 0),
       masked_with_(atlas.capacity(), 0),
@@ -136,11 +137,14 @@ std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyram
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const {
-  MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot);
+  AlignmentOptions alignment = options_.alignment;
+  if (slot) {
+    alignment.levels = options_.polish_levels;
+    alignment.correlation = false;  // it says who is an outlier, and who is stored is none
+  }
+  MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot, alignment);
   const glm::dvec3 gain = slot ? views_[*slot]->gain : glm::dvec3(1.0);
   Refinement result;
-  AlignmentOptions alignment = options_.alignment;
-  if (slot) alignment.levels = options_.polish_levels;
   result.alignment = align(given, start, gain, photograph, others.targets, alignment);
   result.points = others.targets.positions.size();
   result.views_per_point = others.views_per_point;
@@ -161,6 +165,7 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   }
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
+  samples_[slot].reset();
   given_[slot] = given;
   // The views that left for this one were compared with it too.
   std::vector<ExposureRatio> ratios = refinement.ratios;
@@ -180,9 +185,15 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   }
 }
 
+void Refiner::see_with(const Visibility& visibility) {
+  visibility_ = &visibility;
+  for (std::optional<ChosenSamples>& chosen : samples_) chosen.reset();
+}
+
 void Refiner::erased(std::uint32_t slot) {
   require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
+  samples_[slot].reset();
   neighbours_[slot] = masked_with_[slot] = 0;
   exposures_.erase(slot);
 }
@@ -249,10 +260,18 @@ double Refiner::median_depth() const {
   return static_cast<double>(upper_median(depths));
 }
 
-Refinement Refiner::compare_again(std::uint32_t slot) const {
+// A view that has not moved since last time is compared at the same points.
+void Refiner::choose_samples(std::uint32_t slot) {
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.view->camera;
-  return compare(given_[slot], camera, view.pyramid, samples_of(camera, view.pyramid), slot);
+  if (samples_[slot] && same_pose(samples_[slot]->camera, camera)) return;
+  samples_[slot] = ChosenSamples{camera, samples_of(camera, view.pyramid)};
+}
+
+Refinement Refiner::compare_again(std::uint32_t slot) {
+  choose_samples(slot);
+  const ComparedView& view = *views_[slot];
+  return compare(given_[slot], view.view->camera, view.pyramid, samples_[slot]->samples, slot);
 }
 
 // A comparison with too few points says nothing about poses.
@@ -287,7 +306,9 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+    const Camera& camera = views_[slot]->view->camera;
+    const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
+    samples[slot] = chosen ? samples_[slot]->samples : samples_of(camera, views_[slot]->pyramid);
   });
   LensOptions interruptible = options;
   if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
@@ -323,6 +344,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
       views_[slot]->view = atlas_.view(slot);
       views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
+      samples_[slot].reset();
     }
   }
 }

@@ -85,7 +85,7 @@ class Refiner {
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same.
   void replaced(std::uint32_t slot);
   // The mesh has changed; `visibility` must outlive the refiner or the next call.
-  void see_with(const Visibility& visibility) { visibility_ = &visibility; }
+  void see_with(const Visibility& visibility);
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
@@ -117,7 +117,9 @@ class Refiner {
                const ValidityOptions& validity);
   void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
-  [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
+  void choose_samples(std::uint32_t slot);
+  // From several threads at once for different slots.
+  [[nodiscard]] Refinement compare_again(std::uint32_t slot);
   bool revisit(std::uint32_t newest, const ValidityOptions& validity);
   void count_comparison(const Refinement& refinement);
 
@@ -125,7 +127,12 @@ class Refiner {
   const Visibility* visibility_;
   RefinementOptions options_;
   std::vector<std::optional<ComparedView>> views_;  // by slot
-  std::vector<Camera> given_;                       // by slot
+  struct ChosenSamples {
+    Camera camera;  // that they were chosen with
+    std::vector<SurfaceSample> samples;
+  };
+  std::vector<std::optional<ChosenSamples>> samples_;  // by slot, once it was compared again
+  std::vector<Camera> given_;                          // by slot
   std::vector<std::uint32_t> neighbours_;           // by slot: how many views it was compared with
   std::vector<std::uint32_t> masked_with_;          // and how many of them when its mask was last made
   std::vector<std::uint64_t> visited_;              // and when it was last refined, in views stored until then

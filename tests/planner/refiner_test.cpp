@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
@@ -371,6 +372,57 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   const auto given = stored(wrong);
   CHECK(wrong.planner.polish().moved_px > 0);
   CHECK(stored(wrong) != given);
+}
+
+// Counts how often it is asked what a camera sees.
+class CountingVisibility : public Visibility {
+ public:
+  explicit CountingVisibility(const Visibility& visibility) : visibility_(visibility) {}
+  void trace(const Camera& camera, VisibilityBuffer& buffer) const override {
+    ++traced;
+    visibility_.trace(camera, buffer);
+  }
+  mutable std::atomic<int> traced = 0;
+
+ private:
+  const Visibility& visibility_;
+};
+
+TEST_CASE("a view that stays is compared at the points that were chosen before, until the mesh changes") {
+  const Relief relief;
+  Atlas atlas(relief.surface, 6);
+  const CountingVisibility counting(*relief.visibility);
+  PlannerOptions options = options_for_relief();
+  options.refinement.trust.enabled = false;
+  options.refinement.revisits = 0;
+  Refiner refiner(atlas, counting, options.refinement);
+  const Stream walk(1, options);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Frame f = walk.frame(i, 0, 0);
+    const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
+                                                             relief.visibility->trace(f.given), ValidityOptions{}));
+    refiner.stored(slot, f.given, Refinement{}, ValidityOptions{});
+  }
+  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+    atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
+  }
+  const auto polished = [&] {
+    counting.traced = 0;
+    const PolishStep step = refiner.polish(ValidityOptions{});
+    CHECK(step.views == 6);
+    CHECK(step.moved_px == 0);
+    return std::pair(step.residual_after, counting.traced.load());
+  };
+  const auto first = polished();
+  CHECK(first.second == 6);
+  const auto second = polished();
+  CHECK(second.second == 0);
+  CHECK(second.first == Approx(first.first).epsilon(1e-3));  // gains are balanced between the two
+  counting.traced = 0;
+  CHECK(refiner.estimate_lenses().views == 6);
+  CHECK(counting.traced == 0);
+  refiner.see_with(counting);
+  CHECK(polished().second == 6);
 }
 
 TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
