@@ -66,8 +66,8 @@ struct Alignment {
   double residual_start = 0;
   double residual = 0;
   // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
-  // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it; or
-  // nobody asked.
+  // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it;
+  // or nobody asked.
   std::optional<double> correlation;
 };
 

@@ -79,6 +79,26 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
   return most;
 }
 
+std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face, std::span<const std::uint32_t> cell_of_face) {
+  std::vector<SeenFaces> runs;
+  std::optional<std::uint32_t> cell;
+  for (const std::uint32_t seen : face) {
+    const std::uint32_t next = seen < cell_of_face.size() ? cell_of_face[seen] : kNoCell;
+    if (next != cell) runs.push_back({seen, 0});
+    cell = next;
+    ++runs.back().pixels;
+  }
+  runs.shrink_to_fit();
+  return runs;
+}
+
+VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces> runs) {
+  VisibilityBuffer visible{view.camera.width, view.camera.height, view.depth, {}};
+  visible.face.reserve(view.depth.size());
+  for (const SeenFaces& run : runs) visible.face.insert(visible.face.end(), run.pixels, run.face);
+  return visible;
+}
+
 PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
   PolishStep step;
   for (const std::optional<Refinement>& refinement : refinements) {
@@ -114,6 +134,7 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
       options_(options),
       views_(atlas.capacity()),
       samples_(atlas.capacity()),
+      seen_(atlas.capacity()),
       given_(atlas.capacity()),
       neighbours_(atlas.capacity(), 0),
       masked_with_(atlas.capacity(), 0),
@@ -155,7 +176,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
 }
 
 void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-                     const ValidityOptions& validity) {
+                     const ValidityOptions& validity, std::span<const std::uint32_t> face) {
   require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
@@ -163,9 +184,11 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   for (const ExposureRatio& ratio : refinement.ratios) {
     require.is_below(ratio.slot, views_.size(), "a ratio's slot", "the atlas's capacity");
   }
+  if (!face.empty()) require.has_size(face.size(), view->depth.size(), "face", "the number of the view's pixels");
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   samples_[slot].reset();
+  seen_[slot] = seen_faces(face, atlas_.surface().cells.cell_of_face);
   given_[slot] = given;
   // The views that left for this one were compared with it too.
   std::vector<ExposureRatio> ratios = refinement.ratios;
@@ -188,12 +211,14 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
 void Refiner::see_with(const Visibility& visibility) {
   visibility_ = &visibility;
   for (std::optional<ChosenSamples>& chosen : samples_) chosen.reset();
+  for (std::vector<SeenFaces>& runs : seen_) runs.clear();
 }
 
 void Refiner::erased(std::uint32_t slot) {
   require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
   samples_[slot].reset();
+  seen_[slot].clear();
   neighbours_[slot] = masked_with_[slot] = 0;
   exposures_.erase(slot);
 }
@@ -211,10 +236,14 @@ void Refiner::balance_exposures() {
 void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
-  TiledView tiled = make_tiled_view(old.name, camera, old.photograph, visibility_->trace(camera),
-                                    atlas_.surface().cells, atlas_.layout(), validity, std::move(trust));
+  const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
+  VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace(camera);
+  std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
+  TiledView tiled = make_tiled_view(old.name, camera, old.photograph, std::move(visible), atlas_.surface().cells,
+                                    atlas_.layout(), validity, std::move(trust));
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   replaced(slot);
+  seen_[slot] = std::move(seen);
 }
 
 void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
@@ -226,6 +255,7 @@ void Refiner::replaced(std::uint32_t slot) {
   if (!views_[slot]) return;
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
+  seen_[slot].clear();
 }
 
 void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
@@ -339,12 +369,15 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       const Camera camera = without(common, estimates.cameras[slot]);
       Photograph photograph = corrected(slot, old.name);
       require_photograph_of(old.name, camera, photograph);
-      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), visibility_->trace(camera),
+      VisibilityBuffer visible = visibility_->trace(camera);
+      std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
+      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible),
                                         atlas_.surface().cells, atlas_.layout(), validity, old.trust);
       atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
       views_[slot]->view = atlas_.view(slot);
       views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
       samples_[slot].reset();
+      seen_[slot] = std::move(seen);
     }
   }
 }

@@ -425,6 +425,50 @@ TEST_CASE("a view that stays is compared at the points that were chosen before, 
   CHECK(polished().second == 6);
 }
 
+TEST_CASE("what a view sees is asked once for its place and its masks, and masks are the same as without it") {
+  const Relief relief;
+  const CountingVisibility counting(*relief.visibility);
+  const PlannerOptions options = options_for_relief();
+  const auto store = [&](Atlas& atlas, Refiner& refiner, bool with_faces) {
+    const Stream walk(1, options);
+    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, {});
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Frame f = walk.frame(i, 0, 0);
+      VisibilityBuffer visible = relief.visibility->trace(f.given);
+      const std::vector<std::uint32_t> face = with_faces ? visible.face : std::vector<std::uint32_t>();
+      Photograph photograph = relief.photograph(f.truth);
+      if (i == 5) std::fill(photograph.rgb.begin(), photograph.rgb.begin() + 3 * 40 * photograph.width, 40);
+      TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
+                                        relief.surface->cells, atlas.layout(), ValidityOptions{});
+      const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+      refiner.stored(slot, f.given, Refinement{}, ValidityOptions{}, face);
+    }
+    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+      atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
+    }
+    counting.traced = 0;
+    refiner.mask(ValidityOptions{});
+    return counting.traced.load();
+  };
+  const TileOptions layout{.tile_px = 32};
+  Atlas told(relief.surface, 6, layout), asked(relief.surface, 6, layout);
+  Refiner with(told, counting, options.refinement), without(asked, counting, options.refinement);
+  const int traced_with = store(told, with, true), traced_without = store(asked, without, false);
+  CHECK(traced_with == 6);  // small, for the masks
+  CHECK(traced_without > traced_with);
+  bool any_masked = false;
+  for (std::uint32_t slot = 0; slot < 6; ++slot) {
+    CHECK(told.view(slot)->depth == asked.view(slot)->depth);
+    CHECK(told.view(slot)->validity == asked.view(slot)->validity);
+    any_masked = any_masked || !told.view(slot)->trust.empty();
+    const auto a = told.snapshot(), b = asked.snapshot();
+    CHECK(a.tiles.slots == b.tiles.slots);
+  }
+  CHECK(any_masked);
+  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, ValidityOptions{}, {std::vector(3, 0u)}),
+                    Catch::Contains("the size of face is 3, must be the number of the view's pixels"));
+}
+
 TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
   Stream right(40, options_for_relief());
   right.offer_all(1, 0, 0);
