@@ -51,16 +51,57 @@ bool inside(const Camera& camera, const glm::dvec2& image) {
   return image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height;
 }
 
+// How much a difference from the targets' colours counts at a level, by channel: the same for every pose and exposure.
+std::vector<glm::dvec3> slopes_at(const std::vector<glm::vec3>& colors) {
+  std::vector<glm::dvec3> slopes(colors.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, colors.size(), kPointsPerTask),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        const glm::dvec3 color(colors[i]);
+                        slopes[i] = {srgb_slope(color.r), srgb_slope(color.g), srgb_slope(color.b)};
+                      }
+                    });
+  return slopes;
+}
+
+// What is aligned to what; the gain is what the exposure starts from.
+struct Problem {
+  glm::dvec3 gain;
+  const Pyramid& photograph;
+  const AlignmentTargets& targets;
+  const std::vector<std::vector<glm::dvec3>>& slopes;  // slopes_at() each level that is compared
+  AlignmentOptions options;
+
+  // The same where pose, or pose and exposure, are taken as they are.
+  [[nodiscard]] Problem of_exposure() const {
+    Problem problem = *this;
+    problem.options.pose = false;
+    return problem;
+  }
+  [[nodiscard]] Problem of_nothing(const glm::dvec3& with_gain) const {
+    Problem problem = of_exposure();
+    problem.options.exposure = false;
+    problem.gain = with_gain;
+    return problem;
+  }
+};
+
 // What is minimised at one level: TinySolver's cost function.
 class Disagreement {
  public:
   using Scalar = double;
   enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
 
-  Disagreement(const Frame& frame, const glm::dvec3& gain, const Pyramid& photograph, const AlignmentTargets& targets,
-               std::uint32_t level, const AlignmentOptions& options)
-      : frame_(frame), gain_(gain), photograph_(photograph), targets_(targets), level_(level), options_(options) {
-    pull_ = pose_pull(options, frame.camera, targets.positions.size());
+  Disagreement(const Frame& frame, const Problem& problem, std::uint32_t level)
+      : frame_(frame),
+        gain_(problem.gain),
+        photograph_(problem.photograph),
+        targets_(problem.targets),
+        slopes_(problem.slopes[level]),
+        level_(level),
+        options_(problem.options) {
+    pull_ = pose_pull(options_, frame.camera, targets_.positions.size());
+    if (!options_.pose) look_once();
   }
 
   [[nodiscard]] int NumResiduals() const {
@@ -129,30 +170,60 @@ class Disagreement {
     }
   }
 
+  // Where the photograph shows a point.
+  struct Place {
+    glm::dvec3 cam;
+    glm::dvec2 image;
+  };
+  [[nodiscard]] std::optional<Place> place_of(const Camera& camera, std::size_t point) const {
+    const glm::dvec3 cam = camera.cam_from_world(targets_.positions[point]);
+    if (!(cam.z > 0)) return std::nullopt;
+    const glm::dvec2 image = camera.image_from_cam(cam);
+    if (!inside(camera, image)) return std::nullopt;
+    return Place{cam, image};
+  }
+
+  // A camera that stays sees the same colours at every exposure.
+  void look_once() {
+    seen_.resize(targets_.positions.size());
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kPointsPerTask),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t point = range.begin(); point != range.end(); ++point) {
+                          const std::optional<Place> place = place_of(frame_.camera, point);
+                          if (place) seen_[point] = photograph_.color(level_, place->image);
+                        }
+                      });
+  }
+
   void point_rows(const Camera& camera, const glm::dvec3& gain, const double* pose, std::size_t point, bool robust,
                   double* residuals, double* jacobian) const {
-    const glm::dvec3 cam = camera.cam_from_world(targets_.positions[point]);
-    const glm::dvec2 image = cam.z > 0 ? camera.image_from_cam(cam) : glm::dvec2(-1);
-    if (!inside(camera, image)) {  // as bad as any outlier, so that nothing is won by turning away
+    std::optional<Place> place;
+    std::optional<ColorSample> sample;
+    if (options_.pose) {
+      place = place_of(camera, point);
+      if (place) sample = photograph_.sample(level_, place->image);
+    } else if (seen_[point]) {
+      sample = ColorSample{*seen_[point], {}, {}};
+    }
+    if (!sample) {  // as bad as any outlier, so that nothing is won by turning away
       for (std::size_t channel = 0; channel < 3; ++channel) {
         residuals[3 * point + channel] = tukey(kTukeyCutoff).value;
       }
       return;
     }
-    const ColorSample sample = photograph_.sample(level_, image);
     const glm::dvec3 target(targets_.colors[level_][point]);
     for (int channel = 0; channel < 3; ++channel) {
-      const double unit = srgb_slope(target[channel]) / noise_;
-      const double difference = unit * (gain[channel] * sample.color[channel] - target[channel]);
+      const double unit = slopes_[point][channel] / noise_;
+      const double difference = unit * (gain[channel] * sample->color[channel] - target[channel]);
       const Robust r = robust ? tukey(difference) : Robust{difference, 1};
       const std::size_t row = 3 * point + static_cast<std::size_t>(channel);
       residuals[row] = r.value;
       if (!jacobian) continue;
       const double slope = r.derivative * unit * gain[channel];
       if (options_.pose) {
-        pose_columns(cam, pose, slope * glm::dvec2(sample.d_x[channel], sample.d_y[channel]), row, jacobian);
+        pose_columns(place->cam, pose, slope * glm::dvec2(sample->d_x[channel], sample->d_y[channel]), row, jacobian);
       }
-      gain_column(slope * sample.color[channel], channel, row, jacobian);
+      gain_column(slope * sample->color[channel], channel, row, jacobian);
     }
   }
 
@@ -185,7 +256,9 @@ class Disagreement {
   glm::dvec3 gain_;
   const Pyramid& photograph_;
   const AlignmentTargets& targets_;
+  const std::vector<glm::dvec3>& slopes_;
   std::uint32_t level_;
+  std::vector<std::optional<glm::dvec3>> seen_;  // without options_.pose: linear colours of the points; none: outside
   AlignmentOptions options_;
   double pull_ = 0;
   double noise_ = 1;
@@ -298,14 +371,6 @@ void solve(Disagreement& cost, Eigen::VectorXd& parameters, std::uint32_t max_it
   solver.Solve(cost, &parameters);
 }
 
-// What is aligned to what; the gain is what the exposure starts from.
-struct Problem {
-  glm::dvec3 gain;
-  const Pyramid& photograph;
-  const AlignmentTargets& targets;
-  const AlignmentOptions& options;
-};
-
 // A pose with the gain that fits it best.
 struct Placed {
   Camera camera;
@@ -315,26 +380,21 @@ struct Placed {
 };
 
 // Depends on the camera and the gain alone: pose and exposure are taken as they are.
-double residual_with(const Problem& problem, const Camera& camera, const Eigen::VectorXd& parameters, double noise) {
+double residual_with(const Problem& problem, const Camera& camera, const glm::dvec3& gain, double noise) {
   const Frame frame{camera, 1};
-  Disagreement cost(frame, problem.gain, problem.photograph, problem.targets, 0, problem.options);
+  Disagreement cost(frame, problem.of_nothing(gain), 0);
   cost.set_noise(noise);
-  return cost.residual(parameters);
+  return cost.residual(Eigen::VectorXd(0));
 }
 
 double residual_of(const Problem& problem, const Placed& placed, double noise) {
-  AlignmentOptions nothing = problem.options;
-  nothing.pose = nothing.exposure = false;
-  return residual_with({placed.gain, problem.photograph, problem.targets, nothing}, placed.camera, Eigen::VectorXd(0),
-                       noise);
+  return residual_with(problem, placed.camera, placed.gain, noise);
 }
 
 // The camera stays where it is.
 Placed exposed(const Problem& problem, const Camera& camera) {
-  AlignmentOptions exposure_only = problem.options;
-  exposure_only.pose = false;
   const Frame frame{camera, 1};
-  Disagreement cost(frame, problem.gain, problem.photograph, problem.targets, 0, exposure_only);
+  Disagreement cost(frame, problem.of_exposure(), 0);
   Eigen::VectorXd log_gain = Eigen::VectorXd::Zero(cost.NumParameters());
   solve(cost, log_gain, problem.options.max_iterations);
   return {camera, cost.gain_at(log_gain.data()), cost.noise(), 0};
@@ -343,11 +403,11 @@ Placed exposed(const Problem& problem, const Camera& camera) {
 // The pose that is found from `start` with a pull towards `given`, coarse to fine.
 Placed searched(const Problem& problem, const Camera& given, const Camera& start) {
   const Frame frame{given, median_depth(given, problem.targets.positions)};
-  Disagreement finest(frame, problem.gain, problem.photograph, problem.targets, 0, problem.options);
+  Disagreement finest(frame, problem, 0);
   Eigen::VectorXd parameters = Eigen::VectorXd::Zero(finest.NumParameters());
   parameters.head<kPoseParameters>() = pose_of(frame, start);
-  for (std::uint32_t level = std::min(problem.options.levels, problem.photograph.levels()); level-- > 0;) {
-    Disagreement cost(frame, problem.gain, problem.photograph, problem.targets, level, problem.options);
+  for (auto level = static_cast<std::uint32_t>(problem.slopes.size()); level-- > 0;) {
+    Disagreement cost(frame, problem, level);
     solve(cost, parameters, problem.options.max_iterations);
   }
   finest.estimate_noise(parameters);
@@ -375,7 +435,7 @@ Placed best_placed(const Problem& problem, const Camera& given, const Placed& as
 }
 
 void check_input(const Camera& given, const Camera& start, const glm::dvec3& gain, const Pyramid& photograph,
-                 const AlignmentTargets& targets) {
+                 const AlignmentTargets& targets, const AlignmentOptions& options) {
   check(given);
   check(start);
   const Photograph& finest = photograph.level(0);
@@ -391,8 +451,9 @@ void check_input(const Camera& given, const Camera& start, const glm::dvec3& gai
     require(std::isfinite(gain[channel]) && gain[channel] > 0, "gain", gain[channel], "finite and positive");
   }
   require.has_size(targets.colors.size(), photograph.levels(), "targets.colors", "the number of the pyramid's levels");
-  for (const std::vector<glm::vec3>& colors : targets.colors) {
-    require.has_size(colors.size(), targets.positions.size(), "a level of targets.colors",
+  for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
+    if (!needs_level(options, photograph, level) && targets.colors[level].empty()) continue;
+    require.has_size(targets.colors[level].size(), targets.positions.size(), "a level of targets.colors",
                      "the number of the positions");
   }
 }
@@ -410,6 +471,11 @@ void check(const AlignmentOptions& options) {
   require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
 }
 
+bool needs_level(const AlignmentOptions& options, const Pyramid& photograph, std::uint32_t level) {
+  return level < options.levels || (options.exposure && level + 1 == photograph.levels()) ||
+         (options.correlation && level == photograph.level_near(kCorrelationPx));
+}
+
 double pose_pull(const AlignmentOptions& options, const Camera& camera, std::size_t points) {
   const double reach = options.max_move * std::max(camera.width, camera.height);
   return std::sqrt(3 * options.prior * static_cast<double>(points)) * camera.fx / reach;
@@ -418,7 +484,7 @@ double pose_pull(const AlignmentOptions& options, const Camera& camera, std::siz
 Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain, const Pyramid& photograph,
                 const AlignmentTargets& targets, const AlignmentOptions& options) {
   check(options);
-  check_input(given, start, gain, photograph, targets);
+  check_input(given, start, gain, photograph, targets, options);
   Alignment result;
   result.camera = given;
   result.gain = gain;
@@ -427,16 +493,18 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
   const glm::dvec3 ratio =
       options.exposure ? median_ratio(start, photograph, targets, photograph.levels() - 1, options.white_balance)
                        : gain;
-  const Problem problem{ratio, photograph, targets, options};
+  std::vector<std::vector<glm::dvec3>> slopes;
+  for (std::uint32_t level = 0; level < std::min(options.levels, photograph.levels()); ++level) {
+    slopes.push_back(slopes_at(targets.colors[level]));
+  }
+  const Problem problem{ratio, photograph, targets, slopes, options};
   Placed as_given = exposed(problem, given);
   std::optional<Placed> refined;
   if (options.pose) refined = searched(problem, given, start);
 
   // All are judged by the noise that the best one leaves.
   const double noise = refined ? refined->noise : as_given.noise;
-  AlignmentOptions nothing = options;
-  nothing.pose = nothing.exposure = false;
-  result.residual_given = residual_with({gain, photograph, targets, nothing}, given, Eigen::VectorXd(0), noise);
+  result.residual_given = residual_with(problem, given, gain, noise);
   result.residual_exposed = as_given.residual = residual_of(problem, as_given, noise);
   Placed as_started = as_given;
   if (!same_pose(given, start)) {
@@ -451,7 +519,7 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
   result.corrected = !same_pose(chosen.camera, given);
   result.moved = !same_pose(chosen.camera, start);
   result.moved_px = displacement_px(given, chosen.camera, targets.positions);
-  result.correlation = correlation(result.camera, result.gain, photograph, targets);
+  if (options.correlation) result.correlation = correlation(result.camera, result.gain, photograph, targets);
   return result;
 }
 

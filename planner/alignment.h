@@ -24,7 +24,8 @@ namespace lumatlas {
 // Points of the surface and their colours, linear light, as seen at each resolution: colors[level][point].
 struct AlignmentTargets {
   std::vector<glm::dvec3> positions;
-  std::vector<std::vector<glm::vec3>> colors;  // level 0 first, as many levels as the photograph's pyramid has
+  // Level 0 first, as many levels as the photograph's pyramid has; those that are not needed may be empty.
+  std::vector<std::vector<glm::vec3>> colors;
 };
 
 struct AlignmentOptions {
@@ -40,10 +41,14 @@ struct AlignmentOptions {
   double prior = 4;                   // strength of the pull towards the given pose, >= 0
   std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1
+  bool correlation = true;            // whether Alignment::correlation is asked for
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const AlignmentOptions& options);
+
+// Whether align() looks at the targets' colours at this level of the pyramid.
+[[nodiscard]] bool needs_level(const AlignmentOptions& options, const Pyramid& photograph, std::uint32_t level);
 
 // Fewer points than this say nothing about a pose.
 inline constexpr std::size_t kFewestAlignmentPoints = 60;
@@ -61,7 +66,8 @@ struct Alignment {
   double residual_start = 0;
   double residual = 0;
   // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
-  // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it.
+  // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it;
+  // or nobody asked.
   std::optional<double> correlation;
 };
 
@@ -74,7 +80,7 @@ struct Alignment {
 //
 // Throws std::invalid_argument unless the options and both cameras pass check(), the cameras have the photograph's size
 // and the same intrinsics, the gain is finite and positive, and the targets have a colour for each position at each
-// level of the pyramid.
+// level of the pyramid that is needed.
 [[nodiscard]] Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain,
                               const Pyramid& photograph, const AlignmentTargets& targets,
                               const AlignmentOptions& options);

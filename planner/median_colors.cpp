@@ -51,7 +51,7 @@ glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
 
 // The colours that views show at one sample of the surface.
 struct PointColors {
-  std::vector<glm::vec3> medians;  // by level; empty: no view shows it
+  std::vector<glm::vec3> medians;  // by level, of those that are needed; empty: no view shows it
   struct Ratio {
     std::uint32_t slot;
     glm::dvec3 log_ratio;
@@ -63,8 +63,13 @@ struct PointColors {
 class Comparison {
  public:
   Comparison(const Camera& camera, const Pyramid& photograph, const Atlas& atlas,
-             std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> except)
-      : camera_(camera), photograph_(photograph), atlas_(atlas), views_(views), except_(except) {}
+             std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> except,
+             const AlignmentOptions& alignment)
+      : camera_(camera), photograph_(photograph), atlas_(atlas), views_(views), except_(except) {
+    for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
+      needed_.push_back(needs_level(alignment, photograph, level));
+    }
+  }
 
   [[nodiscard]] PointColors at(const SurfaceSample& sample) const {
     PointColors result;
@@ -72,7 +77,9 @@ class Comparison {
     if (seen.empty()) return result;
     const double z = camera_.cam_from_world(sample.position).z;
     std::vector<glm::dvec3> colors(seen.size());
+    result.medians.resize(photograph_.levels());
     for (std::uint32_t level = 0; level < photograph_.levels(); ++level) {
+      if (!needed_[level] && level != ratio_level()) continue;
       const double pixel_size = z / camera_.fx * static_cast<double>(1u << level);
       for (std::size_t i = 0; i < seen.size(); ++i) {
         const ComparedView& other = *views_[seen[i].slot];
@@ -81,7 +88,7 @@ class Comparison {
         colors[i] = other.gain * raw;
         if (level == ratio_level()) add_ratio(result, seen[i].slot, raw, photograph_.color(level, sample.image));
       }
-      result.medians.push_back(channel_medians(colors));
+      if (needed_[level]) result.medians[level] = channel_medians(colors);
     }
     return result;
   }
@@ -112,6 +119,7 @@ class Comparison {
   const Atlas& atlas_;
   std::span<const std::optional<ComparedView>> views_;
   std::optional<std::uint32_t> except_;
+  std::vector<bool> needed_;  // by level
 };
 
 std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points, std::size_t slots) {
@@ -157,13 +165,13 @@ std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dv
 
 MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
                            const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
-                           std::optional<std::uint32_t> except) {
+                           std::optional<std::uint32_t> except, const AlignmentOptions& alignment) {
   require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
   require(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
   require(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
   const std::size_t faces = atlas.surface().cells.cell_of_face.size();
   for (const SurfaceSample& sample : samples) require.is_below(sample.face, faces, "a sample's face", "the faces");
-  const Comparison comparison(camera, photograph, atlas, views, except);
+  const Comparison comparison(camera, photograph, atlas, views, except, alignment);
   std::vector<PointColors> points(samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 64),
                     [&](const tbb::blocked_range<std::size_t>& range) {
@@ -176,6 +184,7 @@ MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std:
     if (points[i].medians.empty()) continue;
     result.targets.positions.push_back(samples[i].position);
     for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
+      if (!needs_level(alignment, photograph, level)) continue;
       result.targets.colors[level].push_back(points[i].medians[level]);
     }
     observations += points[i].ratios.size();

@@ -47,11 +47,12 @@ struct MedianColors {
 };
 
 // Compares each sample with the views that its cell refers to. `views` by slot of the atlas, as many as it has, each
-// with the photograph's depth and validity. `except`: a slot that does not count. Throws std::invalid_argument if the
+// with the photograph's depth and validity. `except`: a slot that does not count. `alignment`: what the targets
+// are for; levels that it does not need are left empty. Throws std::invalid_argument if the
 // number of views is another, if the photograph's size is not the camera's, or if a sample's face is not in the mesh.
 [[nodiscard]] MedianColors median_colors(const Camera& camera, const Pyramid& photograph,
                                          std::span<const SurfaceSample> samples, const Atlas& atlas,
                                          std::span<const std::optional<ComparedView>> views,
-                                         std::optional<std::uint32_t> except);
+                                         std::optional<std::uint32_t> except, const AlignmentOptions& alignment = {});
 
 }  // namespace lumatlas

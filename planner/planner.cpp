@@ -327,8 +327,10 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
     }
   }
   const Stopwatch stopwatch(verdict.store_ms);
-  TiledView tiled = make_tiled_view(name, refined, std::move(photograph), visibility_->trace(refined),
-                                    atlas_.surface().cells, atlas_.layout(), options_.validity);
+  VisibilityBuffer visible = visibility_->trace(refined);
+  const std::vector<std::uint32_t> face = visible.face;
+  TiledView tiled = make_tiled_view(name, refined, std::move(photograph), std::move(visible), atlas_.surface().cells,
+                                    atlas_.layout(), options_.validity);
   verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
   for (const std::uint32_t victim : exchange.victims) {
     verdict.replaced.push_back(atlas_.view(victim)->name);
@@ -338,7 +340,7 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
   stored_bytes_ += bytes_of(*verdict.slot);
   ledger_.insert(*verdict.slot, seen);
   publish(ledger_.parts(*verdict.slot));
-  if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity);
+  if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity, face);
 }
 
 void Planner::evict(std::uint32_t slot) {

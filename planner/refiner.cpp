@@ -79,6 +79,26 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
   return most;
 }
 
+std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face, std::span<const std::uint32_t> cell_of_face) {
+  std::vector<SeenFaces> runs;
+  std::optional<std::uint32_t> cell;
+  for (const std::uint32_t seen : face) {
+    const std::uint32_t next = seen < cell_of_face.size() ? cell_of_face[seen] : kNoCell;
+    if (next != cell) runs.push_back({seen, 0});
+    cell = next;
+    ++runs.back().pixels;
+  }
+  runs.shrink_to_fit();
+  return runs;
+}
+
+VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces> runs) {
+  VisibilityBuffer visible{view.camera.width, view.camera.height, view.depth, {}};
+  visible.face.reserve(view.depth.size());
+  for (const SeenFaces& run : runs) visible.face.insert(visible.face.end(), run.pixels, run.face);
+  return visible;
+}
+
 PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
   PolishStep step;
   for (const std::optional<Refinement>& refinement : refinements) {
@@ -113,6 +133,8 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
       visibility_(&visibility),
       options_(options),
       views_(atlas.capacity()),
+      samples_(atlas.capacity()),
+      seen_(atlas.capacity()),
       given_(atlas.capacity()),
       neighbours_(atlas.capacity(), 0),
       masked_with_(atlas.capacity(), 0),
@@ -136,11 +158,14 @@ std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyram
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const {
-  MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot);
+  AlignmentOptions alignment = options_.alignment;
+  if (slot) {
+    alignment.levels = options_.polish_levels;
+    alignment.correlation = false;  // it says who is an outlier, and who is stored is none
+  }
+  MedianColors others = median_colors(start, photograph, samples, atlas_, views_, slot, alignment);
   const glm::dvec3 gain = slot ? views_[*slot]->gain : glm::dvec3(1.0);
   Refinement result;
-  AlignmentOptions alignment = options_.alignment;
-  if (slot) alignment.levels = options_.polish_levels;
   result.alignment = align(given, start, gain, photograph, others.targets, alignment);
   result.points = others.targets.positions.size();
   result.views_per_point = others.views_per_point;
@@ -151,7 +176,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
 }
 
 void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-                     const ValidityOptions& validity) {
+                     const ValidityOptions& validity, std::span<const std::uint32_t> face) {
   require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
@@ -159,8 +184,11 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   for (const ExposureRatio& ratio : refinement.ratios) {
     require.is_below(ratio.slot, views_.size(), "a ratio's slot", "the atlas's capacity");
   }
+  if (!face.empty()) require.has_size(face.size(), view->depth.size(), "face", "the number of the view's pixels");
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
+  samples_[slot].reset();
+  seen_[slot] = seen_faces(face, atlas_.surface().cells.cell_of_face);
   given_[slot] = given;
   // The views that left for this one were compared with it too.
   std::vector<ExposureRatio> ratios = refinement.ratios;
@@ -180,9 +208,17 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   }
 }
 
+void Refiner::see_with(const Visibility& visibility) {
+  visibility_ = &visibility;
+  for (std::optional<ChosenSamples>& chosen : samples_) chosen.reset();
+  for (std::vector<SeenFaces>& runs : seen_) runs.clear();
+}
+
 void Refiner::erased(std::uint32_t slot) {
   require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
+  samples_[slot].reset();
+  seen_[slot].clear();
   neighbours_[slot] = masked_with_[slot] = 0;
   exposures_.erase(slot);
 }
@@ -200,10 +236,14 @@ void Refiner::balance_exposures() {
 void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
-  TiledView tiled = make_tiled_view(old.name, camera, old.photograph, visibility_->trace(camera),
-                                    atlas_.surface().cells, atlas_.layout(), validity, std::move(trust));
+  const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
+  VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace(camera);
+  std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
+  TiledView tiled = make_tiled_view(old.name, camera, old.photograph, std::move(visible), atlas_.surface().cells,
+                                    atlas_.layout(), validity, std::move(trust));
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   replaced(slot);
+  seen_[slot] = std::move(seen);
 }
 
 void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
@@ -215,6 +255,7 @@ void Refiner::replaced(std::uint32_t slot) {
   if (!views_[slot]) return;
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
+  seen_[slot].clear();
 }
 
 void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
@@ -249,10 +290,18 @@ double Refiner::median_depth() const {
   return static_cast<double>(upper_median(depths));
 }
 
-Refinement Refiner::compare_again(std::uint32_t slot) const {
+// A view that has not moved since last time is compared at the same points.
+void Refiner::choose_samples(std::uint32_t slot) {
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.view->camera;
-  return compare(given_[slot], camera, view.pyramid, samples_of(camera, view.pyramid), slot);
+  if (samples_[slot] && same_pose(samples_[slot]->camera, camera)) return;
+  samples_[slot] = ChosenSamples{camera, samples_of(camera, view.pyramid)};
+}
+
+Refinement Refiner::compare_again(std::uint32_t slot) {
+  choose_samples(slot);
+  const ComparedView& view = *views_[slot];
+  return compare(given_[slot], view.view->camera, view.pyramid, samples_[slot]->samples, slot);
 }
 
 // A comparison with too few points says nothing about poses.
@@ -287,7 +336,9 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    samples[slot] = samples_of(views_[slot]->view->camera, views_[slot]->pyramid);
+    const Camera& camera = views_[slot]->view->camera;
+    const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
+    samples[slot] = chosen ? samples_[slot]->samples : samples_of(camera, views_[slot]->pyramid);
   });
   LensOptions interruptible = options;
   if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
@@ -318,11 +369,15 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       const Camera camera = without(common, estimates.cameras[slot]);
       Photograph photograph = corrected(slot, old.name);
       require_photograph_of(old.name, camera, photograph);
-      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), visibility_->trace(camera),
+      VisibilityBuffer visible = visibility_->trace(camera);
+      std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
+      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible),
                                         atlas_.surface().cells, atlas_.layout(), validity, old.trust);
       atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
       views_[slot]->view = atlas_.view(slot);
       views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
+      samples_[slot].reset();
+      seen_[slot] = std::move(seen);
     }
   }
 }

@@ -66,6 +66,12 @@ struct PolishStep {
   double moved_px = 0;
 };
 
+// So many neighbouring pixels, row by row, that show the same cell, and a face of it; or kNoFace.
+struct SeenFaces {
+  std::uint32_t face;
+  std::uint32_t pixels;
+};
+
 // Gives the photograph of a stored view, by slot and name, as the corrected lens would have taken it.
 using CorrectedPhotograph = std::function<Photograph(std::uint32_t slot, const std::string& name)>;
 
@@ -80,12 +86,15 @@ class Refiner {
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
   // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
-  // balanced anew, and masks are made where enough views have come since the last time.
-  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity);
+  // balanced anew, and masks are made where enough views have come since the last time. `face`: what each of its pixels
+  // shows, as in VisibilityBuffer; empty: that is found where it is needed. Throws std::invalid_argument if it has
+  // another size.
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity,
+              std::span<const std::uint32_t> face = {});
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same.
   void replaced(std::uint32_t slot);
   // The mesh has changed; `visibility` must outlive the refiner or the next call.
-  void see_with(const Visibility& visibility) { visibility_ = &visibility; }
+  void see_with(const Visibility& visibility);
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
@@ -117,7 +126,9 @@ class Refiner {
                const ValidityOptions& validity);
   void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
-  [[nodiscard]] Refinement compare_again(std::uint32_t slot) const;
+  void choose_samples(std::uint32_t slot);
+  // From several threads at once for different slots.
+  [[nodiscard]] Refinement compare_again(std::uint32_t slot);
   bool revisit(std::uint32_t newest, const ValidityOptions& validity);
   void count_comparison(const Refinement& refinement);
 
@@ -125,10 +136,17 @@ class Refiner {
   const Visibility* visibility_;
   RefinementOptions options_;
   std::vector<std::optional<ComparedView>> views_;  // by slot
-  std::vector<Camera> given_;                       // by slot
-  std::vector<std::uint32_t> neighbours_;           // by slot: how many views it was compared with
-  std::vector<std::uint32_t> masked_with_;          // and how many of them when its mask was last made
-  std::vector<std::uint64_t> visited_;              // and when it was last refined, in views stored until then
+  struct ChosenSamples {
+    Camera camera;  // that they were chosen with
+    std::vector<SurfaceSample> samples;
+  };
+  std::vector<std::optional<ChosenSamples>> samples_;  // by slot, once it was compared again
+  // By slot, what the stored view sees, so that a mask can be made without asking again; empty: not known.
+  std::vector<std::vector<SeenFaces>> seen_;
+  std::vector<Camera> given_;               // by slot
+  std::vector<std::uint32_t> neighbours_;   // by slot: how many views it was compared with
+  std::vector<std::uint32_t> masked_with_;  // and how many of them when its mask was last made
+  std::vector<std::uint64_t> visited_;      // and when it was last refined, in views stored until then
   std::uint64_t visits_ = 0;
   std::uint64_t revisited_ = 0;
   std::uint32_t still_ = 0;  // comparisons in a row that moved nothing

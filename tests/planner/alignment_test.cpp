@@ -346,6 +346,38 @@ TEST_CASE("a photograph of one flat colour moves no pose") {
   CHECK(std::abs(result.correlation.value()) < 0.3);
 }
 
+TEST_CASE("levels that are not needed change nothing, to the bit, and may be empty; needed ones are refused") {
+  Shot shot(glm::dvec3(1.3));
+  const Camera given = shot.off_by(1, 1);
+  AlignmentOptions options = almost_free();
+  options.levels = 1;
+  REQUIRE(shot.pyramid.levels() >= 2);
+  const std::uint32_t coarsest = shot.pyramid.levels() - 1;
+  const Alignment asked = shot.align_from(given, options);
+  CHECK(asked.correlation);
+  options.correlation = false;
+  CHECK(needs_level(options, shot.pyramid, 0));
+  CHECK(needs_level(options, shot.pyramid, coarsest));  // where the exposure starts
+  Alignment result = shot.align_from(given, options);
+  CHECK_FALSE(result.correlation);
+  CHECK(same_pose(result.camera, asked.camera));
+  CHECK(result.gain == asked.gain);
+  CHECK(result.residual == asked.residual);
+
+  options.exposure = false;
+  const Alignment all_levels = shot.align_from(given, options);
+  for (std::uint32_t level = 1; level <= coarsest; ++level) {
+    CHECK_FALSE(needs_level(options, shot.pyramid, level));
+    shot.targets.colors[level].clear();
+  }
+  result = shot.align_from(given, options);
+  CHECK(same_pose(result.camera, all_levels.camera));
+  CHECK(result.residual == all_levels.residual);
+  options.exposure = true;
+  CHECK_THROWS_WITH((void)shot.align_from(given, options),
+                    "alignment: the size of a level of targets.colors is 0, must be the number of the positions, 1200");
+}
+
 TEST_CASE("where photograph and surface are both plain there is no correlation, not a low one") {
   Shot shot;
   std::fill(shot.photograph.rgb.begin(), shot.photograph.rgb.end(), std::uint8_t{90});

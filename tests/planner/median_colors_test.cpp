@@ -66,6 +66,29 @@ TEST_CASE("samples lie on the surface that the camera sees, where their pixels s
   }
 }
 
+TEST_CASE("medians are found at the levels that alignment needs, the same ones as of all levels") {
+  Gallery gallery(4);
+  add_arc(gallery, {-12, -5, 6, 14});
+  const Newcomer newcomer(gallery.relief, camera_on_arc(1));
+  const MedianColors all = newcomer.compared_with(gallery);
+  AlignmentOptions finest;
+  finest.levels = 1;
+  finest.exposure = finest.correlation = false;
+  const MedianColors few = median_colors(newcomer.camera, newcomer.pyramid, newcomer.samples, gallery.atlas,
+                                         gallery.views, std::nullopt, finest);
+  REQUIRE(all.targets.colors.size() >= 2);
+  REQUIRE(all.targets.positions.size() > 100);
+  REQUIRE(few.targets.colors.size() == all.targets.colors.size());
+  CHECK(few.targets.positions == all.targets.positions);
+  CHECK(few.targets.colors[0] == all.targets.colors[0]);
+  for (std::size_t level = 1; level < few.targets.colors.size(); ++level) {
+    CHECK(all.targets.colors[level].size() == all.targets.positions.size());
+    CHECK(few.targets.colors[level].empty());
+  }
+  REQUIRE(few.ratios.size() == all.ratios.size());  // whatever level they are of
+  for (std::size_t i = 0; i < few.ratios.size(); ++i) CHECK(few.ratios[i].log_luminance == all.ratios[i].log_luminance);
+}
+
 TEST_CASE("no sample is on a depth edge, outside the lens's image, black or clipped") {
   const auto surface = wall_and_panel();
   const Camera camera = forward_camera(120, 120);

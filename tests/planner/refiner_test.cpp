@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
@@ -371,6 +372,101 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   const auto given = stored(wrong);
   CHECK(wrong.planner.polish().moved_px > 0);
   CHECK(stored(wrong) != given);
+}
+
+// Counts how often it is asked what a camera sees.
+class CountingVisibility : public Visibility {
+ public:
+  explicit CountingVisibility(const Visibility& visibility) : visibility_(visibility) {}
+  void trace(const Camera& camera, VisibilityBuffer& buffer) const override {
+    ++traced;
+    visibility_.trace(camera, buffer);
+  }
+  mutable std::atomic<int> traced = 0;
+
+ private:
+  const Visibility& visibility_;
+};
+
+TEST_CASE("a view that stays is compared at the points that were chosen before, until the mesh changes") {
+  const Relief relief;
+  Atlas atlas(relief.surface, 6);
+  const CountingVisibility counting(*relief.visibility);
+  PlannerOptions options = options_for_relief();
+  options.refinement.trust.enabled = false;
+  options.refinement.revisits = 0;
+  Refiner refiner(atlas, counting, options.refinement);
+  const Stream walk(1, options);
+  for (std::size_t i = 0; i < 6; ++i) {
+    const Frame f = walk.frame(i, 0, 0);
+    const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
+                                                             relief.visibility->trace(f.given), ValidityOptions{}));
+    refiner.stored(slot, f.given, Refinement{}, ValidityOptions{});
+  }
+  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+    atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
+  }
+  const auto polished = [&] {
+    counting.traced = 0;
+    const PolishStep step = refiner.polish(ValidityOptions{});
+    CHECK(step.views == 6);
+    CHECK(step.moved_px == 0);
+    return std::pair(step.residual_after, counting.traced.load());
+  };
+  const auto first = polished();
+  CHECK(first.second == 6);
+  const auto second = polished();
+  CHECK(second.second == 0);
+  CHECK(second.first == Approx(first.first).epsilon(1e-3));  // gains are balanced between the two
+  counting.traced = 0;
+  CHECK(refiner.estimate_lenses().views == 6);
+  CHECK(counting.traced == 0);
+  refiner.see_with(counting);
+  CHECK(polished().second == 6);
+}
+
+TEST_CASE("what a view sees is asked once for its place and its masks, and masks are the same as without it") {
+  const Relief relief;
+  const CountingVisibility counting(*relief.visibility);
+  const PlannerOptions options = options_for_relief();
+  const auto store = [&](Atlas& atlas, Refiner& refiner, bool with_faces) {
+    const Stream walk(1, options);
+    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, {});
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Frame f = walk.frame(i, 0, 0);
+      VisibilityBuffer visible = relief.visibility->trace(f.given);
+      const std::vector<std::uint32_t> face = with_faces ? visible.face : std::vector<std::uint32_t>();
+      Photograph photograph = relief.photograph(f.truth);
+      if (i == 5) std::fill(photograph.rgb.begin(), photograph.rgb.begin() + 3 * 40 * photograph.width, 40);
+      TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
+                                        relief.surface->cells, atlas.layout(), ValidityOptions{});
+      const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+      refiner.stored(slot, f.given, Refinement{}, ValidityOptions{}, face);
+    }
+    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+      atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
+    }
+    counting.traced = 0;
+    refiner.mask(ValidityOptions{});
+    return counting.traced.load();
+  };
+  const TileOptions layout{.tile_px = 32};
+  Atlas told(relief.surface, 6, layout), asked(relief.surface, 6, layout);
+  Refiner with(told, counting, options.refinement), without(asked, counting, options.refinement);
+  const int traced_with = store(told, with, true), traced_without = store(asked, without, false);
+  CHECK(traced_with == 6);  // small, for the masks
+  CHECK(traced_without > traced_with);
+  bool any_masked = false;
+  for (std::uint32_t slot = 0; slot < 6; ++slot) {
+    CHECK(told.view(slot)->depth == asked.view(slot)->depth);
+    CHECK(told.view(slot)->validity == asked.view(slot)->validity);
+    any_masked = any_masked || !told.view(slot)->trust.empty();
+    const auto a = told.snapshot(), b = asked.snapshot();
+    CHECK(a.tiles.slots == b.tiles.slots);
+  }
+  CHECK(any_masked);
+  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, ValidityOptions{}, {std::vector(3, 0u)}),
+                    Catch::Contains("the size of face is 3, must be the number of the view's pixels"));
 }
 
 TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
