@@ -6,7 +6,6 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/packing.hpp>
 #include <limits>
-#include <span>
 #include <vector>
 
 namespace lumatlas {
@@ -44,7 +43,6 @@ using Pixels = std::array<Pixel, kPixels>;
 
 // Reciprocal of depth: middle[plane] (1 + slope . place).
 struct Planes {
-  std::uint32_t count = 1;
   std::array<double, 2> middle{};
   glm::dvec2 slope{0};
   double error = std::numeric_limits<double>::infinity();  // the largest, of a depth
@@ -81,66 +79,6 @@ Pixels pixels_of(const StoredView& view, std::uint32_t x, std::uint32_t y, doubl
   return pixels;
 }
 
-// Least squares of relative errors. Each plane has a middle of its own; all have their slope in common, as a share of
-// it, which is so where surfaces are parallel.
-Planes fitted(const Pixels& pixels, std::uint32_t count) {
-  struct Sums {
-    double weight = 0, level = 0, value = 0;  // level: mean reciprocal, that values are shares of
-    glm::dvec2 place{0};
-  };
-  std::array<Sums, 2> sums;
-  for (const Pixel& pixel : pixels) {
-    if (!pixel.kept) continue;
-    sums[pixel.plane].level += pixel.reciprocal;
-    sums[pixel.plane].weight += 1;
-  }
-  for (Sums& of_plane : sums) {
-    if (of_plane.weight > 0) of_plane.level /= of_plane.weight;
-    of_plane.weight = 0;
-  }
-  const auto for_each = [&](const auto& f) {
-    for (std::uint32_t number = 0; number < kPixels; ++number) {
-      if (!pixels[number].kept) continue;
-      Sums& of_plane = sums[pixels[number].plane];
-      const double value = pixels[number].reciprocal / of_plane.level;
-      f(of_plane, 1 / (value * value), value, place_of(number));
-    }
-  };
-  for_each([](Sums& of_plane, double weight, double value, const glm::dvec2& place) {
-    of_plane.weight += weight;
-    of_plane.value += weight * value;
-    of_plane.place += weight * place;
-  });
-  for (Sums& of_plane : sums) {
-    if (!(of_plane.weight > 0)) continue;
-    of_plane.value /= of_plane.weight;
-    of_plane.place /= of_plane.weight;
-  }
-  constexpr double kRidge = 1e-6;  // where pixels are in a line, no slope across it
-  glm::dmat2 spread(kRidge);
-  glm::dvec2 along(0);
-  for_each([&](Sums& of_plane, double weight, double value, const glm::dvec2& place) {
-    const glm::dvec2 apart = place - of_plane.place;
-    spread += weight * glm::outerProduct(apart, apart);
-    along += weight * (value - of_plane.value) * apart;
-  });
-  const glm::dvec2 slope = glm::inverse(spread) * along;
-  Planes planes;
-  planes.count = count;
-  // One slope as a share of the middle's value, which is near 1.
-  double common = 0, weight = 0;
-  std::array<double, 2> share{1, 1};
-  for (std::uint32_t plane = 0; plane < count; ++plane) {
-    share[plane] = sums[plane].value - glm::dot(slope, sums[plane].place);
-    planes.middle[plane] = sums[plane].level * share[plane];
-    common += sums[plane].weight * share[plane];
-    weight += sums[plane].weight;
-  }
-  const glm::dvec2 most(kMostDepthSlope);
-  planes.slope = common > 0 ? glm::clamp(slope * weight / common, -most, most) : glm::dvec2(0);
-  return planes;
-}
-
 double error_of(const Planes& planes, const Pixels& pixels) {
   double error = 0;
   for (std::uint32_t number = 0; number < kPixels; ++number) {
@@ -149,6 +87,79 @@ double error_of(const Planes& planes, const Pixels& pixels) {
     error = std::max(error, std::abs(planes.at(pixel.plane, place_of(number)) / pixel.reciprocal - 1));
   }
   return error;
+}
+
+// Of a plane's pixels, weighted so that errors count by their share of the depth.
+struct Means {
+  double level = 0;   // of the reciprocals
+  double weight = 0;  // in all
+  double value = 0;   // reciprocal as a share of the level
+  glm::dvec2 place{0};
+};
+
+// Calls f(plane, weight, value, place) for each pixel that is kept.
+template <typename F>
+void for_each_kept(const Pixels& pixels, const std::array<Means, 2>& means, const F& f) {
+  for (std::uint32_t number = 0; number < kPixels; ++number) {
+    const Pixel& pixel = pixels[number];
+    if (!pixel.kept) continue;
+    const double value = pixel.reciprocal / means[pixel.plane].level;
+    f(pixel.plane, 1 / (value * value), value, place_of(number));
+  }
+}
+
+std::array<Means, 2> means_of(const Pixels& pixels) {
+  std::array<Means, 2> means;
+  std::array<double, 2> count{};
+  for (const Pixel& pixel : pixels) {
+    if (!pixel.kept) continue;
+    means[pixel.plane].level += pixel.reciprocal;
+    ++count[pixel.plane];
+  }
+  for (std::size_t plane = 0; plane < 2; ++plane) means[plane].level /= std::max(count[plane], 1.0);
+  for_each_kept(pixels, means, [&](std::uint32_t plane, double weight, double value, const glm::dvec2& place) {
+    means[plane].weight += weight;
+    means[plane].value += weight * value;
+    means[plane].place += weight * place;
+  });
+  for (Means& of_plane : means) {
+    if (!(of_plane.weight > 0)) continue;
+    of_plane.value /= of_plane.weight;
+    of_plane.place /= of_plane.weight;
+  }
+  return means;
+}
+
+// That all planes have in common.
+glm::dvec2 slope_of(const Pixels& pixels, const std::array<Means, 2>& means) {
+  constexpr double kRidge = 1e-6;  // where pixels are in a line, no slope across it
+  glm::dmat2 spread(kRidge);
+  glm::dvec2 along(0);
+  for_each_kept(pixels, means, [&](std::uint32_t plane, double weight, double value, const glm::dvec2& place) {
+    const glm::dvec2 apart = place - means[plane].place;
+    spread += weight * glm::outerProduct(apart, apart);
+    along += weight * (value - means[plane].value) * apart;
+  });
+  return glm::inverse(spread) * along;
+}
+
+// Least squares. Each plane has a middle of its own; all have their slope in common, as a share of it, which is so
+// where surfaces are parallel.
+Planes fitted(const Pixels& pixels) {
+  const std::array<Means, 2> means = means_of(pixels);
+  const glm::dvec2 slope = slope_of(pixels, means);
+  Planes planes;
+  double sum = 0, weight = 0;  // of middles as shares of their levels, which are near 1
+  for (std::size_t plane = 0; plane < 2; ++plane) {
+    const double share = means[plane].value - glm::dot(slope, means[plane].place);
+    planes.middle[plane] = means[plane].level * share;
+    sum += means[plane].weight * share;
+    weight += means[plane].weight;
+  }
+  const glm::dvec2 most(kMostDepthSlope);
+  if (sum > 0) planes.slope = glm::clamp(slope * weight / sum, -most, most);
+  planes.error = error_of(planes, pixels);
+  return planes;
 }
 
 // Apart at the middle between the nearest and the farthest. False: they are equally near.
@@ -178,14 +189,12 @@ bool assign(const Planes& planes, Pixels& pixels) {
 
 Planes two_planes(Pixels& pixels) {
   if (!split_at_middle(pixels)) return {};
-  Planes best = fitted(pixels, 2);
-  best.error = error_of(best, pixels);
+  Planes best = fitted(pixels);
   Pixels of_best = pixels;
   for (int i = 0; i < kRefinements; ++i) {
     Pixels others = of_best;
     if (!assign(best, others)) break;
-    Planes next = fitted(others, 2);
-    next.error = error_of(next, others);
+    const Planes next = fitted(others);
     if (!(next.error < best.error)) break;
     best = next;
     of_best = others;
@@ -255,8 +264,7 @@ float depth_scale(const StoredView& view) {
 DepthBlock depth_block(const StoredView& view, std::uint32_t x, std::uint32_t y, float scale) {
   Pixels pixels = pixels_of(view, x, y, static_cast<double>(scale));
   if (std::none_of(pixels.begin(), pixels.end(), [](const Pixel& pixel) { return pixel.kept; })) return {};
-  Planes one = fitted(pixels, 1);
-  one.error = error_of(one, pixels);
+  const Planes one = fitted(pixels);
   if (one.error <= kFits) return packed(one, pixels);
   Pixels parted = pixels;
   const Planes two = two_planes(parted);

