@@ -210,14 +210,14 @@ std::uint32_t half_below(double value) {
   return glm::unpackHalf1x16(half) > wanted ? half - 1u : half;
 }
 
-// Lower by what the plane exceeds a pixel by, as long as it is no more than what fits.
+// Lower by what the plane exceeds a pixel by, so that no pixel is found behind itself.
 std::uint32_t lowered_middle(const Planes& planes, std::uint32_t plane, const Pixels& pixels) {
   constexpr double kRounding = 1 + 1e-6;  // of the shader
   double over = 1;
   for (std::uint32_t number = 0; number < kPixels; ++number) {
     const Pixel& pixel = pixels[number];
     if (!pixel.kept || pixel.plane != plane) continue;
-    over = std::max(over, std::min(planes.at(plane, place_of(number)) / pixel.reciprocal, 1 + kFits));
+    over = std::max(over, planes.at(plane, place_of(number)) / pixel.reciprocal);
   }
   return half_below(planes.middle[plane] / (over * kRounding));
 }

@@ -31,8 +31,8 @@ using DepthBlock = std::array<std::uint32_t, 4>;
 [[nodiscard]] float depth_scale(const StoredView& view);
 
 // The block whose first pixel is (x, y); beyond the image nothing is. Of pixels that the view's validity leaves out,
-// neighbours included, nothing is kept, as long as there are others. What is shown is not found behind itself, where
-// planes fit to 0.2 %. tools/viewer/page/shaders/depth.frag does the same.
+// neighbours included, nothing is kept, as long as there are others; the others are shown at their depth or behind it,
+// so that no view finds what it shows hidden. tools/viewer/page/shaders/depth.frag does the same.
 [[nodiscard]] DepthBlock depth_block(const StoredView& view, std::uint32_t x, std::uint32_t y, float scale);
 
 // What a block says at the middle of its pixel `number`.

@@ -3,8 +3,8 @@
 uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
 uniform usampler2DArray depths;      // blocks of them, see atlas/depth_blocks.h
 
-// Where the texture array has a place of a view's image: texels, page; and the pixel where no gutters count. False: that
-// tile is not resident.
+// Where the texture array has a place of a view's image: texels, page; and the pixel where no gutters count. False:
+// that tile is not resident.
 bool locate(vec4 size, vec2 image, out vec3 texel, out ivec3 pixel) {
   uvec2 tile_size = uvec2(tiles.xy);
   uvec2 tile = uvec2(image) / tile_size;

@@ -83,7 +83,7 @@ TEST_CASE("what is not valid takes nothing from what is, and where nothing is, n
   }
   view.depth[5] = kNothing;
   view.validity[5] = 0;
-  CHECK(errors_of(view).near < 0.02);
+  CHECK(errors_of(view).near <= 0);
   CHECK(errors_of(view).far < 0.02);
   const StoredView empty = view_of(9, 3, [](double, double) { return kNothing; });
   for (const BlockPixel& pixel : shown_depths(empty)) {
@@ -97,8 +97,8 @@ TEST_CASE("a rough surface's depths are shown to its roughness") {
   std::uniform_real_distribution<double> rough(-0.01, 0.01);
   const Errors errors = errors_of(
       view_of(64, 64, [&](double x, double y) { return static_cast<float>(1 + rough(random)) * aslant(2, x, y); }));
-  CHECK(errors.near < 0.01);
-  CHECK(errors.far < 0.013);  // and 0.2 % so that what is shown does not hide itself
+  CHECK(errors.near <= 0);
+  CHECK(errors.far < 0.025);  // from one side of the roughness to the other
 }
 
 TEST_CASE("rims are those of the view on a plane, and none is lost where two surfaces are") {

@@ -190,7 +190,7 @@ uint lowered_middle(Planes planes, bool of_farther) {
   float over = 1.0;
   for (int number = 0; number < kPixels; ++number) {
     if (!bit_of(kept, number) || bit_of(farther, number) != of_farther) continue;
-    over = max(over, min(at_plane(planes, of_farther, number) / reciprocals[number], 1.0 + kFits));
+    over = max(over, at_plane(planes, of_farther, number) / reciprocals[number]);
   }
   return half_below((of_farther ? planes.middle.y : planes.middle.x) / (over * kRounding));
 }
