@@ -29,8 +29,14 @@ inline const std::map<std::string, TexelFormat> kTexelFormatsByName{{"rgb8", Tex
   return format == TexelFormat::bc3 ? texels / 2 : texels;
 }
 
-// Depth beside them is in half precision whose sign tells rims (GL_R16F), and has no coarser levels.
-inline constexpr std::uint64_t kDepthTexelBytes = 2;
+// Depth beside them is in blocks of 8 x 8 pixels (GL_RGBA32UI), see depth_blocks.h: of tiles without their gutters,
+// and without coarser levels.
+inline constexpr std::uint32_t kDepthBlockSide = 8;
+inline constexpr std::uint64_t kDepthBlockBytes = 16;
+// Blocks along a side of so many pixels.
+[[nodiscard]] constexpr std::uint32_t depth_blocks(std::uint32_t side_px) {
+  return (side_px + kDepthBlockSide - 1) / kDepthBlockSide;
+}
 
 // A pixel of a stored view in memory is colour (3), depth (a float), trust, validity and rim (1 each).
 inline constexpr std::uint64_t kStoredPixelBytes = 3 + sizeof(float) + 1 + 1 + 1;

@@ -90,7 +90,8 @@ std::uint32_t levels_of(const TileOptions& options) {
 
 std::uint64_t slot_bytes(const TileOptions& options) {
   const std::uint64_t side = options.slot_px();
-  std::uint64_t bytes = kDepthTexelBytes * side * side;
+  const std::uint64_t blocks = depth_blocks(options.tile_px);
+  std::uint64_t bytes = kDepthBlockBytes * blocks * blocks;
   for (std::uint32_t level = 0; level < levels_of(options); ++level) {
     const std::uint64_t texels = (side >> level) * (side >> level);
     bytes += color_bytes(options.texels, texels) + validity_bytes(options.texels, texels);

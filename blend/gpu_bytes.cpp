@@ -58,7 +58,7 @@ GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Came
                  table_bytes(kNumbers, lists.references.size()) + table_bytes(kVectors, kViewTexels * views.size()) +
                  table_bytes(kNumbers, tile_entries(views, layout));
   const ArrayShape shape = shape_of(views, layout, resident_tiles);
-  bytes.depth = kDepthTexelBytes * shape.texels(0);
+  bytes.depth = shape.depth_bytes();
   for (std::uint32_t level = 0; level < shape.levels; ++level) {
     bytes.colors += color_bytes(shape.format, shape.texels(level));
     bytes.masks += validity_bytes(shape.format, shape.texels(level));

@@ -4,9 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
-#include <cmath>
-#include <glm/gtc/packing.hpp>
 #include <string>
 
 #include "atlas/compressed_texels.h"
@@ -17,7 +14,6 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::uint16_t kHalfSign = 0x8000;
 constexpr std::size_t kBytesAtOnce = 64 << 20;  // of tiles that are made ready for the GPU
 
 std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
@@ -58,47 +54,18 @@ bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const 
   return !a.owner_before(b) && !b.owner_before(a);
 }
 
-// A power of two near the median of a view's depths; 1 if it has none.
-float depth_scale_of(const StoredView& view) {
-  const float depth = median_depth(view);
-  return depth > 0 ? std::exp2(std::floor(std::log2(depth))) : 1;
-}
-
-// In half precision, rounded up, so that what a view shows is never found behind itself.
-std::uint16_t half_above(float depth) {
-  constexpr float kLeastNormal = 0x1p-14f, kMost = 65504;
-  if (depth >= kLeastNormal && depth <= kMost) {  // nearly all: cut the 13 bits that a half has not, and move the bias
-    const std::uint32_t above = std::bit_cast<std::uint32_t>(depth) + 0x1FFFu;
-    return static_cast<std::uint16_t>((above >> 13) - ((127u - 15u) << 10));
-  }
-  const std::uint16_t half = glm::packHalf1x16(depth);
-  return glm::unpackHalf1x16(half) < depth ? static_cast<std::uint16_t>(half + 1) : half;
-}
-
-// Depth of the part of a view, as a share of `scale`, negative at rims.
-std::vector<std::uint16_t> depth_of(const StoredView& view, const ImageRect& rect, float scale) {
-  std::vector<std::uint16_t> depth;
-  depth.reserve(std::size_t{rect.width} * rect.height);
-  for (std::uint32_t row = 0; row < rect.height; ++row) {
-    const std::int64_t y = std::clamp<std::int64_t>(rect.y + row, 0, std::int64_t{view.camera.height} - 1);
-    for (std::uint32_t column = 0; column < rect.width; ++column) {
-      const std::int64_t x = std::clamp<std::int64_t>(rect.x + column, 0, std::int64_t{view.camera.width} - 1);
-      const auto pixel = static_cast<std::size_t>(y * view.camera.width + x);
-      const std::uint16_t sign = view.at_rim(pixel) ? kHalfSign : std::uint16_t{0};
-      depth.push_back(static_cast<std::uint16_t>(half_above(view.depth[pixel] / scale) | sign));
-    }
-  }
-  return depth;
-}
-
 }  // namespace
 
 std::uint64_t ArrayShape::texels(std::uint32_t level) const {
   return (std::uint64_t{columns} * slot_width >> level) * (std::uint64_t{rows} * slot_height >> level) * pages;
 }
 
+std::uint64_t ArrayShape::depth_bytes() const {
+  return kDepthBlockBytes * columns * depth_columns * rows * depth_rows * pages;
+}
+
 std::uint64_t ArrayShape::bytes() const {
-  std::uint64_t bytes = kDepthTexelBytes * texels(0);
+  std::uint64_t bytes = depth_bytes();
   for (std::uint32_t level = 0; level < levels; ++level) {
     bytes += color_bytes(format, texels(level)) + validity_bytes(format, texels(level));
   }
@@ -125,13 +92,15 @@ ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& option
   const std::uint32_t unit = (options.texels == TexelFormat::rgb8 ? 1 : kBlockSide) << (shape.levels - 1);
   shape.slot_width = round_up(width, unit);
   shape.slot_height = round_up(height, unit);
+  shape.depth_columns = depth_blocks(shape.slot_width);
+  shape.depth_rows = depth_blocks(shape.slot_height);
   return shape;
 }
 
 ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits) {
   const PageLayout pages = pages_for(slots, limits.pages, limits.side / options.slot_px());
-  return {options.slot_px(), options.slot_px(),  pages.columns, pages.rows,
-          pages.pages,       levels_of(options), options.texels};
+  const std::uint32_t side = options.slot_px(), blocks = depth_blocks(options.tile_px);
+  return {side, side, pages.columns, pages.rows, pages.pages, levels_of(options), options.texels, blocks, blocks};
 }
 
 ArrayShape array_shape(const Snapshot& snapshot) {
@@ -159,7 +128,8 @@ void PhotographArray::allocate(const ArrayShape& shape) {
   const auto pages = static_cast<GLsizei>(shape.pages);
   const GLenum format = shape.format == TexelFormat::bc3 ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_SRGB8_ALPHA8;
   photographs_ = make_texture_array(format, width, height, pages, GL_LINEAR, static_cast<GLsizei>(shape.levels));
-  depths_ = make_texture_array(GL_R16F, width, height, pages, GL_NEAREST);
+  depths_ = make_texture_array(GL_RGBA32UI, static_cast<GLsizei>(shape.columns * shape.depth_columns),
+                               static_cast<GLsizei>(shape.rows * shape.depth_rows), pages, GL_NEAREST);
   shape_ = shape;
 }
 
@@ -224,14 +194,14 @@ void PhotographArray::measure_depths(const Snapshot& snapshot) {
   scaled_.resize(snapshot.views.size());
   for (std::size_t view = 0; view < scaled_.size(); ++view) {
     if (!snapshot.views[view] || same(scaled_[view].view, snapshot.views[view])) continue;
-    scaled_[view] = {snapshot.views[view], depth_scale_of(*snapshot.views[view])};
+    scaled_[view] = {snapshot.views[view], lumatlas::depth_scale(*snapshot.views[view])};
   }
 }
 
 void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
   const std::uint32_t columns = columns_of(view);
-  const ImageRect rect{std::int64_t{upload.tile % columns} * tile_width_ - gutter_,
-                       std::int64_t{upload.tile / columns} * tile_height_ - gutter_, shape_.slot_width,
+  const std::uint32_t left = upload.tile % columns * tile_width_, top = upload.tile / columns * tile_height_;
+  const ImageRect rect{std::int64_t{left} - gutter_, std::int64_t{top} - gutter_, shape_.slot_width,
                        shape_.slot_height};
   for (ImageLevel& level : image_levels(view, rect, shape_.levels)) {
     if (stored_format_ == TexelFormat::rgb8) {
@@ -242,14 +212,19 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
     const bool as_they_are = shape_.format == stored_format_;
     upload.levels.push_back(as_they_are ? std::move(blocks) : decompressed(level.width, level.height, blocks).rgba);
   }
-  upload.depth = depth_of(view, rect, scaled_[upload.view].scale);
+  for (std::uint32_t row = 0; row < shape_.depth_rows; ++row) {
+    for (std::uint32_t column = 0; column < shape_.depth_columns; ++column) {
+      upload.depth.push_back(
+          depth_block(view, left + kDepthBlockSide * column, top + kDepthBlockSide * row, scaled_[upload.view].scale));
+    }
+  }
 }
 
 void PhotographArray::copy(const Upload& upload) const {
   const std::uint32_t in_page = shape_.columns * shape_.rows;
   const auto page = static_cast<GLint>(upload.slot / in_page);
-  const auto x = static_cast<GLint>(upload.slot % in_page % shape_.columns * shape_.slot_width);
-  const auto y = static_cast<GLint>(upload.slot % in_page / shape_.columns * shape_.slot_height);
+  const std::uint32_t column = upload.slot % in_page % shape_.columns, row = upload.slot % in_page / shape_.columns;
+  const auto x = static_cast<GLint>(column * shape_.slot_width), y = static_cast<GLint>(row * shape_.slot_height);
   glBindTexture(GL_TEXTURE_2D_ARRAY, photographs_.get());
   for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
     const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
@@ -265,8 +240,9 @@ void PhotographArray::copy(const Upload& upload) const {
     }
   }
   glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
-  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, x, y, page, static_cast<GLsizei>(shape_.slot_width),
-                  static_cast<GLsizei>(shape_.slot_height), 1, GL_RED, GL_HALF_FLOAT, upload.depth.data());
+  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(column * shape_.depth_columns),
+                  static_cast<GLint>(row * shape_.depth_rows), page, static_cast<GLsizei>(shape_.depth_columns),
+                  static_cast<GLsizei>(shape_.depth_rows), 1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, upload.depth.data());
 }
 
 }  // namespace lumatlas

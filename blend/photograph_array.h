@@ -2,9 +2,8 @@
 // Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the slots of a texture array or, as the
 // baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> slot -> texel.
 //
-// Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows; depth has none.
-// It is stored in half precision, relative to a power of two near the view's median depth, and rounded up: fewer than
-// one pixel in a thousand has another winner for it. The sign says whether the pixel is at a rim.
+// Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows. Depth and rims
+// have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +12,7 @@
 #include <span>
 #include <vector>
 
+#include "atlas/depth_blocks.h"
 #include "atlas/snapshot.h"
 #include "atlas/texel_format.h"
 #include "blend/gl_objects.h"
@@ -28,8 +28,12 @@ struct ArrayShape {
   std::uint32_t pages = 1;
   std::uint32_t levels = 1;
   TexelFormat format = TexelFormat::rgb8;
+  // Blocks of depth in a slot.
+  std::uint32_t depth_columns = 0;
+  std::uint32_t depth_rows = 0;
 
   [[nodiscard]] std::uint64_t texels(std::uint32_t level) const;  // 0: the finest
+  [[nodiscard]] std::uint64_t depth_bytes() const;
   [[nodiscard]] std::uint64_t bytes() const;  // that the array takes, all levels of colour and depth
   [[nodiscard]] bool operator==(const ArrayShape&) const = default;
 };
@@ -59,7 +63,7 @@ class PhotographArray {
   // then gone.
   void load(const Snapshot& snapshot);
 
-  // What shaders/photographs.glsl reads: the photographs, their depths, and by tile where it is.
+  // What shaders/photographs.glsl reads: the photographs, their depths in blocks, and by tile where it is.
   [[nodiscard]] const GlTexture& photographs() const { return photographs_; }
   [[nodiscard]] const GlTexture& depths() const { return depths_; }
   [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_; }
@@ -91,7 +95,7 @@ class PhotographArray {
   struct Upload {
     std::uint32_t slot, view, tile;
     std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format
-    std::vector<std::uint16_t> depth;
+    std::vector<DepthBlock> depth;
   };
   [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
   void prepare(Upload& upload, const StoredView& view) const;

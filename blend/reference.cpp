@@ -14,6 +14,7 @@
 #include <string>
 
 #include "atlas/compressed_texels.h"
+#include "atlas/depth_blocks.h"
 #include "atlas/image_levels.h"
 #include "atlas/srgb.h"
 #include "blend/cell_shares.h"
@@ -38,18 +39,22 @@ struct WeightedColor {
   bool valid = false;  // whatever it weighs
 };
 
-// A snapshot, and its views with their coarser levels.
+// A snapshot, and what the texture array shows of its views; by slot, of free slots nothing.
 struct Source {
   const Snapshot& snapshot;
-  std::vector<std::vector<ImageLevel>> levels;  // by slot; of free slots none
+  std::vector<std::vector<ImageLevel>> levels;
+  std::vector<std::vector<BlockPixel>> depths;
 
   Source(const Snapshot& from, const BlendOptions& options);
 };
 
-Source::Source(const Snapshot& from, const BlendOptions& options) : snapshot(from), levels(from.views.size()) {
+Source::Source(const Snapshot& from, const BlendOptions& options)
+    : snapshot(from), levels(from.views.size()), depths(from.views.size()) {
   const std::uint32_t count = options.prefilter ? levels_of(snapshot.tiles.options) : 1;
   tbb::parallel_for(std::size_t{0}, levels.size(), [&](std::size_t slot) {
-    if (snapshot.views[slot]) levels[slot] = shown_levels(*snapshot.views[slot], snapshot.tiles.options, count);
+    if (!snapshot.views[slot]) return;
+    levels[slot] = shown_levels(*snapshot.views[slot], snapshot.tiles.options, count);
+    depths[slot] = shown_depths(*snapshot.views[slot]);
   });
 }
 
@@ -128,12 +133,13 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   if (!(image.x >= 0 && image.y >= 0 && image.x < size.x && image.y < size.y)) return {};
   if (!snapshot.tiles.whole_views() && !snapshot.tiles.resident(slot, view.camera, image.x, image.y)) return {};
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
-  if (cam.z > view.depth[pixel] * (1 + options.occlusion_tolerance)) return {};
+  const BlockPixel& shown = source.depths[slot][pixel];
+  if (cam.z * shown.reciprocal > 1 + options.occlusion_tolerance) return {};
   const double footprint = options.prefilter ? z * view.camera.fx / (options.supersample * novel.fx * cam.z) : 1;
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
   const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
-  const double share = view.at_rim(pixel) ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
+  const double share = shown.at_rim ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
   const double valid = sample.validity * share;
   return {weight * valid, snapshot.gains[slot] * sample.color, valid > 0};
 }

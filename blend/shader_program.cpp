@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "atlas/depth_blocks.h"
 #include "blend/blend_options.h"
 #include "blend/shaders.h"
 #include "blend/view_table.h"
@@ -75,6 +76,8 @@ std::string shared_definitions() {
          definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
          definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
          definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
+         definition("DEPTH_BLOCK_SIDE", std::to_string(kDepthBlockSide)) +
+         definition("MOST_DEPTH_SLOPE", constant(kMostDepthSlope)) +
          definition("TABLE_WIDTH", std::to_string(kTableWidth)) +
          definition("VIEW_TEXELS", std::to_string(kViewTexels));
 }

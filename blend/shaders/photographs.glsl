@@ -1,10 +1,11 @@
 // What stored views show of a point of the surface.
 
 uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
-uniform sampler2DArray depths;       // z as a share of what the view's depths are shares of, negative at rims
+uniform usampler2DArray depths;      // blocks of them, see atlas/depth_blocks.h
 
-// Where the texture array has a place of a view's image: texels, page. False: that tile is not resident.
-bool locate(vec4 size, vec2 image, out vec3 texel) {
+// Where the texture array has a place of a view's image: texels, page; and the pixel where no gutters count. False:
+// that tile is not resident.
+bool locate(vec4 size, vec2 image, out vec3 texel, out ivec3 pixel) {
   uvec2 tile_size = uvec2(tiles.xy);
   uvec2 tile = uvec2(image) / tile_size;
   uint slot = entry(tile_slots, uint(size.z) + tile.y * uint(size.w) + tile.x).x;
@@ -16,7 +17,29 @@ bool locate(vec4 size, vec2 image, out vec3 texel) {
   uvec2 place = uvec2(at % columns, at / columns);
   uvec2 origin = place * (tile_size + 2u * uint(tiles.z)) + uint(tiles.z);
   texel = vec3(vec2(origin) + (image - vec2(tile * tile_size)), float(page));
+  pixel = ivec3(ivec2(place * tile_size) + ivec2(image) - ivec2(tile * tile_size), int(page));
   return true;
+}
+
+// 8 bits with a sign, as a share of the most.
+float share_of_bits(uint bits) {
+  return float(int(bits << 24) >> 24) / 127.0;
+}
+
+// The reciprocal of what a view sees at a pixel, as a share of the reciprocal that its depths are shares of; 0 or less
+// where that is nothing.
+float reciprocal_at(ivec3 pixel, out bool rim) {
+  uvec4 block = texelFetch(depths, ivec3(pixel.xy / DEPTH_BLOCK_SIDE, pixel.z), 0);
+  ivec2 at = pixel.xy % DEPTH_BLOCK_SIDE;
+  bool two_planes = (block.x & 0x8000u) != 0u;
+  bool flagged = ((at.y < DEPTH_BLOCK_SIDE / 2 ? block.z : block.w) >> (at.y % 4 * 8 + at.x) & 1u) != 0u;
+  bool farther = two_planes && flagged;
+  float middle = unpackHalf2x16((farther ? block.x >> 16 : block.x) & 0x7FFFu).x;
+  vec2 root = vec2(share_of_bits(block.y), share_of_bits(block.y >> 8));
+  vec2 slope = two_planes ? root * abs(root) : unpackSnorm2x16(block.y);
+  rim = two_planes ? (block.y >> (16 + at.y / 2 * 4 + at.x / 2) & 1u) != 0u : flagged;
+  vec2 place = vec2(at) - 0.5 * float(DEPTH_BLOCK_SIDE - 1);
+  return middle * (1.0 + MOST_DEPTH_SLOPE * dot(slope, place));
 }
 
 // Where in a stored view's image a point is that lies `away` from its centre, and how deep; false: behind it.
@@ -50,10 +73,9 @@ float validity(uint view, vec3 away, float z, float depth_scale, out bool rim) {
   if (!image_in(view, away, image, depth)) return 0.0;
   if (any(lessThan(image, vec2(0.0))) || any(greaterThanEqual(image, size.xy))) return 0.0;
   vec3 texel;
-  if (!locate(size, image, texel)) return 0.0;
-  float stored = texelFetch(depths, ivec3(texel), 0).x * depth_scale;
-  rim = stored < 0.0;
-  if (depth > abs(stored) * weights.y) return 0.0;
+  ivec3 pixel;
+  if (!locate(size, image, texel, pixel)) return 0.0;
+  if (depth * reciprocal_at(pixel, rim) > depth_scale * weights.y) return 0.0;
   float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 5u).w, z, depth)) : 0.0;
   return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
 }
@@ -100,11 +122,12 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
 vec3 color_in(uint view, vec3 world, float z) {
   vec2 image;
   vec3 texel;
+  ivec3 pixel;
   float depth;
   vec4 size = view_texel(view, 4u);
   vec4 gain = view_texel(view, 5u);
   image_in(view, world - view_texel(view, 3u).xyz, image, depth);
-  locate(size, image, texel);
+  locate(size, image, texel, pixel);
   float footprint = sampling.z != 0 ? footprint_of(gain.w, z, depth) : 1.0;
   float level = level_of(footprint);
   int next = int(level);

@@ -5,6 +5,7 @@ precision highp int;
 precision highp sampler2D;
 precision highp sampler2DArray;
 precision highp usampler2D;
+precision highp usampler2DArray;
 
 layout(std140) uniform Picture {
   vec4 cam_from_world[3];  // rows: rotation, translation

@@ -7,10 +7,10 @@
 // What every WebGL 2 has.
 const MOST_SIDE = 2048;
 const MOST_PAGES = 256;
-const DEPTH_BYTES = 2;
 const COLOUR_BYTES = 4;
-// Pixels whose depths are written together (shaders/depth.frag).
-export const DEPTHS_AT_ONCE = 8;
+// Depths are in blocks of so many pixels a side (atlas/depth_blocks.h).
+export const DEPTH_BLOCK_SIDE = 8;
+const DEPTH_BLOCK_BYTES = 16;
 
 const rounded = (value, unit) => Math.ceil(value / unit) * unit;
 const multipleOf = (a, b) => {
@@ -29,7 +29,7 @@ function layoutWith(scene, tile) {
   const scaled = (key) => Math.max(...views.map((view) => Math.ceil(view[key] * scale - 1e-9)));
   const count = placesOf(scene);
   const several = count > MOST_PAGES;
-  const unit = several ? multipleOf(tile, DEPTHS_AT_ONCE) : DEPTHS_AT_ONCE;
+  const unit = several ? multipleOf(tile, DEPTH_BLOCK_SIDE) : DEPTH_BLOCK_SIDE;
   // Between neighbours, room for what linear sampling of the coarsest level reaches.
   const gap = several ? 1 << scene.levels : 0;
   const width = rounded(scaled('width') + gap, unit);
@@ -44,7 +44,8 @@ function layoutWith(scene, tile) {
   return {
     scale, tile, cell: [width, height], columns, rows, pages, size: [columns * width, rows * height],
     fits: width <= MOST_SIDE && height <= MOST_SIDE && rows <= most[1],
-    bytes: pages * (COLOUR_BYTES * texels + DEPTH_BYTES * columns * width * rows * height),
+    bytes: pages * (COLOUR_BYTES * texels +
+        DEPTH_BLOCK_BYTES * columns * width * rows * height / (DEPTH_BLOCK_SIDE * DEPTH_BLOCK_SIDE)),
   };
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photographs on the GPU. A view comes as a picture and a mask; its depths are drawn from the mesh when it comes.
 import {scaledCamera} from './camera.js';
-import {DEPTHS_AT_ONCE, samePlaces, slotOfTile} from './layout.js';
+import {DEPTH_BLOCK_SIDE, samePlaces, slotOfTile} from './layout.js';
 import {loadMask} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
 
@@ -12,19 +12,19 @@ export class Photographs {
     this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
     this.tileSlots = new Table(gl, this.slots, 1);
     this.views = new Table(gl, viewTable(scene, layout), 4);
-    this.colours = this.array(gl.SRGB8_ALPHA8, scene.levels, gl.LINEAR);
-    this.depths = this.array(gl.R16F, 1, gl.NEAREST);
+    this.colours = this.array(gl.SRGB8_ALPHA8, layout.size, scene.levels, gl.LINEAR);
+    this.depths = this.array(gl.RGBA32UI, layout.size.map((side) => side / DEPTH_BLOCK_SIDE), 1, gl.NEAREST);
     this.bytes = layout.bytes + this.tileSlots.bytes + this.views.bytes;
     this.there = new Set();
     this.framebuffer = gl.createFramebuffer();
   }
 
-  array(format, levels, filter) {
+  array(format, size, levels, filter) {
     const {gl, layout} = this;
     const texture = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels, format, ...layout.size, layout.pages);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels, format, ...size, layout.pages);
     const between = levels > 1 ? gl.LINEAR_MIPMAP_LINEAR : filter;
     gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, between);
     gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, filter);
@@ -92,38 +92,21 @@ export class Photographs {
     }
   }
 
-  // The surface as the view's camera sees it, whose depths become texels in half precision. These are packed by a
-  // shader and copied as bytes, for WebGL 2 draws into no texture of half floats.
+  // The surface as the view's camera sees it, whose depths become blocks.
   drawDepths(place, view, camera, renderer) {
     const {gl, layout} = this;
     const target = renderer.drawViewSurface(camera);
-    const [width, height] = layout.cell;
-    const packed = makeTexture(gl, gl.RGBA32UI, width / DEPTHS_AT_ONCE, height);
     const program = this.programs.use('depth');
     bindTexture(gl, 'surfaces', gl.TEXTURE_2D, target.surface);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, packed, 0);
-    gl.viewport(0, 0, width / DEPTHS_AT_ONCE, height);
+    gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, this.depths, 0, place.page);
+    const [x, y, width, height] = [place.x, place.y, ...layout.cell].map((pixels) => pixels / DEPTH_BLOCK_SIDE);
+    gl.viewport(x, y, width, height);
+    gl.uniform2i(program.uniform('origin'), x, y);
     gl.uniform2i(program.uniform('size'), camera.width, camera.height);
     gl.uniform1f(program.uniform('depth_scale'), depthScale(view));
     gl.uniform1f(program.uniform('pixels'), 1 / layout.scale);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    const bytes = gl.createBuffer();
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, bytes);
-    gl.bufferData(gl.PIXEL_PACK_BUFFER, 2 * width * height, gl.STREAM_COPY);
-    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
-    gl.readPixels(0, 0, width / DEPTHS_AT_ONCE, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, 0);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, bytes);
-    gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
-    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.depths);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    gl.texSubImage3D(
-        gl.TEXTURE_2D_ARRAY, 0, place.x, place.y, place.page, width, height, 1, gl.RED, gl.HALF_FLOAT, 0);
-    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
-    gl.deleteBuffer(bytes);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, null, 0);
-    gl.deleteTexture(packed);
     return target;
   }
 

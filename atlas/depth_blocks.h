@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A stored view's depth as the renderer's textures hold it: what decides whether the view sees a point, in a quarter of
+// a byte a pixel.
+//
+// The reciprocal of a plane's depth is linear across an image. So a block of 8 x 8 pixels is a plane, or where one does
+// not fit, two parallel ones and for each pixel which of them it shows; and which pixels are at rims. Depths are shares
+// of depth_scale(). With (x, y) in pixels from the block's middle, 1 / depth = a (1 + b x + c y), in four words of 32
+// bits, the lowest bits first:
+//
+//   one plane     a in half precision, 16 bits of 0; b, c as 16-bit shares of kMostDepthSlope; a bit a pixel: at a rim
+//   two planes    -a of the nearer, a of the farther in half precision; b, c in 8 bits, the root of their share of
+//                 kMostDepthSlope with their sign; a bit for each 2 x 2 pixels: at a rim; a bit a pixel: the farther
+//
+// Pixels are counted row by row from the top left. A reciprocal of 0 or less is of nothing that hides anything.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "atlas/stored_view.h"
+#include "atlas/texel_format.h"
+
+namespace lumatlas {
+
+inline constexpr double kMostDepthSlope = 0.125;  // of b and c, a pixel; what is steeper is cut to it
+
+using DepthBlock = std::array<std::uint32_t, 4>;
+
+// A power of two near the median of the view's depths; 1 if it has none.
+[[nodiscard]] float depth_scale(const StoredView& view);
+
+// The block whose first pixel is (x, y); beyond the image nothing is. Of pixels that the view's validity leaves out,
+// neighbours included, nothing is kept, as long as there are others; the others are shown at their depth or behind it,
+// so that no view finds what it shows hidden. tools/viewer/page/shaders/depth.frag does the same.
+[[nodiscard]] DepthBlock depth_block(const StoredView& view, std::uint32_t x, std::uint32_t y, float scale);
+
+// What a block says at the middle of its pixel `number`.
+struct BlockPixel {
+  double reciprocal = 0;  // of its depth, as the view's
+  bool at_rim = false;
+};
+[[nodiscard]] BlockPixel decoded(const DepthBlock& block, std::uint32_t number, float scale);
+
+// What the texture array says of each pixel of a view, row by row from the top left.
+[[nodiscard]] std::vector<BlockPixel> shown_depths(const StoredView& view);
+
+}  // namespace lumatlas
