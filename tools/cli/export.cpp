@@ -22,6 +22,9 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
 #include "tools/paths/camera_tours.h"
+#include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/offered_scene.h"
 #include "tools/texture/textured_mesh.h"
 #include "tools/texture/write_textured_mesh.h"
 #include "tools/viewer/scaled_view.h"
@@ -39,7 +42,8 @@ const Names<ExportFormat> kFormats{
 const Names<ImageFormat> kImages{{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
 
 struct ExportFlags {
-  std::filesystem::path model, output;
+  std::filesystem::path model, output, from;
+  PictureFlags pictures;
   ExportFormat format = ExportFormat::glb;
   TextureOptions texture;
   ImageCoding image;
@@ -98,7 +102,8 @@ struct ExportFlags {
             {"tolerance", texture.color.tolerance},
             {"image", name_of(kImages, image.format)},
             {"quality", image.format == ImageFormat::png ? json() : json(image.quality)},
-            {"as_scene", as_scene}};
+            {"as_scene", as_scene},
+            {"from", from.empty() ? json() : json(from.string())}};
   }
 };
 
@@ -180,6 +185,7 @@ json summary(const ExportFlags& flags, const TexturedMesh& mesh, const TextureFa
             {"texels", facts.texels},
             {"unseen", facts.unseen_texels},
             {"per_pixel", facts.texels_per_pixel}}},
+          {"photographs", {{"used", facts.photographs}, {"outliers", facts.outliers}}},
           {"time_ms", {{"total", total_ms}}}};
 }
 
@@ -258,10 +264,21 @@ void run_web(const ExportFlags& flags) {
   }
 }
 
+// The photographs of --from that the model may have learnt from; none without it.
+OfferedPhotographs offered(const ExportFlags& flags, const Model& model) {
+  if (flags.from.empty()) return {};
+  const ModelNotes notes = read_model_notes(flags.model);
+  PictureFolders pictures = flags.pictures.folders();
+  pictures.skip_bad = skips_bad(notes);
+  SceneViews scene = read_scene_views(flags.from, model.snapshot.surface->offset, pictures);
+  correct_lenses(scene.views, notes, flags.model);
+  return offered_photographs(scene, hold_out_of(notes, flags.model), model.validity, notes, flags.model);
+}
+
 void run(const ExportFlags& flags) {
   const auto start = std::chrono::steady_clock::now();
   flags.check();
-  check_apart(flags.output, std::array{flags.model});
+  check_apart(flags.output, std::array{flags.model, flags.from, flags.pictures.images, flags.pictures.masks});
   if (flags.format == ExportFormat::web) return run_web(flags);
   ExportOutput output(flags);
   Model model = read_model(flags.model);
@@ -270,8 +287,10 @@ void run(const ExportFlags& flags) {
   const std::vector<Camera> cameras = cameras_of(model.snapshot);
   if (!flags.as_scene && !cameras.empty()) options.file_from_scene = upright(cameras, upward(cameras));
   options.notes = json_text({{"lumatlas", LUMATLAS_VERSION}, {"options", flags.effective()}});
-  const TexturedMesh mesh(std::move(model.snapshot), flags.texture);
-  Progress progress("texture: charts", mesh.charts().size(), ProgressOptions::standard_error(flags.quiet));
+  OfferedPhotographs photographs = offered(flags, model);
+  const TexturedMesh mesh(std::move(model.snapshot), flags.texture, std::move(photographs));
+  Progress progress(flags.from.empty() ? "texture: charts" : "texture: photographs", mesh.ticks(),
+                    ProgressOptions::standard_error(flags.quiet));
   const TextureFacts facts = output.write(mesh, options, [&] { progress.tick(); });
   output.commit();
   const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -314,6 +333,10 @@ void add_export_command(CLI::App& program) {
   command->add_option("--density", flags->texture.texels_per_pixel, "Texels for each pixel of a photograph, a side")
       ->type_name("D")
       ->check(number_between(0.01, 4));
+  add_file(*command, "--from", flags->from, "SCENE",
+           "Colours also from its photographs that are not in the model, but those that it was built without");
+  flags->pictures.add_to(*command);
+  for (const char* name : {"--images", "--masks"}) command->get_option(name)->needs(command->get_option("--from"));
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
@@ -331,7 +354,8 @@ void add_export_command(CLI::App& program) {
                    "Difference of photographs that counts as one, of square roots of light")
       ->type_name("T")
       ->check(number_between(0.001, 10));
-  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance"}) {
+  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance", "--from",
+                           "--images", "--masks"}) {
     flags->of_textures.push_back(command->get_option(name));
   }
   flags->of_textures.push_back(command->get_option("--as-scene"));
