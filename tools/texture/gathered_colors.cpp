@@ -184,7 +184,7 @@ DetailMap::Counts DetailMap::color(FilledPage& page) const {
       if (sums_[number].w > 0) color += vec3(sums_[number]) / sums_[number].w;
       color = (consensus.weight * glm::max(color, vec3(0)) + kLeastWeight * stand_in) /
               (consensus.weight + kLeastWeight);
-      page.set(rectangle.x + at.x, rectangle.y + at.y, color);
+      page.set(rectangle.x + at.x, rectangle.y + at.y, color * on_.places.exposure(at.face, at.share_b, at.share_c));
       counts.texels += at.inside;
       counts.unseen_texels += at.inside && !(consensus.weight > kLeastWeight);
     }

@@ -32,6 +32,11 @@ struct ColorOptions {
   double sharpness = 3;
   // Differences between views above this count as disagreement; of square roots of linear light. > 0
   double tolerance = 0.3;
+  enum class Exposure {
+    nearby,  // of the photographs that see the place, see exposure_field.h
+    model,   // the common exposure of all views
+  };
+  Exposure exposure = Exposure::nearby;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

@@ -63,6 +63,12 @@ SurfacePlace SurfacePlaces::at(std::uint32_t face, float b, float c) const {
           a * vertex(f.x) + b * vertex(f.y) + c * vertex(f.z)};
 }
 
+vec3 SurfacePlaces::exposure(std::uint32_t face, float b, float c) const {
+  if (exposures_.empty()) return vec3(1);
+  const glm::uvec3& f = snapshot_.surface->mesh.faces[face];
+  return (1 - b - c) * exposures_[f.x] + b * exposures_[f.y] + c * exposures_[f.z];
+}
+
 std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, double density,
                                    float sharpness) {
   TextureView::Place seen;

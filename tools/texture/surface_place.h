@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "atlas/snapshot.h"
@@ -26,11 +27,17 @@ class SurfacePlaces {
   // At shares b and c of a face's second and third corner.
   [[nodiscard]] SurfacePlace at(std::uint32_t face, float b, float c) const;
 
+  // From the model's exposure to that which the place is shown in; 1 unless there are factors.
+  [[nodiscard]] glm::vec3 exposure(std::uint32_t face, float b, float c) const;
+  // By vertex, positive.
+  void set_exposures(std::vector<glm::vec3> factors) { exposures_ = std::move(factors); }
+
   [[nodiscard]] const Surface& surface() const { return *snapshot_.surface; }
 
  private:
   const Snapshot& snapshot_;
-  std::vector<glm::vec3> normals_;  // by vertex, smoothed
+  std::vector<glm::vec3> normals_;    // by vertex, smoothed
+  std::vector<glm::vec3> exposures_;  // by vertex, or empty
 };
 
 // c_i, s_i, the square root of s_i, b_i and d_i of surface_color.h.

@@ -182,6 +182,10 @@ ViewColor TextureView::sharp(const vec2& image, float footprint) const {
   return sample;
 }
 
+vec3 TextureView::log_exposure() const {
+  return -glm::log(gain_);
+}
+
 vec3 TextureView::smooth(const vec2& image) const {
   const Bilinear texels = bilinear(image / static_cast<float>(smooth_unit_), smooth_width_, smooth_height_);
   vec3 sum(0);

@@ -41,6 +41,8 @@ class TextureView {
 
   [[nodiscard]] const glm::vec3& center() const { return center_; }
   [[nodiscard]] float focal_px() const { return focal_px_; }
+  // -ln of the gain, per channel: what its photograph has against the model's exposure.
+  [[nodiscard]] glm::vec3 log_exposure() const;
 
  private:
   TextureView(const StoredView& view, const glm::dvec3& gain, std::vector<std::uint8_t> mask);

@@ -13,6 +13,7 @@
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
 #include "tools/texture/chart_texels.h"
+#include "tools/texture/exposure_field.h"
 #include "tools/texture/filled_page.h"
 #include "tools/texture/gathered_colors.h"
 
@@ -121,7 +122,12 @@ TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
 }
 
 TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) const {
-  const SurfacePlaces places(snapshot_);
+  SurfacePlaces places(snapshot_);
+  if (options_.color.exposure == ColorOptions::Exposure::nearby) {
+    ExposureField field(mesh());
+    for (const TextureView& view : views_.views) field.add(view);
+    places.set_exposures(field.factors());
+  }
   const SurfaceColors colors(places, views_, options_.color);
   std::atomic<std::uint64_t> texels = 0, unseen_texels = 0;
   for (std::uint32_t page = 0; page < layout_.pages; ++page) {
@@ -137,7 +143,8 @@ TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) c
             const ChartTexel& texel = map[std::size_t{y} * place.width + x];
             if (texel.face == ChartTexel::kNoFaceHere) continue;
             const SurfaceColor color = colors.at(texel.face, texel.share_b, texel.share_c, place.density);
-            filled.set(place.x + x, place.y + y, color.color);
+            const glm::vec3 exposure = places.exposure(texel.face, texel.share_b, texel.share_c);
+            filled.set(place.x + x, place.y + y, color.color * exposure);
             inside += texel.distance == 0;
             unseen += texel.distance == 0 && !color.seen;
           }
@@ -155,13 +162,19 @@ TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) c
 }
 
 TextureFacts TexturedMesh::bake_offered(const PageSink& sink, const Tick& tick) const {
-  const SurfacePlaces places(snapshot_);
+  SurfacePlaces places(snapshot_);
   const SurfaceColors stored(places, views_, options_.color);
   const GatheredOn on{places, charts_, layout_, options_.color};
   PlacedPhotographs photographs(snapshot_, views_, stored, offered_);
   ConsensusMap consensus(on, stored);
-  photographs.each([&](const TextureView& view) { consensus.add(view); }, tick);
+  ExposureField field(mesh());
+  const auto first_look = [&](const TextureView& view) {
+    consensus.add(view);
+    field.add(view);
+  };
+  photographs.each(first_look, tick);
   consensus.finish_round();
+  if (options_.color.exposure == ColorOptions::Exposure::nearby) places.set_exposures(field.factors());
   TextureFacts facts{.photographs = photographs.used(), .outliers = photographs.outliers()};
   for (std::uint32_t page = 0; page < layout_.pages; ++page) {
     FilledPage filled(layout_.side_px);
