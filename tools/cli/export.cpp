@@ -72,8 +72,7 @@ struct ExportFlags {
       throw CLI::ValidationError("--image", "webp is for glb and gltf: programs that read OBJ do not know it");
     }
     if (image.format == PageFormat::webp && texture.layout.most_side_px > kLongestWebp) {
-      throw CLI::ValidationError("--texture",
-                                 "must be at most " + std::to_string(kLongestWebp) + " with --image webp");
+      throw CLI::ValidationError("--texture", "must be at most " + std::to_string(kLongestWebp) + " with --image webp");
     }
     if (format == ExportFormat::glb && output.extension() != ".glb") {
       throw CLI::ValidationError("--output", "must end in .glb with --to glb");
@@ -327,8 +326,8 @@ void add_export_command(CLI::App& program) {
   add_file(*command, "-o,--output", flags->output, "PATH",
            "An earlier export there is replaced; --to web writes a folder, or one file NAME.html")
       ->required();
-  flags->image_option =
-      add_choice(*command, "--image", flags->image.format, kImages, "How the texture is kept; --to web: jpeg, without webp");
+  flags->image_option = add_choice(*command, "--image", flags->image.format, kImages,
+                                   "How the texture is kept; --to web: jpeg, without webp");
   flags->quality = command->add_option("--quality", flags->image.quality, "With --image jpeg or webp, how well")
                        ->type_name("Q")
                        ->transform(whole_number(1, 100));
@@ -368,8 +367,8 @@ void add_export_command(CLI::App& program) {
                    "Difference of photographs that counts as one, of square roots of light")
       ->type_name("T")
       ->check(number_between(0.001, 10));
-  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance", "--exposure", "--from",
-                           "--images", "--masks"}) {
+  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance", "--exposure",
+                           "--from", "--images", "--masks"}) {
     flags->of_textures.push_back(command->get_option(name));
   }
   flags->of_textures.push_back(command->get_option("--as-scene"));

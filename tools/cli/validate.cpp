@@ -232,9 +232,10 @@ void add_validate_command(CLI::App& program) {
            "Also measure flicker along its frames, as `lumatlas synth --path-frames` writes them");
   CLI::Option* const baselines =
       command
-          ->add_option("--baselines", flags->baselines,
-                       "To compare with: what `lumatlas export` makes, without and with --from, all input views at once, "
-                       "averaged colours")
+          ->add_option(
+              "--baselines", flags->baselines,
+              "To compare with: what `lumatlas export` makes, without and with --from, all input views at once, "
+              "averaged colours")
           ->type_name("NAMES")
           ->check(one_of({"texture", "texture-all", "unbounded", "vertex", "none"}))
           ->delimiter(',')

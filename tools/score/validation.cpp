@@ -202,7 +202,8 @@ struct Ticks {
   std::size_t all = 0;
 
   Ticks(const ValidationOptions& options, const Split& parts) : scoring(options.aligned ? 8 : 4) {
-    const std::size_t methods = 1u + (options.texture ? 1 : 0) + (options.texture_all.list.empty() ? 0 : 1) + (options.unbounded ? 1 : 0) + (options.vertex ? 1 : 0);
+    const std::size_t methods = 1u + (options.texture ? 1 : 0) + (options.texture_all.list.empty() ? 0 : 1) +
+                                (options.unbounded ? 1 : 0) + (options.vertex ? 1 : 0);
     const std::size_t taken = options.unbounded || options.vertex ? parts.input.size() : 0;
     const std::size_t frames = options.path ? options.path->views.size() : 0;
     if (options.unbounded) given = 3;

@@ -28,8 +28,7 @@ GatheredPlaces gathered_places(const GatheredOn& on, const TextureLayout& layout
   std::vector<std::vector<GatheredPlace>> of_chart(charts.size());
   tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {
     const ChartPlace& place = layout.places[charts[i]];
-    const std::vector<ChartTexel> texels =
-        chart_texels(on.places.surface().mesh, on.charts[charts[i]], place, layout);
+    const std::vector<ChartTexel> texels = chart_texels(on.places.surface().mesh, on.charts[charts[i]], place, layout);
     for (std::size_t t = 0; t < texels.size(); ++t) {
       const ChartTexel& texel = texels[t];
       if (texel.face == ChartTexel::kNoFaceHere) continue;
@@ -165,8 +164,7 @@ void DetailMap::add(const TextureView& view) {
     const SurfacePlace place = on_.places.at(at.face, at.share_b, at.share_c);
     const auto shown = shown_in(view, place, on_.layout.places[chart].density, sharpness);
     if (!shown) return;
-    const float weight =
-        shown->detail * consensus_.at(chart, {at.x + 0.5, at.y + 0.5}).agreement(shown->root);
+    const float weight = shown->detail * consensus_.at(chart, {at.x + 0.5, at.y + 0.5}).agreement(shown->root);
     sums_[number] += glm::vec4(weight * (shown->color - shown->smooth), weight);
   });
 }
@@ -182,8 +180,8 @@ DetailMap::Counts DetailMap::color(FilledPage& page) const {
       const Consensus consensus = consensus_.at(chart, {at.x + 0.5, at.y + 0.5});
       vec3 color = consensus.broad;
       if (sums_[number].w > 0) color += vec3(sums_[number]) / sums_[number].w;
-      color = (consensus.weight * glm::max(color, vec3(0)) + kLeastWeight * stand_in) /
-              (consensus.weight + kLeastWeight);
+      color =
+          (consensus.weight * glm::max(color, vec3(0)) + kLeastWeight * stand_in) / (consensus.weight + kLeastWeight);
       page.set(rectangle.x + at.x, rectangle.y + at.y, color * on_.places.exposure(at.face, at.share_b, at.share_c));
       counts.texels += at.inside;
       counts.unseen_texels += at.inside && !(consensus.weight > kLeastWeight);

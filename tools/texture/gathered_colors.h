@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The formula of surface_color.h from photographs that come one after the other, so that memory does not grow with
-// their number. What they agree on is smooth, so it is gathered at a place for every 4 x 4 texels, in a round of its own
-// that starts from what the stored views agree on. Then detail is gathered for each texel.
+// their number. What they agree on is smooth, so it is gathered at a place for every 4 x 4 texels, in a round of its
+// own that starts from what the stored views agree on. Then detail is gathered for each texel.
 #pragma once
 
 #include <cstdint>
@@ -56,7 +56,7 @@ class ConsensusMap {
   GatheredOn on_;
   TextureLayout coarse_;
   GatheredPlaces gathered_;
-  std::vector<std::uint32_t> number_;  // of the place by coarse texel; kNoPlace: none
+  std::vector<std::uint32_t> number_;     // of the place by coarse texel; kNoPlace: none
   std::vector<std::size_t> first_texel_;  // of each chart in number_
   std::vector<Consensus> consensus_;
   std::vector<ConsensusSums> sums_;

@@ -35,8 +35,8 @@ std::vector<std::uint8_t> encode_webp(const Photograph& page, int quality) {
   OIIO::Filesystem::IOProxy* proxy = &memory;
   spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
   output->threads(1);
-  const bool written = output->open("page.webp", spec) &&
-                       output->write_image(OIIO::TypeDesc::UINT8, page.rgb.data()) && output->close();
+  const bool written =
+      output->open("page.webp", spec) && output->write_image(OIIO::TypeDesc::UINT8, page.rgb.data()) && output->close();
   if (!written || bytes.empty()) fail(page, output->geterror());
   return bytes;
 }

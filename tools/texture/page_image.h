@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// WebP is about half as large as JPEG at the same error, but a side has at most 16383 texels.
+// WebP takes less than half of JPEG's bytes, with colour at half the resolution and at most 16383 texels a side.
 enum class PageFormat { png, jpeg, webp };
 [[nodiscard]] const char* ending(PageFormat format);     // of a file's name: ".png"
 [[nodiscard]] const char* mime_type(PageFormat format);  // "image/png"

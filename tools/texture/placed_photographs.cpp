@@ -67,7 +67,10 @@ void check(const OfferedPhotographs& offered) {
 
 PlacedPhotographs::PlacedPhotographs(const Snapshot& snapshot, const TextureViews& stored, const SurfaceColors& colors,
                                      const OfferedPhotographs& offered)
-    : snapshot_(snapshot), colors_(colors), offered_(offered), visibility_(make_ray_visibility(snapshot.surface->mesh)) {
+    : snapshot_(snapshot),
+      colors_(colors),
+      offered_(offered),
+      visibility_(make_ray_visibility(snapshot.surface->mesh)) {
   // What the model holds in part is read again as a whole.
   const bool whole = snapshot.tiles.whole_views();
   std::map<std::string, std::size_t> listed;
@@ -105,8 +108,7 @@ AlignmentTargets PlacedPhotographs::targets(const Camera& camera, const Pyramid&
   AlignmentTargets targets;
   targets.colors.resize(pyramid.levels());
   const double focal_px = std::sqrt(camera.fx * camera.fy);
-  for (const SurfaceSample& sample :
-       choose_surface_samples(camera, pyramid, visible, offered_.refinement.samples)) {
+  for (const SurfaceSample& sample : choose_surface_samples(camera, pyramid, visible, offered_.refinement.samples)) {
     const glm::vec2 shares = shares_at(snapshot_.surface->mesh, sample.face, sample.position);
     const double density = focal_px / camera.cam_from_world(sample.position).z;
     const SurfaceColor finest = colors_.at(sample.face, shares.x, shares.y, density);
@@ -130,8 +132,8 @@ PlacedPhotographs::Placed PlacedPhotographs::place(std::size_t number, const Pho
   const Pyramid pyramid(photograph);
   const VisibilityBuffer visible = visibility_->trace(
       camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), offered_.refinement.sample_px)));
-  const Alignment found = align(camera, camera, dvec3(1), pyramid, targets(camera, pyramid, visible),
-                                offered_.refinement.alignment);
+  const Alignment found =
+      align(camera, camera, dvec3(1), pyramid, targets(camera, pyramid, visible), offered_.refinement.alignment);
   const bool outlier = found.correlation && *found.correlation < offered_.refinement.least_correlation;
   return {found.camera, found.gain, {}, !outlier};
 }
@@ -163,8 +165,7 @@ void PlacedPhotographs::each(const std::function<void(const TextureView&)>& use,
     if (photograph.width != expected.width || photograph.height != expected.height) {
       throw InputError(listed.name + ": is " + std::to_string(photograph.width) + "x" +
                        std::to_string(photograph.height) + " pixels, but " + std::to_string(expected.width) + "x" +
-                       std::to_string(expected.height) +
-                       " in the model: name the scene that the model was built from");
+                       std::to_string(expected.height) + " in the model: name the scene that the model was built from");
     }
     if (!places_[i]) places_[i] = place(read_[i], photograph);
     const Placed& placed = *places_[i];

@@ -70,11 +70,11 @@ class PlacedPhotographs {
   const SurfaceColors& colors_;
   const OfferedPhotographs& offered_;
   std::unique_ptr<Visibility> visibility_;
-  std::vector<const TextureView*> stored_;      // that are used as they are in the model
-  std::vector<std::size_t> read_;               // numbers in the list
-  std::vector<std::optional<Placed>> places_;   // by position in read_
-  std::vector<const StoredView*> in_model_;     // by number in the list; null: not in the model
-  std::vector<glm::dvec3> gain_in_model_;       // by number in the list
+  std::vector<const TextureView*> stored_;     // that are used as they are in the model
+  std::vector<std::size_t> read_;              // numbers in the list
+  std::vector<std::optional<Placed>> places_;  // by position in read_
+  std::vector<const StoredView*> in_model_;    // by number in the list; null: not in the model
+  std::vector<glm::dvec3> gain_in_model_;      // by number in the list
   std::size_t used_ = 0;
 };
 

@@ -296,7 +296,7 @@ std::shared_ptr<Offered> offered_arc(std::uint32_t stored, const Shading& shadin
 
 TEST_CASE("photographs that are not in the model come one at a time, and as often as there are batches of texels") {
   const auto offered = offered_arc(3, plain_shading());
-  for (const std::uint64_t most : {std::uint64_t{1} << 24, std::uint64_t{1}}) {
+  for (const std::uint64_t most : {1u << 24, 6000u}) {
     TextureOptions options;
     options.layout.most_side_px = 128;
     options.layout.most_pages = 2;
@@ -309,7 +309,8 @@ TEST_CASE("photographs that are not in the model come one at a time, and as ofte
     CHECK(facts.photographs == 7);
     CHECK(facts.outliers == 0);
     const std::size_t rounds = mesh.ticks() / 7;
-    CHECK(rounds == 1 + (most > 1 ? mesh.layout().pages : mesh.charts().size()));
+    if (most > 6000) CHECK(rounds == 1 + mesh.layout().pages);
+    if (most == 6000) CHECK(rounds > 1 + mesh.layout().pages);
     CHECK(offered->reads == std::vector<std::size_t>{0, 0, 0, rounds, rounds, rounds, rounds});
   }
 }
@@ -351,8 +352,9 @@ TEST_CASE("from all photographs, those that show something else are left out") {
   const auto offered = offered_arc(4, plain_shading());
   const auto read = offered->photographs.read;
   const Relief relief;
-  const Photograph other = relief.photograph(
-      camera_on_arc(30), dvec3(1), [](const dvec3& point, const dvec3&) { return relief_color(1.7 * dvec3(point.y, point.x, point.z) + 9.0); });
+  const Photograph other = relief.photograph(camera_on_arc(30), dvec3(1), [](const dvec3& point, const dvec3&) {
+    return relief_color(1.7 * dvec3(point.y, point.x, point.z) + 9.0);
+  });
   offered->photographs.read = [=](std::size_t number) { return number == 6 ? other : read(number); };
   const TextureFacts facts = bake(TexturedMesh(offered->snapshot, {}, offered->photographs)).facts;
   CHECK(facts.photographs == 6);
@@ -376,12 +378,13 @@ TEST_CASE("from all photographs, the same bytes for any number of threads and of
   std::vector<Baked> all;
   for (const std::size_t threads : {1u, 2u}) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    options.most_texels_at_once = threads == 1 ? 1u << 24 : 5000;
+    options.most_texels_at_once = threads == 1 ? 1u << 24 : 20000;
     all.push_back(bake(TexturedMesh(offered->snapshot, options, offered->photographs)));
   }
   REQUIRE(all[0].pages.size() == all[1].pages.size());
   CHECK(all[0].facts.unseen_texels == all[1].facts.unseen_texels);
-  for (std::size_t page = 0; page < all[0].pages.size(); ++page) CHECK(all[0].pages[page].rgb == all[1].pages[page].rgb);
+  for (std::size_t page = 0; page < all[0].pages.size(); ++page)
+    CHECK(all[0].pages[page].rgb == all[1].pages[page].rgb);
 }
 
 TEST_CASE("texture options are refused by name") {
