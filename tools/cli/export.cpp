@@ -347,7 +347,7 @@ void add_export_command(CLI::App& program) {
   add_choice(*command, "--exposure", flags->texture.color.exposure, kTextureExposures,
              "Expose each place as the photographs that see it, or one exposure for the model");
   add_file(*command, "--from", flags->from, "SCENE",
-           "Colours also from its photographs that are not in the model, but those that it was built without");
+           "Colours also from its photographs that the model did not keep, but none that `build --hold` left out");
   flags->pictures.add_to(*command);
   for (const char* name : {"--images", "--masks"}) command->get_option(name)->needs(command->get_option("--from"));
   begin_group(*command, "Messages");
