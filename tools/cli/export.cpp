@@ -22,6 +22,9 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
 #include "tools/paths/camera_tours.h"
+#include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/offered_scene.h"
 #include "tools/texture/textured_mesh.h"
 #include "tools/texture/write_textured_mesh.h"
 #include "tools/viewer/scaled_view.h"
@@ -33,16 +36,19 @@ namespace {
 
 using nlohmann::json;
 
+const Names<ColorOptions::Exposure> kTextureExposures{{"nearby", ColorOptions::Exposure::nearby},
+                                                      {"model", ColorOptions::Exposure::model}};
 enum class ExportFormat { glb, gltf, obj, web };
 const Names<ExportFormat> kFormats{
     {"glb", ExportFormat::glb}, {"gltf", ExportFormat::gltf}, {"obj", ExportFormat::obj}, {"web", ExportFormat::web}};
-const Names<ImageFormat> kImages{{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}};
+const Names<PageFormat> kImages{{"png", PageFormat::png}, {"jpeg", PageFormat::jpeg}, {"webp", PageFormat::webp}};
 
 struct ExportFlags {
-  std::filesystem::path model, output;
+  std::filesystem::path model, output, from;
+  PictureFlags pictures;
   ExportFormat format = ExportFormat::glb;
   TextureOptions texture;
-  ImageCoding image;
+  PageCoding image;
   bool as_scene = false;
   bool json_output = false;
   bool quiet = false;
@@ -50,18 +56,23 @@ struct ExportFlags {
   CLI::Option* image_option = nullptr;
   std::vector<CLI::Option*> of_textures;  // that a page has no use for
 
-  // What a page is made of, JPEG unless told otherwise.
+  // What a page for browsers is made of, JPEG unless told otherwise.
   [[nodiscard]] ImageCoding web_coding() const {
-    ImageCoding coding = image;
-    if (image_option->count() == 0) coding.format = ImageFormat::jpeg;
-    if (quality->count() == 0) coding.quality = SiteOptions{}.photographs.quality;
-    return coding;
+    const bool exact = image_option->count() > 0 && image.format == PageFormat::png;
+    const int web_quality = quality->count() > 0 ? image.quality : SiteOptions{}.photographs.quality;
+    return {exact ? ImageFormat::png : ImageFormat::jpeg, web_quality};
   }
 
   void check() const {
     if (format == ExportFormat::web) return check_web();
-    if (quality->count() > 0 && image.format == ImageFormat::png) {
-      throw CLI::ValidationError("--quality", "needs --image jpeg: PNG is exact");
+    if (quality->count() > 0 && image.format == PageFormat::png) {
+      throw CLI::ValidationError("--quality", "needs --image jpeg or webp: PNG is exact");
+    }
+    if (image.format == PageFormat::webp && format == ExportFormat::obj) {
+      throw CLI::ValidationError("--image", "webp is for glb and gltf: programs that read OBJ do not know it");
+    }
+    if (image.format == PageFormat::webp && texture.layout.most_side_px > kLongestWebp) {
+      throw CLI::ValidationError("--texture", "must be at most " + std::to_string(kLongestWebp) + " with --image webp");
     }
     if (format == ExportFormat::glb && output.extension() != ".glb") {
       throw CLI::ValidationError("--output", "must end in .glb with --to glb");
@@ -72,6 +83,9 @@ struct ExportFlags {
   void check_web() const {
     for (const CLI::Option* option : of_textures) {
       if (option->count() > 0) throw CLI::ValidationError(option->get_name(), "is not for --to web");
+    }
+    if (image_option->count() > 0 && image.format == PageFormat::webp) {
+      throw CLI::ValidationError("--image", "webp is not for --to web");
     }
     if (quality->count() > 0 && web_coding().format == ImageFormat::png) {
       throw CLI::ValidationError("--quality", "needs JPEG: PNG is exact");
@@ -84,7 +98,7 @@ struct ExportFlags {
       return {{"command", "export"},
               {"model", model.string()},
               {"to", name_of(kFormats, format)},
-              {"image", name_of(kImages, coding.format)},
+              {"image", coding.format == ImageFormat::png ? "png" : "jpeg"},
               {"quality", coding.format == ImageFormat::png ? json() : json(coding.quality)}};
     }
     return {{"command", "export"},
@@ -96,9 +110,11 @@ struct ExportFlags {
             {"density", texture.texels_per_pixel},
             {"sharpness", texture.color.sharpness},
             {"tolerance", texture.color.tolerance},
+            {"exposure", name_of(kTextureExposures, texture.color.exposure)},
             {"image", name_of(kImages, image.format)},
-            {"quality", image.format == ImageFormat::png ? json() : json(image.quality)},
-            {"as_scene", as_scene}};
+            {"quality", image.format == PageFormat::png ? json() : json(image.quality)},
+            {"as_scene", as_scene},
+            {"from", from.empty() ? json() : json(from.string())}};
   }
 };
 
@@ -180,6 +196,7 @@ json summary(const ExportFlags& flags, const TexturedMesh& mesh, const TextureFa
             {"texels", facts.texels},
             {"unseen", facts.unseen_texels},
             {"per_pixel", facts.texels_per_pixel}}},
+          {"photographs", {{"used", facts.photographs}, {"outliers", facts.outliers}}},
           {"time_ms", {{"total", total_ms}}}};
 }
 
@@ -258,10 +275,21 @@ void run_web(const ExportFlags& flags) {
   }
 }
 
+// The photographs of --from that the model may have learnt from; none without it.
+OfferedPhotographs offered(const ExportFlags& flags, const Model& model) {
+  if (flags.from.empty()) return {};
+  const ModelNotes notes = read_model_notes(flags.model);
+  PictureFolders pictures = flags.pictures.folders();
+  pictures.skip_bad = skips_bad(notes);
+  SceneViews scene = read_scene_views(flags.from, model.snapshot.surface->offset, pictures);
+  correct_lenses(scene.views, notes, flags.model);
+  return offered_photographs(scene, hold_out_of(notes, flags.model), model.validity, notes, flags.model);
+}
+
 void run(const ExportFlags& flags) {
   const auto start = std::chrono::steady_clock::now();
   flags.check();
-  check_apart(flags.output, std::array{flags.model});
+  check_apart(flags.output, std::array{flags.model, flags.from, flags.pictures.images, flags.pictures.masks});
   if (flags.format == ExportFormat::web) return run_web(flags);
   ExportOutput output(flags);
   Model model = read_model(flags.model);
@@ -270,8 +298,10 @@ void run(const ExportFlags& flags) {
   const std::vector<Camera> cameras = cameras_of(model.snapshot);
   if (!flags.as_scene && !cameras.empty()) options.file_from_scene = upright(cameras, upward(cameras));
   options.notes = json_text({{"lumatlas", LUMATLAS_VERSION}, {"options", flags.effective()}});
-  const TexturedMesh mesh(std::move(model.snapshot), flags.texture);
-  Progress progress("texture: charts", mesh.charts().size(), ProgressOptions::standard_error(flags.quiet));
+  OfferedPhotographs photographs = offered(flags, model);
+  const TexturedMesh mesh(std::move(model.snapshot), flags.texture, std::move(photographs));
+  Progress progress(flags.from.empty() ? "texture: charts" : "texture: photographs", mesh.ticks(),
+                    ProgressOptions::standard_error(flags.quiet));
   const TextureFacts facts = output.write(mesh, options, [&] { progress.tick(); });
   output.commit();
   const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
@@ -296,9 +326,9 @@ void add_export_command(CLI::App& program) {
   add_file(*command, "-o,--output", flags->output, "PATH",
            "An earlier export there is replaced; --to web writes a folder, or one file NAME.html")
       ->required();
-  flags->image_option =
-      add_choice(*command, "--image", flags->image.format, kImages, "How the texture is kept; --to web: jpeg");
-  flags->quality = command->add_option("--quality", flags->image.quality, "With --image jpeg, how well")
+  flags->image_option = add_choice(*command, "--image", flags->image.format, kImages,
+                                   "How the texture is kept; --to web: jpeg, without webp");
+  flags->quality = command->add_option("--quality", flags->image.quality, "With --image jpeg or webp, how well")
                        ->type_name("Q")
                        ->transform(whole_number(1, 100));
   command->add_flag("--as-scene", flags->as_scene,
@@ -314,6 +344,12 @@ void add_export_command(CLI::App& program) {
   command->add_option("--density", flags->texture.texels_per_pixel, "Texels for each pixel of a photograph, a side")
       ->type_name("D")
       ->check(number_between(0.01, 4));
+  add_choice(*command, "--exposure", flags->texture.color.exposure, kTextureExposures,
+             "Expose each place as the photographs that see it, or one exposure for the model");
+  add_file(*command, "--from", flags->from, "SCENE",
+           "Colours also from its photographs that the model did not keep, but none that `build --hold` left out");
+  flags->pictures.add_to(*command);
+  for (const char* name : {"--images", "--masks"}) command->get_option(name)->needs(command->get_option("--from"));
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
@@ -331,7 +367,8 @@ void add_export_command(CLI::App& program) {
                    "Difference of photographs that counts as one, of square roots of light")
       ->type_name("T")
       ->check(number_between(0.001, 10));
-  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance"}) {
+  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance", "--exposure",
+                           "--from", "--images", "--masks"}) {
     flags->of_textures.push_back(command->get_option(name));
   }
   flags->of_textures.push_back(command->get_option("--as-scene"));

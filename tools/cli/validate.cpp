@@ -22,6 +22,7 @@
 #include "tools/cli/option_rules.h"
 #include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/model_output.h"
+#include "tools/pipeline/offered_scene.h"
 #include "tools/score/frame_time.h"
 #include "tools/score/report_refinements.h"
 #include "tools/score/validation.h"
@@ -155,6 +156,9 @@ void run(const ValidateFlags& flags) {
   pictures.skip_bad = skips_bad(notes);
   SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, pictures);
   correct_lenses(scene.views, notes, flags.model);
+  if (wants("texture-all")) {
+    options.texture_all = offered_photographs(scene, options.protocol, model.validity, notes, flags.model);
+  }
   if (!flags.test.empty()) {
     options.test = read_scene_views(flags.test, model.snapshot.surface->offset);
     correct_lenses(options.test->views, notes, flags.model);
@@ -228,10 +232,12 @@ void add_validate_command(CLI::App& program) {
            "Also measure flicker along its frames, as `lumatlas synth --path-frames` writes them");
   CLI::Option* const baselines =
       command
-          ->add_option("--baselines", flags->baselines,
-                       "To compare with: what `lumatlas export` makes, all input views at once, averaged colours")
+          ->add_option(
+              "--baselines", flags->baselines,
+              "To compare with: what `lumatlas export` makes, without and with --from, all input views at once, "
+              "averaged colours")
           ->type_name("NAMES")
-          ->check(one_of({"texture", "unbounded", "vertex", "none"}))
+          ->check(one_of({"texture", "texture-all", "unbounded", "vertex", "none"}))
           ->delimiter(',')
           ->default_str("vertex");
   command->add_flag("--full", flags->full, "Compare with unbounded too, which takes long: --baselines unbounded,vertex")

@@ -188,8 +188,8 @@ std::optional<GivenPoses> given_poses(const Snapshot& model, const std::vector<S
   return GivenPoses{blended(*unmoved), {}};
 }
 
-Method::Draw textured(const Snapshot& snapshot) {
-  const auto mesh = std::make_shared<const TexturedMesh>(snapshot, TextureOptions());
+Method::Draw textured(const Snapshot& snapshot, const OfferedPhotographs& offered = {}) {
+  const auto mesh = std::make_shared<const TexturedMesh>(snapshot, TextureOptions(), offered);
   const auto picture = std::make_shared<const TexturedPicture>(*mesh);
   return [mesh, picture](const Camera& camera, const BlendOptions& /*blend*/) { return picture->render(camera); };
 }
@@ -202,7 +202,8 @@ struct Ticks {
   std::size_t all = 0;
 
   Ticks(const ValidationOptions& options, const Split& parts) : scoring(options.aligned ? 8 : 4) {
-    const std::size_t methods = 1u + (options.texture ? 1 : 0) + (options.unbounded ? 1 : 0) + (options.vertex ? 1 : 0);
+    const std::size_t methods = 1u + (options.texture ? 1 : 0) + (options.texture_all.list.empty() ? 0 : 1) +
+                                (options.unbounded ? 1 : 0) + (options.vertex ? 1 : 0);
     const std::size_t taken = options.unbounded || options.vertex ? parts.input.size() : 0;
     const std::size_t frames = options.path ? options.path->views.size() : 0;
     if (options.unbounded) given = 3;
@@ -225,6 +226,10 @@ std::vector<Method> methods_of(const Snapshot& model, const SceneViews& scene, c
     methods.emplace_back(
         ReportMethod{"texture", "the mesh with one conventional texture, as `lumatlas export` writes it"},
         textured(model), surface);
+  }
+  if (!options.texture_all.list.empty()) {
+    methods.emplace_back(ReportMethod{"texture-all", "the same texture from every input view, as `--from` makes it"},
+                         textured(model, options.texture_all), surface);
   }
   if (!options.unbounded && !options.vertex) return methods;
   const Snapshot all =

@@ -10,6 +10,7 @@
 #include "blend/egl_context.h"
 #include "tools/scene/scene.h"
 #include "tools/score/report.h"
+#include "tools/texture/placed_photographs.h"
 
 namespace lumatlas {
 
@@ -17,9 +18,11 @@ struct ValidationOptions {
   std::optional<HoldOut> protocol = HoldOut();  // none: the model was built from every view; then `test` is needed
   std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
   BlendOptions blend;
-  ValidityOptions validity;        // of the unbounded baseline's masks
-  bool unbounded = false;          // the baseline of all input views, which needs memory for all of them, and time
-  bool texture = false;            // the baseline of a conventional texture for the model's mesh, from its views
+  ValidityOptions validity;  // of the unbounded baseline's masks
+  bool unbounded = false;    // the baseline of all input views, which needs memory for all of them, and time
+  bool texture = false;      // the baseline of a conventional texture for the model's mesh, from its views
+  // The same from these photographs too, of which none is scored; empty: no such baseline.
+  OfferedPhotographs texture_all;
   bool vertex = true;              // the baseline of averaged vertex colours
   bool aligned = true;             // also score with the held-out pose refined against each method
   std::optional<SceneViews> path;  // consecutive frames with their true pictures: also measure flicker along them
@@ -27,7 +30,8 @@ struct ValidationOptions {
   bool quiet = false;
 };
 
-// Renders every scored view, and the frames of the path, with each method ("store", "texture", "unbounded", "vertex"),
+// Renders every scored view, and the frames of the path, with each method ("store", "texture", "texture-all",
+// "unbounded", "vertex"),
 // writes the pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL
 // context current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if
 // nothing is left to score, or if the test views are the scene itself; std::invalid_argument without protocol and test.

@@ -21,6 +21,8 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
+#include "tools/texture/consensus.h"
+#include "tools/texture/surface_place.h"
 #include "tools/texture/texture_views.h"
 
 namespace lumatlas {
@@ -30,6 +32,11 @@ struct ColorOptions {
   double sharpness = 3;
   // Differences between views above this count as disagreement; of square roots of linear light. > 0
   double tolerance = 0.3;
+  enum class Exposure {
+    nearby,  // of the photographs that see the place, see exposure_field.h
+    model,   // the common exposure of all views
+  };
+  Exposure exposure = Exposure::nearby;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -40,19 +47,28 @@ struct SurfaceColor {
   bool seen = false;      // false: no view shows the place, the colour is that of the mesh's vertices
 };
 
+// A view that is trusted less than this counts less than the colours of the mesh's vertices, which stand in where no
+// view is left.
+inline constexpr float kLeastWeight = 1e-4f;
+
 class SurfaceColors {
  public:
   // Keeps references to both.
-  SurfaceColors(const Snapshot& snapshot, const TextureViews& views, const ColorOptions& options);
+  SurfaceColors(const SurfacePlaces& places, const TextureViews& views, const ColorOptions& options);
 
-  // At shares b and c of a face's second and third corner; `density`: texels per scene unit. Safe from any thread.
+  // At shares b and c of a face's second and third corner; `density`: texels per scene unit. These are safe from any
+  // thread.
   [[nodiscard]] SurfaceColor at(std::uint32_t face, float b, float c, double density) const;
+  [[nodiscard]] Consensus consensus(std::uint32_t face, float b, float c, double density) const;
 
  private:
-  const Snapshot& snapshot_;
+  // What views show of the place, until the next call on the same thread, and what they agree on.
+  const std::vector<ShownPlace>& look(std::uint32_t face, const SurfacePlace& place, double density,
+                                      Consensus& consensus) const;
+
+  const SurfacePlaces& places_;
   const TextureViews& views_;
   float sharpness_, tolerance_;
-  std::vector<glm::vec3> normals_;  // by vertex, smoothed
 };
 
 }  // namespace lumatlas

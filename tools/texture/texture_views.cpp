@@ -30,14 +30,19 @@ std::uint32_t smooth_level(const Camera& camera) {
   return static_cast<std::uint32_t>(std::clamp(std::lround(std::log2(side / 120.0)), 1l, 6l));
 }
 
-// By pixel, 0 to 255: see TextureView.
-std::vector<std::uint8_t> faded_mask(const Snapshot& snapshot, std::uint32_t slot, std::uint32_t fade_px) {
+// The validity of what is in the model, by pixel.
+std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t slot) {
   const StoredView& view = *snapshot.views[slot];
   std::vector<std::uint8_t> mask = view.validity;
   if (!snapshot.tiles.whole_views()) {
     const std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
     for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = resident[i] ? mask[i] : 0;
   }
+  return mask;
+}
+
+// By pixel, 0 to 255: see TextureView.
+std::vector<std::uint8_t> faded(std::vector<std::uint8_t> mask, const StoredView& view, std::uint32_t fade_px) {
   std::vector<std::uint8_t> good(mask.size());
   for (std::size_t i = 0; i < mask.size(); ++i) good[i] = mask[i] >= 128 && !view.at_rim(i);
   const std::vector<float> distance = edge_distances(good, view.camera.width, view.camera.height);
@@ -81,7 +86,12 @@ ViewColor sampled(const ImageLevel& level, const vec2& position) {
 }  // namespace
 
 TextureView::TextureView(const Snapshot& snapshot, std::uint32_t slot)
-    : view_(*snapshot.views[slot]), gain_(snapshot.gains[slot]), center_(view_.camera.center()) {
+    : TextureView(*snapshot.views[slot], snapshot.gains[slot], resident_mask(snapshot, slot)) {}
+
+TextureView::TextureView(const StoredView& view, const glm::dvec3& gain) : TextureView(view, gain, view.validity) {}
+
+TextureView::TextureView(const StoredView& view, const glm::dvec3& gain, std::vector<std::uint8_t> mask)
+    : view_(view), gain_(gain), center_(view.camera.center()) {
   const Camera& camera = view_.camera;
   const glm::dmat3& rotation = camera.cam_from_world_rotation;
   for (int row = 0; row < 3; ++row) rows_[row] = vec3(rotation[0][row], rotation[1][row], rotation[2][row]);
@@ -89,13 +99,13 @@ TextureView::TextureView(const Snapshot& snapshot, std::uint32_t slot)
   focal_px_ = static_cast<float>(std::sqrt(camera.fx * camera.fy));
   const std::uint32_t smooth = smooth_level(camera);
   const std::uint32_t levels = std::max(kMostLevels, smooth + 1), unit = 1u << (levels - 1);
-  StoredView faded;
-  faded.name = view_.name;
-  faded.camera = camera;
-  faded.photograph = view_.photograph;
-  faded.validity = faded_mask(snapshot, slot, 3u << smooth);
+  StoredView blended;
+  blended.name = view_.name;
+  blended.camera = camera;
+  blended.photograph = view_.photograph;
+  blended.validity = faded(std::move(mask), view_, 3u << smooth);
   const auto whole = [&](std::uint32_t side) { return (side + unit - 1) / unit * unit; };
-  levels_ = image_levels(faded, {0, 0, whole(camera.width), whole(camera.height)}, levels);
+  levels_ = image_levels(blended, {0, 0, whole(camera.width), whole(camera.height)}, levels);
   smooth_unit_ = 1u << smooth;
   find_smooth();
 }
@@ -172,6 +182,10 @@ ViewColor TextureView::sharp(const vec2& image, float footprint) const {
   return sample;
 }
 
+vec3 TextureView::log_exposure() const {
+  return -glm::log(gain_);
+}
+
 vec3 TextureView::smooth(const vec2& image) const {
   const Bilinear texels = bilinear(image / static_cast<float>(smooth_unit_), smooth_width_, smooth_height_);
   vec3 sum(0);
@@ -179,9 +193,6 @@ vec3 TextureView::smooth(const vec2& image) const {
   return sum;
 }
 
-namespace {
-
-// By cell: pixels per scene unit with which the view shows it, the most of any vertex; 0 where it sees none.
 std::vector<float> densities_in(const TextureView& view, const Surface& surface) {
   const std::vector<vec3>& positions = surface.mesh.positions;
   std::vector<float> of_vertex(positions.size(), 0);
@@ -200,8 +211,6 @@ std::vector<float> densities_in(const TextureView& view, const Surface& surface)
   }
   return of_cell;
 }
-
-}  // namespace
 
 TextureViews texture_views(const Snapshot& snapshot) {
   std::vector<std::uint32_t> slots;

@@ -24,6 +24,8 @@ struct ViewColor {
 class TextureView {
  public:
   TextureView(const Snapshot& snapshot, std::uint32_t slot);
+  // Of a whole photograph; keeps a reference to it. `gain` as in Snapshot::gains.
+  TextureView(const StoredView& view, const glm::dvec3& gain);
 
   // Where the view shows a point of the surface: pixels, and z in its camera. False where it does not see it.
   struct Place {
@@ -39,8 +41,11 @@ class TextureView {
 
   [[nodiscard]] const glm::vec3& center() const { return center_; }
   [[nodiscard]] float focal_px() const { return focal_px_; }
+  // -ln of the gain, per channel: what its photograph has against the model's exposure.
+  [[nodiscard]] glm::vec3 log_exposure() const;
 
  private:
+  TextureView(const StoredView& view, const glm::dvec3& gain, std::vector<std::uint8_t> mask);
   void find_smooth();
 
   const StoredView& view_;
@@ -62,5 +67,8 @@ struct TextureViews {
 
 // Takes about 6 bytes a pixel of the stored views beyond what the snapshot holds, to which it keeps references.
 [[nodiscard]] TextureViews texture_views(const Snapshot& snapshot);
+
+// By cell: pixels per scene unit with which the view shows it, the most of any vertex; 0 where it sees none.
+[[nodiscard]] std::vector<float> densities_in(const TextureView& view, const Surface& surface);
 
 }  // namespace lumatlas

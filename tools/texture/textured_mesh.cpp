@@ -13,7 +13,9 @@
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
 #include "tools/texture/chart_texels.h"
+#include "tools/texture/exposure_field.h"
 #include "tools/texture/filled_page.h"
+#include "tools/texture/gathered_colors.h"
 
 namespace lumatlas {
 
@@ -58,14 +60,24 @@ void check(const TextureOptions& options) {
     throw std::invalid_argument("texture: texels_per_pixel is " + number_text(options.texels_per_pixel) +
                                 ", must be above 0 and at most 4");
   }
+  if (options.most_texels_at_once == 0) {
+    throw std::invalid_argument("texture: most_texels_at_once is 0, must be at least 1");
+  }
 }
 
-TexturedMesh::TexturedMesh(Snapshot snapshot, const TextureOptions& options)
-    : snapshot_(checked(std::move(snapshot))), options_(options) {
+TexturedMesh::TexturedMesh(Snapshot snapshot, const TextureOptions& options, OfferedPhotographs offered)
+    : snapshot_(checked(std::move(snapshot))), options_(options), offered_(std::move(offered)) {
   check(options);
+  check(offered_);
   const Surface& surface = *snapshot_.surface;
   charts_ = make_charts(surface.mesh, surface.cells, options.charts);
   views_ = texture_views(snapshot_);
+  if (!offered_.list.empty()) {
+    const std::vector<double> densities = densities_of(offered_, surface);
+    for (std::size_t cell = 0; cell < densities.size(); ++cell) {
+      if (!(views_.density[cell] > 0)) views_.density[cell] = densities[cell];
+    }
+  }
   layout_ = lay_out(charts_, chart_densities(surface, charts_, views_, options.texels_per_pixel), options.layout);
   chart_of_face_.resize(surface.mesh.faces.size());
   for (std::uint32_t chart = 0; chart < charts_.size(); ++chart) {
@@ -73,17 +85,54 @@ TexturedMesh::TexturedMesh(Snapshot snapshot, const TextureOptions& options)
   }
 }
 
+std::vector<std::uint32_t> TexturedMesh::charts_on(std::uint32_t page) const {
+  std::vector<std::uint32_t> charts;
+  for (std::uint32_t i = 0; i < charts_.size(); ++i) {
+    if (layout_.places[i].page == page) charts.push_back(i);
+  }
+  return charts;
+}
+
+std::vector<std::vector<std::uint32_t>> TexturedMesh::batches_on(std::uint32_t page) const {
+  std::vector<std::vector<std::uint32_t>> batches;
+  std::uint64_t texels = 0;
+  for (const std::uint32_t chart : charts_on(page)) {
+    const std::uint64_t more = texels_of(layout_.places[chart]);
+    if (batches.empty() || texels + more > options_.most_texels_at_once) {
+      batches.emplace_back();
+      texels = 0;
+    }
+    batches.back().push_back(chart);
+    texels += more;
+  }
+  return batches;
+}
+
+std::size_t TexturedMesh::ticks() const {
+  if (offered_.list.empty()) return charts_.size();
+  std::size_t rounds = 1;
+  for (std::uint32_t page = 0; page < layout_.pages; ++page) rounds += batches_on(page).size();
+  return rounds * PlacedPhotographs::count(snapshot_, offered_);
+}
+
 TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
-  const SurfaceColors colors(snapshot_, views_, options_.color);
-  TextureFacts facts;
+  TextureFacts facts = offered_.list.empty() ? bake_stored(sink, tick) : bake_offered(sink, tick);
   facts.texels_per_pixel = options_.texels_per_pixel * layout_.scale;
+  return facts;
+}
+
+TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) const {
+  SurfacePlaces places(snapshot_);
+  if (options_.color.exposure == ColorOptions::Exposure::nearby) {
+    ExposureField field(mesh());
+    for (const TextureView& view : views_.views) field.add(view);
+    places.set_exposures(field.factors());
+  }
+  const SurfaceColors colors(places, views_, options_.color);
   std::atomic<std::uint64_t> texels = 0, unseen_texels = 0;
   for (std::uint32_t page = 0; page < layout_.pages; ++page) {
     FilledPage filled(layout_.side_px);
-    std::vector<std::uint32_t> on_page;
-    for (std::uint32_t i = 0; i < charts_.size(); ++i) {
-      if (layout_.places[i].page == page) on_page.push_back(i);
-    }
+    const std::vector<std::uint32_t> on_page = charts_on(page);
     const auto color_chart = [&](std::size_t i) {
       const ChartPlace& place = layout_.places[on_page[i]];
       const std::vector<ChartTexel> map = chart_texels(mesh(), charts_[on_page[i]], place, layout_);
@@ -94,7 +143,8 @@ TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
             const ChartTexel& texel = map[std::size_t{y} * place.width + x];
             if (texel.face == ChartTexel::kNoFaceHere) continue;
             const SurfaceColor color = colors.at(texel.face, texel.share_b, texel.share_c, place.density);
-            filled.set(place.x + x, place.y + y, color.color);
+            const glm::vec3 exposure = places.exposure(texel.face, texel.share_b, texel.share_c);
+            filled.set(place.x + x, place.y + y, color.color * exposure);
             inside += texel.distance == 0;
             unseen += texel.distance == 0 && !color.seen;
           }
@@ -108,8 +158,35 @@ TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
     tbb::parallel_for(std::size_t{0}, on_page.size(), color_chart);
     sink(page, filled.finish());
   }
-  facts.texels = texels;
-  facts.unseen_texels = unseen_texels;
+  return {.texels = texels, .unseen_texels = unseen_texels, .photographs = views_.views.size()};
+}
+
+TextureFacts TexturedMesh::bake_offered(const PageSink& sink, const Tick& tick) const {
+  SurfacePlaces places(snapshot_);
+  const SurfaceColors stored(places, views_, options_.color);
+  const GatheredOn on{places, charts_, layout_, options_.color};
+  PlacedPhotographs photographs(snapshot_, views_, stored, offered_);
+  ConsensusMap consensus(on, stored);
+  ExposureField field(mesh());
+  const auto first_look = [&](const TextureView& view) {
+    consensus.add(view);
+    field.add(view);
+  };
+  photographs.each(first_look, tick);
+  consensus.finish_round();
+  if (options_.color.exposure == ColorOptions::Exposure::nearby) places.set_exposures(field.factors());
+  TextureFacts facts{.photographs = photographs.used(), .outliers = photographs.outliers()};
+  for (std::uint32_t page = 0; page < layout_.pages; ++page) {
+    FilledPage filled(layout_.side_px);
+    for (std::vector<std::uint32_t>& charts : batches_on(page)) {
+      DetailMap details(on, consensus, std::move(charts));
+      photographs.each([&](const TextureView& view) { details.add(view); }, tick);
+      const DetailMap::Counts counts = details.color(filled);
+      facts.texels += counts.texels;
+      facts.unseen_texels += counts.unseen_texels;
+    }
+    sink(page, filled.finish());
+  }
   return facts;
 }
 

@@ -11,6 +11,7 @@
 #include "atlas/snapshot.h"
 #include "mesh/cells.h"  // Tick
 #include "tools/texture/charts.h"
+#include "tools/texture/placed_photographs.h"
 #include "tools/texture/surface_color.h"
 #include "tools/texture/texture_layout.h"
 
@@ -22,6 +23,8 @@ struct TextureOptions {
   ColorOptions color;
   // Of the density with which the median view that sees a cell shows it. (0, 4]
   double texels_per_pixel = 1;
+  // Bounds memory while photographs come one after the other, 36 bytes a texel: beyond it they are read again. >= 1
+  std::uint64_t most_texels_at_once = 1u << 24;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -29,16 +32,20 @@ void check(const TextureOptions& options);
 
 struct TextureFacts {
   std::uint64_t texels = 0;         // that show a place of the surface
-  std::uint64_t unseen_texels = 0;  // of these, those that no stored view sees: they have the vertices' colours
+  std::uint64_t unseen_texels = 0;  // of these, those that no view sees: they have the vertices' colours
   double texels_per_pixel = 0;      // along a side: what was asked for, or less where the pages bound it
+  std::size_t photographs = 0;      // that the colours are of
+  std::size_t outliers = 0;         // that were offered, but do not show what the model does
 };
 
-// Pages are made one after the other, so that memory holds one of them. The same bytes for any number of threads.
+// Pages are made one after the other, so that memory holds one of them, and charts so many at once that they have few
+// texels. The same bytes for any number of threads.
 class TexturedMesh {
  public:
-  // Lays the texture out. Keeps the snapshot. Throws std::invalid_argument for bad options or a snapshot that does not
-  // pass check(), InputError where the charts do not fit (lay_out()).
-  TexturedMesh(Snapshot snapshot, const TextureOptions& options);
+  // Lays the texture out. Keeps the snapshot. With photographs `offered` they give the colours too, else only what is
+  // in the snapshot does. Throws std::invalid_argument for bad options or a snapshot that does not pass check(),
+  // InputError where the charts do not fit (lay_out()).
+  TexturedMesh(Snapshot snapshot, const TextureOptions& options, OfferedPhotographs offered = {});
 
   [[nodiscard]] const Mesh& mesh() const { return snapshot_.surface->mesh; }
   [[nodiscard]] const Snapshot& snapshot() const { return snapshot_; }
@@ -46,13 +53,21 @@ class TexturedMesh {
   [[nodiscard]] const TextureLayout& layout() const { return layout_; }
   [[nodiscard]] const std::vector<std::uint32_t>& chart_of_face() const { return chart_of_face_; }
 
-  // The pages in order, sRGB. `tick` is called once a chart, from any thread.
+  // The pages in order, sRGB. `tick` is called ticks() times, from any thread. Throws what reading photographs does.
   using PageSink = std::function<void(std::uint32_t page, const Photograph& picture)>;
   TextureFacts bake(const PageSink& sink, const Tick& tick = {}) const;
+  [[nodiscard]] std::size_t ticks() const;
 
  private:
+  [[nodiscard]] TextureFacts bake_stored(const PageSink& sink, const Tick& tick) const;
+  [[nodiscard]] TextureFacts bake_offered(const PageSink& sink, const Tick& tick) const;
+  [[nodiscard]] std::vector<std::uint32_t> charts_on(std::uint32_t page) const;
+  // Charts of a page whose texels are gathered together.
+  [[nodiscard]] std::vector<std::vector<std::uint32_t>> batches_on(std::uint32_t page) const;
+
   Snapshot snapshot_;
   TextureOptions options_;
+  OfferedPhotographs offered_;
   TextureViews views_;
   std::vector<Chart> charts_;
   TextureLayout layout_;

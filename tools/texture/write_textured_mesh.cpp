@@ -26,6 +26,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::uint32_t kNone = ~0u;
+constexpr const char* kWebp = "EXT_texture_webp";
 
 // The faces of one page, with a vertex for each that a chart has.
 struct PageMesh {
@@ -61,7 +62,7 @@ std::vector<PageMesh> page_meshes(const TexturedMesh& textured) {
   return pages;
 }
 
-std::string page_file(std::uint32_t page, const ImageCoding& image) {
+std::string page_file(std::uint32_t page, const PageCoding& image) {
   return "texture-" + std::to_string(page) + ending(image.format);
 }
 
@@ -87,6 +88,10 @@ class GltfDocument {
     document_["asset"] = {{"version", "2.0"}, {"generator", kExportGenerator}};
     if (!options.notes.empty()) document_["asset"]["extras"] = json::parse(options.notes);
     document_["extensionsUsed"] = {"KHR_materials_unlit"};
+    if (options.image.format == PageFormat::webp) {
+      document_["extensionsUsed"].push_back(kWebp);
+      document_["extensionsRequired"] = {kWebp};
+    }
     document_["samplers"] = {{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}};
     for (const char* const list : {"accessors", "bufferViews", "images", "textures", "materials"}) {
       document_[list] = json::array();
@@ -112,7 +117,13 @@ class GltfDocument {
                            {"indices", faces},
                            {"material", number},
                            {"mode", 4}});
-    document_["textures"].push_back({{"sampler", 0}, {"source", number}});
+    json texture = {{"sampler", 0}};
+    if (document_.contains("extensionsRequired")) {
+      texture["extensions"][kWebp]["source"] = number;
+    } else {
+      texture["source"] = number;
+    }
+    document_["textures"].push_back(texture);
     document_["materials"].push_back(
         {{"pbrMetallicRoughness",
           {{"baseColorTexture", {{"index", number}}}, {"metallicFactor", 0.0}, {"roughnessFactor", 1.0}}},
@@ -122,7 +133,7 @@ class GltfDocument {
 
   void add_image_file(const std::string& name) { document_["images"].push_back({{"uri", name}}); }
 
-  void add_image(const std::vector<std::uint8_t>& bytes, const ImageCoding& image) {
+  void add_image(const std::vector<std::uint8_t>& bytes, const PageCoding& image) {
     const std::size_t begin = append(buffer_, bytes);
     document_["images"].push_back(
         {{"bufferView", document_["bufferViews"].size()}, {"mimeType", mime_type(image.format)}});
@@ -208,7 +219,7 @@ class TextFile {
   std::string text_;
 };
 
-void write_material_library(const std::filesystem::path& folder, std::uint32_t pages, const ImageCoding& image) {
+void write_material_library(const std::filesystem::path& folder, std::uint32_t pages, const PageCoding& image) {
   std::string text;
   for (std::uint32_t page = 0; page < pages; ++page) {
     text += "newmtl page" + std::to_string(page) + "\nKd 1 1 1\nKa 0 0 0\nKs 0 0 0\nillum 0\nmap_Kd " +
@@ -228,7 +239,7 @@ TextureFacts write_textured_gltf(const std::filesystem::path& folder, const Text
   const TextureFacts facts = mesh.bake(
       [&](std::uint32_t page, const Photograph& picture) {
         const std::string name = page_file(page, options.image);
-        write_whole_file(folder / name, text_of(encode_image(picture, options.image)), Durability::left_to_folder);
+        write_whole_file(folder / name, text_of(encode_page(picture, options.image)), Durability::left_to_folder);
         gltf.add_image_file(name);
       },
       tick);
@@ -246,7 +257,7 @@ TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, co
   for (const PageMesh& page : page_meshes(mesh)) gltf.add_page(page, mesh.mesh(), number++);
   const TextureFacts facts =
       mesh.bake([&](std::uint32_t,
-                    const Photograph& picture) { gltf.add_image(encode_image(picture, options.image), options.image); },
+                    const Photograph& picture) { gltf.add_image(encode_page(picture, options.image), options.image); },
                 tick);
   const json document = gltf.finish(options, mesh.snapshot(), json());
   write_glb_frame(file, document.dump(), gltf.buffer());
@@ -256,6 +267,9 @@ TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, co
 TextureFacts write_textured_obj(const std::filesystem::path& folder, const TexturedMesh& textured,
                                 const TexturedFileOptions& options, const Tick& tick) {
   check(options);
+  if (options.image.format == PageFormat::webp) {
+    throw std::invalid_argument("textured mesh: image.format is webp, which programs that read OBJ do not know");
+  }
   const Mesh& mesh = textured.mesh();
   const glm::dvec3 offset = textured.snapshot().surface->offset;
   TextFile file(folder / "scene.obj");
@@ -281,7 +295,7 @@ TextureFacts write_textured_obj(const std::filesystem::path& folder, const Textu
   write_material_library(folder, textured.layout().pages, options.image);
   return textured.bake(
       [&](std::uint32_t page, const Photograph& picture) {
-        write_whole_file(folder / page_file(page, options.image), text_of(encode_image(picture, options.image)),
+        write_whole_file(folder / page_file(page, options.image), text_of(encode_page(picture, options.image)),
                          Durability::left_to_folder);
       },
       tick);

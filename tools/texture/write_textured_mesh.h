@@ -12,8 +12,8 @@
 #include <span>
 #include <string>
 
-#include "atlas/photograph.h"
 #include "mesh/camera.h"
+#include "tools/texture/page_image.h"
 #include "tools/texture/textured_mesh.h"
 
 namespace lumatlas {
@@ -22,7 +22,8 @@ namespace lumatlas {
 inline constexpr const char* kExportGenerator = "lumatlas export";
 
 struct TexturedFileOptions {
-  ImageCoding image;  // of the pages
+  // Of the pages. WebP is for glTF alone (std::invalid_argument), by EXT_texture_webp, which a reader must know then.
+  PageCoding image;
   // From the scene's frame to the file's: orthonormal, determinant 1 (std::invalid_argument). glTF has it as the root
   // node's rotation, with a camera for each stored view below, an OBJ's vertices are turned.
   glm::dmat3 file_from_scene{1.0};

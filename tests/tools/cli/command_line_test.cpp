@@ -180,6 +180,35 @@ TEST_CASE("export writes one file or a folder, and replaces nothing but an earli
   }
 }
 
+TEST_CASE("export --from reads what the model did not keep, and nothing that was held out") {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene";
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  const std::string model = (folder / "model").string(), out = (folder / "plain.glb").string();
+  REQUIRE(lumatlas({"build", scene.string(), "-o", model, "--hold", "4", "--max-views", "3", "--quiet"}).status == 0);
+  std::vector<std::string> names = names_in(scene / "images");
+  std::sort(names.begin(), names.end());
+  REQUIRE(names.size() == 12);
+  const auto damage = [&](const std::string& name) {
+    const fs::path image = scene / "images" / name;
+    fs::resize_file(image, fs::file_size(image) / 2);
+  };
+  for (const std::size_t held : {0u, 4u, 8u}) damage(names[held]);
+  const Arguments arguments{"export", model, "--from", scene.string(), "-o", out, "--json", "--quiet"};
+  const Outcome written = lumatlas(arguments);
+  INFO(written.err);
+  REQUIRE(written.status == 0);
+  CHECK(written.err.empty());
+  const nlohmann::json photographs = nlohmann::json::parse(written.out)["photographs"];
+  CHECK(photographs["used"].get<int>() + photographs["outliers"].get<int>() == 9);
+  CHECK(photographs["used"] > 3);
+  const std::string kept = bytes_of(out);
+  for (const std::string& name : names) damage(name);
+  check_failure(lumatlas(arguments), scene.string());
+  CHECK(bytes_of(out) == kept);
+  check_failure(lumatlas({"export", model, "--from", (folder / "nowhere").string(), "-o", out}), "nowhere");
+}
+
 TEST_CASE("a page for browsers is a folder or one file, and replaces nothing but an earlier one") {
   const TemporaryFolder folder;
   const fs::path site = folder / "site";
@@ -346,6 +375,11 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"export", made().model, "-o", out, "--to", "obj", "--tolerance", "0"},
       {"export", made().model, "-o", out, "--to", "web", "--density", "1"},
       {"export", made().model, "-o", out, "--to", "web", "--as-scene"},
+      {"export", made().model, "-o", out, "--to", "web", "--from", made().scene},
+      {"export", made().model, "-o", out, "--to", "web", "--image", "webp"},
+      {"export", made().model, "-o", out, "--to", "obj", "--image", "webp"},
+      {"export", made().model, "-o", out + ".glb", "--image", "webp", "--texture", "16384"},
+      {"export", made().model, "-o", out + ".glb", "--masks", made().scene},
       {"export", made().model, "-o", out, "--to", "web", "--image", "png", "--quality", "80"},
       {"view"},
       {"view", made().model, "--port", "70000"},

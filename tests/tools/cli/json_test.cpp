@@ -133,7 +133,7 @@ TEST_CASE("every key that render, validate and chart print is on the page, and n
                          "--no-pictures",
                          "--no-alignment",
                          "--baselines",
-                         "texture,unbounded,vertex",
+                         "texture,texture-all,unbounded,vertex",
                          "-o",
                          out + "-report",
                          "--json",

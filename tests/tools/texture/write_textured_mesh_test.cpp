@@ -4,6 +4,7 @@
 #include <array>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <glm/glm.hpp>
@@ -162,7 +163,7 @@ TEST_CASE("a glTF folder of several pages, as JPEG") {
   const TexturedMesh mesh = room(256, {1000, -2000, 0.5});
   REQUIRE(mesh.layout().pages > 1);
   TexturedFileOptions options;
-  options.image.format = ImageFormat::jpeg;
+  options.image.format = PageFormat::jpeg;
   std::atomic<std::size_t> ticks = 0;
   (void)write_textured_gltf(folder.path(), mesh, options, [&] { ++ticks; });
   CHECK(ticks == mesh.charts().size());
@@ -171,6 +172,40 @@ TEST_CASE("a glTF folder of several pages, as JPEG") {
   CHECK(model.images[0].uri == "texture-0.jpg");
   const tinygltf::Value& offset = model.nodes.at(0).extras.Get("offset");
   CHECK(offset.Get(1).GetNumberAsDouble() == -2000);
+}
+
+TEST_CASE("WebP pages are what readers of EXT_texture_webp find") {
+  const TemporaryFolder folder;
+  const TexturedMesh mesh = room(512);
+  TexturedFileOptions options;
+  options.image = {PageFormat::webp, 90};
+  (void)write_textured_gltf(folder.path(), mesh, options);
+  const tinygltf::Model model = read_gltf(folder / "scene.gltf");
+  CHECK(model.extensionsUsed == std::vector<std::string>{"KHR_materials_unlit", "EXT_texture_webp"});
+  CHECK(model.extensionsRequired == std::vector<std::string>{"EXT_texture_webp"});
+  std::vector<Photograph> exact;
+  (void)mesh.bake([&](std::uint32_t, const Photograph& page) { exact.push_back(page); });
+  REQUIRE(model.textures.size() == exact.size());
+  for (std::size_t page = 0; page < exact.size(); ++page) {
+    const tinygltf::Texture& texture = model.textures[page];
+    CHECK(texture.source == -1);
+    const int source = texture.extensions.at("EXT_texture_webp").Get("source").GetNumberAsInt();
+    const std::string& uri = model.images.at(static_cast<std::size_t>(source)).uri;
+    CHECK(uri == "texture-" + std::to_string(page) + ".webp");
+    CHECK(bytes_of(folder / uri).substr(8, 4) == "WEBP");
+    const Photograph read = read_photograph(folder / uri);
+    REQUIRE(read.rgb.size() == exact[page].rgb.size());
+    double squares = 0;
+    for (std::size_t i = 0; i < read.rgb.size(); ++i) {
+      squares += std::pow(static_cast<double>(read.rgb[i]) - exact[page].rgb[i], 2);
+    }
+    CHECK(std::sqrt(squares / static_cast<double>(read.rgb.size())) < 12);  // colour has half the resolution
+  }
+  CHECK_THROWS_AS(write_textured_obj(folder.path(), mesh, options), std::invalid_argument);
+  CHECK(encode_page(exact[0], options.image) == encode_page(exact[0], options.image));
+  CHECK_THROWS_AS(encode_page({}, options.image), std::invalid_argument);
+  Photograph wide{kLongestWebp + 1, 1, std::vector<std::uint8_t>(3 * std::size_t{kLongestWebp + 1}), {}};
+  CHECK_THROWS_AS(encode_page(wide, options.image), InputError);
 }
 
 TEST_CASE("an OBJ has the scene's coordinates, turned, and texture coordinates from the bottom left") {

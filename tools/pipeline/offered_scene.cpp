@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/offered_scene.h"
+
+#include <memory>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/errors.h"
+
+namespace lumatlas {
+
+namespace {
+
+RefinementOptions refinement_of(const ModelNotes& notes, const std::filesystem::path& model) {
+  RefinementOptions refinement;
+  refinement.alignment.pose = refinement.alignment.exposure = false;
+  if (!notes.options.is_object() || !notes.options.contains("refine")) return refinement;
+  try {
+    const nlohmann::json& built = notes.options;
+    const auto mode = built.at("refine").get<std::string>();
+    const bool all = mode == "all" || mode == "joint";
+    refinement.alignment.pose = all || mode == "pose";
+    refinement.alignment.exposure = all || mode == "exposure";
+    refinement.alignment.white_balance = refinement.alignment.exposure && built.at("white_balance").get<bool>();
+    refinement.alignment.prior = built.at("prior");
+    refinement.alignment.max_move = built.at("max_move");
+    refinement.least_correlation = built.at("outlier");
+    refinement.samples = built.at("refine_points");
+    check(refinement);
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(model.string() + ": its notes say of refinement what cannot be read (" + error.what() +
+                     "): build the model again");
+  } catch (const std::invalid_argument& error) {
+    throw InputError(model.string() + ": its notes say of refinement what cannot be (" + error.what() +
+                     "): build the model again");
+  }
+  return refinement;
+}
+
+}  // namespace
+
+OfferedPhotographs offered_photographs(const SceneViews& scene, const std::optional<HoldOut>& protocol,
+                                       const ValidityOptions& validity, const ModelNotes& notes,
+                                       const std::filesystem::path& model) {
+  std::vector<std::size_t> ranks(scene.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  if (protocol) ranks = split(scene.views.size(), *protocol).input;
+  leave_out_bad(scene, ranks);
+  const auto views = std::make_shared<std::vector<SceneView>>();
+  OfferedPhotographs offered;
+  for (const std::size_t rank : ranks) {
+    const SceneView& view = scene.views[rank];
+    views->push_back(view);
+    offered.list.push_back({view.name, view.camera});
+  }
+  offered.read = [views](std::size_t number) { return load_photograph((*views)[number]); };
+  offered.validity = validity;
+  offered.refinement = refinement_of(notes, model);
+  return offered;
+}
+
+}  // namespace lumatlas

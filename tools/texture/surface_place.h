@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Places of a surface, and what one view shows of them: the terms of the formula in surface_color.h.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "atlas/snapshot.h"
+#include "tools/texture/texture_views.h"
+
+namespace lumatlas {
+
+struct SurfacePlace {
+  glm::vec3 point{0.0f};     // in the world
+  glm::vec3 normal{0.0f};    // smoothed, of any length
+  glm::vec3 stand_in{0.0f};  // what is there where no view is: the vertices' colours, linear light
+};
+
+class SurfacePlaces {
+ public:
+  // Keeps a reference.
+  explicit SurfacePlaces(const Snapshot& snapshot);
+
+  // At shares b and c of a face's second and third corner.
+  [[nodiscard]] SurfacePlace at(std::uint32_t face, float b, float c) const;
+
+  // From the model's exposure to that which the place is shown in; 1 unless there are factors.
+  [[nodiscard]] glm::vec3 exposure(std::uint32_t face, float b, float c) const;
+  // By vertex, positive.
+  void set_exposures(std::vector<glm::vec3> factors) { exposures_ = std::move(factors); }
+
+  [[nodiscard]] const Surface& surface() const { return *snapshot_.surface; }
+
+ private:
+  const Snapshot& snapshot_;
+  std::vector<glm::vec3> normals_;    // by vertex, smoothed
+  std::vector<glm::vec3> exposures_;  // by vertex, or empty
+};
+
+// c_i, s_i, the square root of s_i, b_i and d_i of surface_color.h.
+struct ShownPlace {
+  glm::vec3 color, smooth, root;
+  float base, detail;  // base > 0
+};
+
+// `density`: texels per scene unit. None: the view does not show the place, or may not be used there.
+[[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, double density,
+                                                 float sharpness);
+
+}  // namespace lumatlas
