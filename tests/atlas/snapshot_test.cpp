@@ -20,7 +20,7 @@
 namespace lumatlas {
 namespace {
 
-constexpr std::uint32_t kCells = 7;
+constexpr std::uint32_t kCellsOfScene = 7;
 constexpr std::uint32_t kSlots = 5;
 constexpr TileOptions kLayout{8, 2, 0};
 
@@ -30,7 +30,7 @@ std::uint32_t below(std::uint32_t end, std::mt19937& random) {
 
 // A store, and all that was put into it, from which another store can be made that never gave a snapshot before.
 struct Kept {
-  explicit Kept(const TileOptions& tiles) : layout(tiles), surface(wall_and_panel(kCells)) {
+  explicit Kept(const TileOptions& tiles) : layout(tiles), surface(wall_and_panel(kCellsOfScene)) {
     atlas = std::make_unique<Atlas>(surface, kSlots, layout);
   }
 
@@ -61,19 +61,19 @@ struct Kept {
         if (atlas->view(slot)) atlas->set_gain(slot, glm::dvec3(0.5 + below(10, random)));
         break;
       case 4: {
-        const std::vector<CellPixels> seen{{below(kCells, random), 1}};
+        const std::vector<CellPixels> seen{{below(kCellsOfScene, random), 1}};
         atlas->mark_seen(seen);
         break;
       }
       default:
-        refer(below(kCells, random), random);
+        refer(below(kCellsOfScene, random), random);
     }
   }
 
   std::uint32_t insert(TiledView tiled) const { return atlas->insert(std::move(tiled.view), std::move(tiled.shown)); }
 
   void erase(std::uint32_t slot) const {
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+    for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) {
       std::vector<std::uint32_t> slots = atlas->references(cell);
       std::erase(slots, slot);
       atlas->set_references(cell, slots);
@@ -113,7 +113,7 @@ TEST_CASE("a snapshot of what has changed is one of the whole store") {
     CAPTURE(step);
     REQUIRE_NOTHROW(check(snapshot));
     REQUIRE(snapshot.vertex_colors == mean_colors(*kept.atlas));
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+    for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) {
       std::vector<std::uint32_t> expected = kept.atlas->references(cell);
       std::erase_if(expected, [&](std::uint32_t slot) { return !snapshot.views[slot]; });
       const auto found = snapshot.references.of_cell(cell);
@@ -150,7 +150,7 @@ TEST_CASE("a view without a resident tile is not held by a snapshot") {
   std::mt19937 random(2);
   const std::uint32_t shown = kept.insert(kept.random_view(random));
   const std::uint32_t idle = kept.insert(kept.random_view(random));
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) kept.atlas->set_references(cell, {shown});
+  for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) kept.atlas->set_references(cell, {shown});
   kept.atlas->set_gain(idle, glm::dvec3(3));
   const Snapshot snapshot = kept.atlas->snapshot();
   CHECK(snapshot.views[shown] != nullptr);
@@ -188,14 +188,14 @@ TEST_CASE("a store can be changed, and looked at, while tiles are chosen") {
     CHECK(planner.get() == 1);
     return TileChoice{{}, ReferenceTable{std::vector<std::uint32_t>(demand.references.offsets.size(), 0), {}}};
   };
-  const auto surface = wall_and_panel(kCells);
+  const auto surface = wall_and_panel(kCellsOfScene);
   Atlas atlas(surface, 2, {8, 2, 1}, policy);
   store = &atlas;
   const Camera camera = forward_camera(40, 40);
   TiledView tiled = make_tiled_view("v", camera, position_photograph(40, 40),
                                     make_ray_visibility(surface->mesh)->trace(camera), surface->cells, {8, 2, 1}, {});
   atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) atlas.set_references(cell, {0});
+  for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) atlas.set_references(cell, {0});
   const Snapshot snapshot = atlas.snapshot();
   CHECK(was_asked);
   CHECK(snapshot.gains[0] == glm::dvec3(1));  // of before
@@ -205,13 +205,13 @@ TEST_CASE("a store can be changed, and looked at, while tiles are chosen") {
 // A store whose references need more tiles than its array has.
 std::unique_ptr<Atlas> overfull(const TilePolicy& policy) {
   const TileOptions layout{8, 2, 1};
-  const auto surface = wall_and_panel(kCells);
+  const auto surface = wall_and_panel(kCellsOfScene);
   auto atlas = std::make_unique<Atlas>(surface, 2, layout, policy);
   const Camera camera = forward_camera(40, 40);
   TiledView tiled = make_tiled_view("v", camera, position_photograph(40, 40),
                                     make_ray_visibility(surface->mesh)->trace(camera), surface->cells, layout, {});
   atlas->insert(std::move(tiled.view), std::move(tiled.shown));
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) atlas->set_references(cell, {0});
+  for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) atlas->set_references(cell, {0});
   return atlas;
 }
 
@@ -222,7 +222,7 @@ TEST_CASE("a policy that chooses what it must not is found out, and the next sna
     next = choice;
     CHECK_THROWS_MATCHES(atlas->snapshot(), std::logic_error, Catch::Message(sentence));
   };
-  const ReferenceTable none{std::vector<std::uint32_t>(kCells + 1, 0), {}};
+  const ReferenceTable none{std::vector<std::uint32_t>(kCellsOfScene + 1, 0), {}};
   refused({{{0, 0}, {0, 1}}, none}, "atlas: its tile policy chose 2 tiles, at most 1 can be resident");
   refused({{}, {}}, "atlas: its tile policy gave references that are not those of every cell");
   ReferenceTable to_nobody = none;
@@ -310,13 +310,13 @@ TEST_CASE("each rule of a snapshot is checked by name") {
 
 TEST_CASE("each rule of a surface is checked by name") {
   const auto refused = [](const std::function<void(Surface&)>& damage, const std::string& sentence) {
-    Surface surface = *wall_and_panel(kCells);
+    Surface surface = *wall_and_panel(kCellsOfScene);
     REQUIRE_NOTHROW(check(surface));
     damage(surface);
     CHECK_THROWS_MATCHES(check(surface), std::invalid_argument, Catch::Message(sentence));
     CHECK_THROWS_AS(Atlas(std::make_shared<Surface>(surface), 1), std::invalid_argument);
-    Atlas atlas(wall_and_panel(kCells), 1);
-    const std::vector<std::uint32_t> previous_cell(kCells, 0);
+    Atlas atlas(wall_and_panel(kCellsOfScene), 1);
+    const std::vector<std::uint32_t> previous_cell(kCellsOfScene, 0);
     CHECK_THROWS_AS(atlas.replace_surface(std::make_shared<Surface>(surface), previous_cell), std::invalid_argument);
   };
   refused([](Surface& s) { s.mesh.faces[3].y = 29; }, "mesh.faces[3] refers to vertex 29; it must be below 29");
@@ -324,7 +324,7 @@ TEST_CASE("each rule of a surface is checked by name") {
           "surface: mesh.colors has 3 entries, must have one per vertex, 29, or none");
   refused([](Surface& s) { s.cells.cell_of_face.pop_back(); },
           "surface: cells.cell_of_face has 33 entries, must have one per face, 34");
-  refused([](Surface& s) { s.cells.cell_of_face[2] = kCells; },
+  refused([](Surface& s) { s.cells.cell_of_face[2] = kCellsOfScene; },
           "surface: cells.cell_of_face[2] is 7, must be below the number of cells, 7");
   CHECK_THROWS_MATCHES(Atlas(nullptr, 1), std::invalid_argument, Catch::Message("atlas: surface is null"));
 }

@@ -38,7 +38,7 @@ bool agree(const PixelDiagnosis& a, const PixelDiagnosis& b) {
 }
 
 // Fades, borders and ties are decided by rounding: as for pictures.
-constexpr double kAgreement = 0.001;
+constexpr double kDiagnosisAgreement = 0.001;
 
 TEST_CASE("the shader's diagnosis agrees with the CPU reference for every option that it depends on") {
   const std::optional<EglContext> context = context_or_skip();
@@ -68,7 +68,7 @@ TEST_CASE("the shader's diagnosis agrees with the CPU reference for every option
       }
       pixels += cpu.pixels.size();
     }
-    CHECK(static_cast<double>(different) <= kAgreement * static_cast<double>(pixels));
+    CHECK(static_cast<double>(different) <= kDiagnosisAgreement * static_cast<double>(pixels));
   }
 }
 

@@ -126,7 +126,7 @@ bool sees_only(const VisibilityBuffer& buffer, std::uint32_t first_face, std::ui
                      [&](std::uint32_t face) { return face >= first_face && face <= last_face; });
 }
 
-constexpr double kAgreement = 0.999;
+constexpr double kSameFaces = 0.999;
 
 TEST_CASE("the GPU's depth is z in the camera frame, from in front and from behind") {
   if (no_gl()) return;
@@ -179,8 +179,8 @@ TEST_CASE("the GPU agrees with rays on random triangles around the camera") {
   INFO("equal: " << agreement.share_equal() << ", same face: " << agreement.share_same_face()
                  << ", worst depth: " << agreement.worst_depth);
   CHECK(agreement.share_smooth() > 0.5);
-  CHECK(agreement.share_equal() >= kAgreement);
-  CHECK(agreement.share_same_face() >= kAgreement);
+  CHECK(agreement.share_equal() >= kSameFaces);
+  CHECK(agreement.share_same_face() >= kSameFaces);
   CHECK(agreement.worst_depth < 1e-4);
 }
 
@@ -199,8 +199,8 @@ TEST_CASE("the GPU agrees with rays in a closed room, and no pixel leaks through
   INFO("equal: " << agreement.share_equal() << ", same face: " << agreement.share_same_face()
                  << ", worst depth: " << agreement.worst_depth);
   CHECK(agreement.share_smooth() > 0.9);
-  CHECK(agreement.share_equal() >= kAgreement);
-  CHECK(agreement.share_same_face() >= kAgreement);
+  CHECK(agreement.share_equal() >= kSameFaces);
+  CHECK(agreement.share_same_face() >= kSameFaces);
   CHECK(agreement.worst_depth < 1e-5);
 }
 
@@ -221,7 +221,7 @@ TEST_CASE("the GPU agrees with rays on images of any size, and on a surface seen
     }
     CAPTURE(width, height, agreement.smooth, agreement.differ);
     CHECK(agreement.share_smooth() > 0.3);  // the smallest are mostly silhouette
-    CHECK(agreement.share_equal() >= kAgreement);
+    CHECK(agreement.share_equal() >= kSameFaces);
     CHECK(agreement.share_same_face() >= 0.9);  // of the smallest image, only 12 pixels
   }
 }
@@ -266,7 +266,7 @@ TEST_CASE("far from the origin the GPU is as exact as rays") {
   INFO("equal: " << agreement.share_equal() << ", same face: " << agreement.share_same_face()
                  << ", worst depth: " << agreement.worst_depth);
   CHECK(agreement.share_smooth() > 0.9);
-  CHECK(agreement.share_equal() >= kAgreement);
+  CHECK(agreement.share_equal() >= kSameFaces);
 }
 
 TEST_CASE("leaving out cells that are out of view leaves out every other cell and changes no byte") {

@@ -189,14 +189,14 @@ BlendOptions sampled(std::uint32_t across, BlendOptions::Antialias antialias) {
   return options;
 }
 
-struct Comparison {
+struct EdgeComparison {
   std::size_t pixels = 0;
   std::size_t smoothed = 0;  // other than with one sample
   std::size_t kept = 0;      // other than with samples everywhere
   std::size_t other = 0;     // as neither, or not as the flags have it
 };
 
-void compare(Renderer& renderer, const Mesh& mesh, const Camera& camera, std::uint32_t across, Comparison& sum) {
+void compare(Renderer& renderer, const Mesh& mesh, const Camera& camera, std::uint32_t across, EdgeComparison& sum) {
   using enum BlendOptions::Antialias;
   const LinearRendering once = renderer.render_linear(camera, sampled(1, all));
   const LinearRendering means = renderer.render_linear(camera, sampled(across, all));
@@ -221,7 +221,7 @@ TEST_CASE("a pixel at a silhouette is the mean of its samples, and any other kee
   Renderer renderer;
   const Snapshot snapshot = panels();
   renderer.load(snapshot);
-  Comparison sum;
+  EdgeComparison sum;
   std::mt19937 random(9);
   for (int picture = 0; picture < 12; ++picture) {
     compare(renderer, snapshot.surface->mesh, camera_around(random, {0.2, 0.3, 0.4}, 0.1), 2 + picture % 2, sum);

@@ -27,11 +27,11 @@ BlendOptions supersampled(std::uint32_t across, BlendOptions options = {}) {
   return options;
 }
 
-Rendering reference(const Snapshot& snapshot, const Camera& camera, const BlendOptions& options) {
+Rendering rendered_by_rays(const Snapshot& snapshot, const Camera& camera, const BlendOptions& options) {
   return render_reference(snapshot, camera, *make_ray_visibility(snapshot.surface->mesh), options);
 }
 
-Camera novel_camera(std::size_t number) {
+Camera camera_between(std::size_t number) {
   const Camera next = room_camera(number + 1);
   Camera camera = room_camera(number).scaled_to(160, 120);
   camera.cam_from_world_translation = -(camera.cam_from_world_rotation * ((camera.center() + next.center()) / 2.0));
@@ -67,9 +67,10 @@ TEST_CASE("the shader agrees with the CPU reference for every number of samples"
     CAPTURE(across);
     double different = 0;
     for (std::size_t number = 0; number < 4; ++number) {
-      const Camera camera = novel_camera(number);
+      const Camera camera = camera_between(number);
       const BlendOptions options = supersampled(across);
-      different += share_different(renderer.render(camera, options), reference(snapshot, camera, options), 2) / 4;
+      different +=
+          share_different(renderer.render(camera, options), rendered_by_rays(snapshot, camera, options), 2) / 4;
     }
     CHECK(different <= 0.001);
   }
@@ -163,8 +164,8 @@ TEST_CASE("of a checkerboard whose edges lie between samples, every pixel is the
     const Checkerboard board{across == 2 ? 2 : 2 + unit, across == 4 ? 1 + 3 * unit : 1 + unit};
     CAPTURE(across);
     const Snapshot snapshot = snapshot_of(board);
-    CHECK(off_area_mean(reference(snapshot, camera, supersampled(across)), board) == 0);
-    CHECK(off_area_mean(reference(snapshot, camera, supersampled(1)), board) > 300);  // the check can fail
+    CHECK(off_area_mean(rendered_by_rays(snapshot, camera, supersampled(across)), board) == 0);
+    CHECK(off_area_mean(rendered_by_rays(snapshot, camera, supersampled(1)), board) > 300);  // the check can fail
     if (!context) continue;
     Renderer renderer;
     renderer.load(snapshot);
@@ -181,7 +182,7 @@ TEST_CASE("a linear picture is the mean of the linear pictures of its samples, b
   renderer.load(snapshot);
   BlendOptions options = supersampled(1);
   options.prefilter = false;  // a sample is smaller than a pixel, nothing else about it differs
-  const Camera camera = novel_camera(2);
+  const Camera camera = camera_between(2);
   std::vector<double> mean(std::size_t{3} * camera.width * camera.height, 0.0);
   for (const Camera& sample : sample_cameras(camera, 2)) {
     const LinearRendering part = renderer.render_linear(sample, options);
@@ -204,7 +205,7 @@ TEST_CASE("states and diagnoses are those of the middles of the pixels, for ever
   if (!context) return;
   Renderer renderer;
   renderer.load(room_snapshot(3, {}));
-  const Camera camera = novel_camera(1);
+  const Camera camera = camera_between(1);
   const Rendering once = renderer.render(camera, supersampled(1));
   const Diagnosis diagnosis = renderer.diagnose(camera, supersampled(1));
   for (const std::uint32_t across : {2u, 3u}) {

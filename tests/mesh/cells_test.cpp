@@ -111,7 +111,7 @@ double largest_radius(const Cells& cells) {
       ->radius;
 }
 
-bool same(const Cells& a, const Cells& b) {
+bool same_cells(const Cells& a, const Cells& b) {
   const auto same_cell = [](const Cell& x, const Cell& y) {
     return x.centroid == y.centroid && x.normal == y.normal && x.normal_cone_cos == y.normal_cone_cos &&
            x.area == y.area && x.radius == y.radius && x.faces == y.faces;
@@ -302,7 +302,7 @@ TEST_CASE("cells are the same with one thread and with four") {
       const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
       return make_cells(mesh, {partition, 0, 2});
     };
-    CHECK(same(with_threads(1), with_threads(4)));
+    CHECK(same_cells(with_threads(1), with_threads(4)));
   }
 }
 

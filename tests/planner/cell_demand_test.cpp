@@ -173,7 +173,7 @@ TEST_CASE("a measure without demand does not listen to what is asked for") {
   }
 }
 
-PlannerOptions options_for_room() {
+PlannerOptions options_for_demand() {
   PlannerOptions options;
   options.coverage.ideal_distance = 2;
   options.coverage.max_references = 4;
@@ -182,8 +182,8 @@ PlannerOptions options_for_room() {
   return options;
 }
 
-struct Planned {
-  explicit Planned(std::uint32_t slots, const PlannerOptions& planner_options = options_for_room())
+struct PlannedByDemand {
+  explicit PlannedByDemand(std::uint32_t slots, const PlannerOptions& planner_options = options_for_demand())
       : options(planner_options),
         surface(room_surface()),
         visibility(make_ray_visibility(surface->mesh)),
@@ -214,7 +214,7 @@ struct Planned {
 };
 
 TEST_CASE("after hundreds of offers a store is worth what it would be if all had been asked for from the start") {
-  Planned scene(5);
+  PlannedByDemand scene(5);
   std::mt19937 random(6);
   std::size_t replaced = 0;
   for (int i = 0; i < 300; ++i) {
@@ -225,11 +225,11 @@ TEST_CASE("after hundreds of offers a store is worth what it would be if all had
 }
 
 TEST_CASE("a view that is passed by asks for as much as one that is rejected") {
-  PlannerOptions options = options_for_room();
+  PlannerOptions options = options_for_demand();
   options.min_view_gain = 10;  // rejects all
-  Planned offered(3, options), passed(3, options);
+  PlannedByDemand offered(3, options), passed(3, options);
   const Camera kept = room_camera(0);
-  for (Planned* scene : {&offered, &passed}) {
+  for (PlannedByDemand* scene : {&offered, &passed}) {
     scene->planner.keep("kept", kept, [&] { return pattern_photograph(kept, 0); });
   }
   const double alone = offered.planner.summed_coverage();
@@ -243,7 +243,7 @@ TEST_CASE("a view that is passed by asks for as much as one that is rejected") {
 }
 
 TEST_CASE("a camera that stands still for long does not drive the views of other places out of the store") {
-  Planned scene(6);
+  PlannedByDemand scene(6);
   for (std::size_t i = 0; i < 60; ++i) scene.offer(i);
   REQUIRE(scene.atlas.size() == 6);
   std::size_t taken = 0;

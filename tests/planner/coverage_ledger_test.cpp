@@ -34,7 +34,7 @@ CoverageOptions printed() {
 }
 
 // A view that sees a random half of the room's cells from random directions and distances, more or less of them.
-std::vector<CellPart> random_parts(std::mt19937& random, const Surface& surface) {
+std::vector<CellPart> random_half(std::mt19937& random, const Surface& surface) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<CellPart> parts;
   for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
@@ -54,7 +54,7 @@ struct Ledger {
   explicit Ledger(const CoverageOptions& options) : ledger(*surface, kSlots, options, kMinReferenceGain) {}
   // A view that is offered; it may be stored or not.
   std::vector<CellPart> offered() {
-    asked.push_back(random_parts(random, *surface));
+    asked.push_back(random_half(random, *surface));
     ledger.ask(asked.back());
     return asked.back();
   }
@@ -155,10 +155,10 @@ TEST_CASE("by the paper's metric, an exchange's gain is that of erasing and inse
     Ledger scene(options);
     // No more views than references: none waits for a place.
     for (std::uint32_t slot = 0; slot < options.max_references; ++slot) {
-      scene.ledger.insert(slot, random_parts(scene.random, *scene.surface));
+      scene.ledger.insert(slot, random_half(scene.random, *scene.surface));
     }
     for (int round = 0; round < 40; ++round) {
-      const std::vector<CellPart> parts = random_parts(scene.random, *scene.surface);
+      const std::vector<CellPart> parts = random_half(scene.random, *scene.surface);
       const std::vector<std::uint32_t> slots = scene.stored();
       const std::vector<double> gains = scene.ledger.exchange_gains(parts, slots);
       for (const std::uint32_t slot : slots) {
@@ -223,15 +223,15 @@ TEST_CASE("by directions, a view more never makes the store worth less, and adds
     CoverageLedger small(*scene.surface, kSlots, options, 0);
     CoverageLedger large(*scene.surface, kSlots, options, 0);
     for (int i = 0; i < 5; ++i) {
-      const std::vector<CellPart> asked = random_parts(scene.random, *scene.surface);
+      const std::vector<CellPart> asked = random_half(scene.random, *scene.surface);
       small.ask(asked);
       large.ask(asked);
     }
     for (std::uint32_t slot = 0; slot + 1 < kSlots; ++slot) {
-      const std::vector<CellPart> parts = random_parts(scene.random, *scene.surface);
+      const std::vector<CellPart> parts = random_half(scene.random, *scene.surface);
       if (scene.random() % 2 == 0) small.insert(slot, parts);
       large.insert(slot, parts);
-      const std::vector<CellPart> further = random_parts(scene.random, *scene.surface);
+      const std::vector<CellPart> further = random_half(scene.random, *scene.surface);
       CHECK(large.gain(further) >= 0);
       CHECK(small.gain(further) >= large.gain(further) - 1e-6);
       CHECK(large.summed_coverage() >= small.summed_coverage() - 1e-6);
@@ -243,7 +243,7 @@ TEST_CASE("by directions, the order of arrival does not change what a store is w
   const CoverageOptions options = options_of(Metric::directions);
   Ledger scene(options);
   std::vector<std::vector<CellPart>> views;
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) views.push_back(random_parts(scene.random, *scene.surface));
+  for (std::uint32_t slot = 0; slot < kSlots; ++slot) views.push_back(random_half(scene.random, *scene.surface));
   CoverageLedger forward(*scene.surface, kSlots, options, 0);
   CoverageLedger backward(*scene.surface, kSlots, options, 0);
   for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
@@ -260,7 +260,7 @@ TEST_CASE("by directions, the order of arrival does not change what a store is w
 
 TEST_CASE("a slot is filled once and emptied once") {
   Ledger scene(options_of(Metric::directions));
-  scene.ledger.insert(3, random_parts(scene.random, *scene.surface));
+  scene.ledger.insert(3, random_half(scene.random, *scene.surface));
   CHECK_THROWS_AS(scene.ledger.insert(3, {}), std::logic_error);
   scene.ledger.erase(3);
   CHECK_THROWS_AS(scene.ledger.erase(3), std::logic_error);

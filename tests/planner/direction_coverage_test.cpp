@@ -21,7 +21,7 @@ Surface square(const glm::dmat3& turn = glm::dmat3(1)) {
   return surface;
 }
 
-CoverageOptions options_of(std::uint32_t directions, std::uint32_t views) {
+CoverageOptions options_with(std::uint32_t directions, std::uint32_t views) {
   CoverageOptions options;
   options.ideal_distance = 1;
   options.directions = directions;
@@ -52,7 +52,7 @@ TEST_CASE("novel directions are unit vectors that face the cell, denser where it
 // One novel direction, 45 degrees off the normal; the values are worked by hand from the header's formulas.
 TEST_CASE("a cell's value equals one worked by hand") {
   const Surface surface = square();
-  CoverageOptions options = options_of(1, 2);
+  CoverageOptions options = options_with(1, 2);
   options.lambda = 0.5;
   options.direction_width = 90;  // k = cos of the angle
   DirectionCoverage coverage(surface, options, 0);
@@ -83,8 +83,8 @@ TEST_CASE("a cell's value equals one worked by hand") {
 
 TEST_CASE("a cell's value is the same after a rigid motion, and in [0, 1]") {
   const glm::dmat3 turn(glm::rotate(glm::dmat4(1), 0.9, glm::normalize(glm::dvec3(1, -2, 0.5))));
-  DirectionCoverage still(square(), options_of(32, 3), 0);
-  DirectionCoverage turned(square(turn), options_of(32, 3), 0);
+  DirectionCoverage still(square(), options_with(32, 3), 0);
+  DirectionCoverage turned(square(turn), options_with(32, 3), 0);
   for (std::uint32_t slot = 0; slot < 12; ++slot) {
     const glm::dvec3 direction = glm::normalize(glm::dvec3(std::sin(slot * 2.1), std::cos(slot * 3.3), 0.2 + slot % 3));
     still.insert(0, slot, {direction, 0.3 + 0.05 * slot});
@@ -97,7 +97,7 @@ TEST_CASE("a cell's value is the same after a rigid motion, and in [0, 1]") {
 TEST_CASE(
     "a cell's value is at most 1 however narrow the directions, where rounding makes unit vectors longer than 1") {
   for (const double width : {1e-9, 1e-3, 0.1, 1.0, 90.0, 180.0}) {
-    CoverageOptions options = options_of(64, 1);
+    CoverageOptions options = options_with(64, 1);
     options.direction_width = width;
     options.lambda = 1;
     const Surface surface = square();
@@ -118,7 +118,7 @@ TEST_CASE("a cell without a mean normal is served from all around") {
   surface.mesh.faces = {{0, 1, 2}, {0, 2, 3}, {0, 2, 1}, {0, 3, 2}};
   surface.cells = measure_cells(surface.mesh, {0, 0, 0, 0}, 1);
   REQUIRE(cell_frames(surface)[0].two_sided);
-  DirectionCoverage coverage(surface, options_of(64, 1), 0);
+  DirectionCoverage coverage(surface, options_with(64, 1), 0);
   coverage.insert(0, 0, {{0, 0, 1}, 1});
   const double above = coverage.value(0);
   coverage.insert(0, 1, {{0, 0, -1}, 1});
@@ -127,7 +127,7 @@ TEST_CASE("a cell without a mean normal is served from all around") {
 
 TEST_CASE("a full cell swaps the reference that is missed least, and takes it back when another leaves") {
   const Surface surface = square();
-  CoverageOptions options = options_of(32, 1);
+  CoverageOptions options = options_with(32, 1);
   options.lambda = 1;
   DirectionCoverage coverage(surface, options, 0.001);
   const glm::dvec3 left = glm::normalize(glm::dvec3(-1, 0, 1));

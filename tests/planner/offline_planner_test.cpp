@@ -94,7 +94,7 @@ Choice plain_greedy(const Views& views, std::size_t count, const OfflineOptions&
 }
 
 // Sums of a few hundred terms of order one, in another order.
-constexpr double kRounding = 1e-9;
+constexpr double kDoubleRounding = 1e-9;
 
 TEST_CASE(
     "of a submodular measure the offline choice is worth what greedy selection promises, and never beats the best") {
@@ -111,8 +111,8 @@ TEST_CASE(
     CHECK(offline.views.size() == count);
     CHECK(offline.greedy_coverage >= (1 - std::exp(-1.0)) * best);
     CHECK(offline.summed_coverage >= offline.greedy_coverage);
-    CHECK(offline.summed_coverage <= best + kRounding);
-    if (count == 1) CHECK(offline.summed_coverage == Approx(best).margin(kRounding));
+    CHECK(offline.summed_coverage <= best + kDoubleRounding);
+    if (count == 1) CHECK(offline.summed_coverage == Approx(best).margin(kDoubleRounding));
     worst = std::min(worst, offline.summed_coverage / best);
   }
   CHECK(worst > 0.9);  // random instances are kind; no theorem says so
@@ -129,7 +129,7 @@ TEST_CASE("the coverage that the offline planner reports is that of the views th
     CHECK(std::adjacent_find(offline.views.begin(), offline.views.end()) == offline.views.end());
     CHECK(offline.summed_coverage >= offline.greedy_coverage);
     if (metric == CoverageOptions::Metric::paper) continue;  // depends on the order of arrival
-    CHECK(offline.summed_coverage == Approx(coverage_of(views, offline.views, options)).margin(kRounding));
+    CHECK(offline.summed_coverage == Approx(coverage_of(views, offline.views, options)).margin(kDoubleRounding));
   }
 }
 
@@ -148,7 +148,7 @@ TEST_CASE("once the exchanges rest, no exchange of one view against another rais
         if (std::binary_search(offline.views.begin(), offline.views.end(), in)) continue;
         Choice other = offline.views;
         other[out] = in;
-        CHECK(coverage_of(views, other, options) <= offline.summed_coverage * (1 + kRounding));
+        CHECK(coverage_of(views, other, options) <= offline.summed_coverage * (1 + kDoubleRounding));
       }
     }
   }

@@ -199,8 +199,8 @@ TEST_CASE("coverage refuses counts and sizes that cannot be, and a gap that is n
   CHECK(complaint([] { (void)predicted_reference_loss_db(kNan); }) == "predicted loss: gap is nan, must be a number");
 }
 
-struct Planned {
-  explicit Planned(std::uint32_t slots = 3)
+struct PlannedRelief {
+  explicit PlannedRelief(std::uint32_t slots = 3)
       : atlas(relief.surface, slots), planner(atlas, *relief.visibility, options()) {}
   static PlannerOptions options() {
     PlannerOptions options;
@@ -214,7 +214,7 @@ struct Planned {
 };
 
 TEST_CASE("a planner refuses cameras that are none and photographs that lack pixels, and no trace of them is left") {
-  Planned planned;
+  PlannedRelief planned;
   const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
   const Photograph photograph = planned.relief.photograph(camera);
   const double coverage = planned.planner.summed_coverage();
@@ -250,7 +250,7 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
 }
 
 TEST_CASE("a refiner refuses slots without a view, and cameras that are not for each slot") {
-  Planned planned(2);
+  PlannedRelief planned(2);
   const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
   const Photograph photograph = planned.relief.photograph(camera);
   planned.planner.offer("a", camera, photograph);

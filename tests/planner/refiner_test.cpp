@@ -35,7 +35,7 @@ PlannerOptions options_for_relief() {
   return options;
 }
 
-PlannerOptions without_refinement() {
+PlannerOptions relief_without_refinement() {
   PlannerOptions options = options_for_relief();
   options.refinement.alignment.pose = options.refinement.alignment.exposure = false;
   return options;
@@ -49,8 +49,8 @@ struct Frame {
   std::vector<glm::dvec3> points;
 };
 
-struct Stream {
-  Stream(std::uint32_t capacity, const PlannerOptions& options)
+struct ReliefStream {
+  ReliefStream(std::uint32_t capacity, const PlannerOptions& options)
       : atlas(relief.surface, capacity), planner(atlas, *relief.visibility, options) {}
 
   // The first four frames are right, so that "right" means something; the others are off by `px` and `stops`.
@@ -138,7 +138,7 @@ void check_same_store(const Atlas& a, const Atlas& b) {
 }
 
 TEST_CASE("disturbed poses end nearer to the truth than they were given, and gains make up for the exposures") {
-  Stream stream(16, options_for_relief());
+  ReliefStream stream(16, options_for_relief());
   const std::vector<Frame> frames = stream.offer_all(14, 3, 1);
   REQUIRE(stream.atlas.size() >= 12);
   double given = 0, count = 0;
@@ -160,7 +160,7 @@ TEST_CASE("disturbed poses end nearer to the truth than they were given, and gai
 
 TEST_CASE("each refined view has the depth and the mask of its refined pose") {
   const PlannerOptions options = options_for_relief();
-  Stream stream(16, options);
+  ReliefStream stream(16, options);
   stream.offer_all(8, 3, 1);
   stream.planner.polish();
   for (std::uint32_t slot = 0; slot < 16; ++slot) {
@@ -173,7 +173,7 @@ TEST_CASE("each refined view has the depth and the mask of its refined pose") {
 }
 
 // A frame of the walk that shows another part of the wall than its pose says, one of many.
-Frame misplaced_frame(const Stream& stream, std::size_t number) {
+Frame misplaced_frame(const ReliefStream& stream, std::size_t number) {
   Frame lost = stream.frame(9, 0, 0);
   const double turn = 0.61 * static_cast<double>(number);
   const glm::dvec3 aside(std::cos(turn), std::sin(turn), 0);
@@ -183,7 +183,7 @@ Frame misplaced_frame(const Stream& stream, std::size_t number) {
 }
 
 TEST_CASE("views with the pose of another place are outliers and leave the store as it was") {
-  Stream stream(16, options_for_relief()), untouched(16, options_for_relief());
+  ReliefStream stream(16, options_for_relief()), untouched(16, options_for_relief());
   for (std::size_t i = 0; i < 8; ++i) {
     stream.offer(stream.frame(i, 1, 0.5));
     untouched.offer(untouched.frame(i, 1, 0.5));
@@ -210,13 +210,13 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
 TEST_CASE("a view with the pose of another place is kept where too few others show what it should") {
   PlannerOptions options = options_for_relief();
   options.refinement.least_views = 5;
-  Stream stream(16, options);
+  ReliefStream stream(16, options);
   for (std::size_t i = 0; i < 4; ++i) stream.offer(stream.frame(i, 0, 0));
   CHECK(stream.offer(misplaced_frame(stream, 0)).decision == Decision::kept);
 }
 
 TEST_CASE("a view that no other overlaps is never an outlier") {
-  Stream stream(4, options_for_relief());
+  ReliefStream stream(4, options_for_relief());
   const Verdict first = stream.offer(stream.frame(0, 0, 0));
   CHECK(first.decision == Decision::kept);
   REQUIRE(first.refinement);
@@ -227,7 +227,7 @@ TEST_CASE("a view that no other overlaps is never an outlier") {
 }
 
 TEST_CASE("refining changes neither the store nor what refining again says") {
-  Stream stream(8, options_for_relief()), untouched(8, options_for_relief());
+  ReliefStream stream(8, options_for_relief()), untouched(8, options_for_relief());
   for (std::size_t i = 0; i < 6; ++i) {
     stream.offer(stream.frame(i, 2, 0.5));
     untouched.offer(untouched.frame(i, 2, 0.5));
@@ -242,7 +242,7 @@ TEST_CASE("refining changes neither the store nor what refining again says") {
 }
 
 TEST_CASE("without refinement every kept view has the camera that it came with, a gain of one and no trust mask") {
-  Stream stream(5, without_refinement());
+  ReliefStream stream(5, relief_without_refinement());
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < 12; ++i) {
     frames.push_back(stream.frame(i, 3, 1));
@@ -264,7 +264,7 @@ TEST_CASE("without refinement every kept view has the camera that it came with, 
 }
 
 TEST_CASE("which views are kept, and where, does not depend on refinement, unless one is an outlier") {
-  Stream refined(5, options_for_relief()), plain(5, without_refinement());
+  ReliefStream refined(5, options_for_relief()), plain(5, relief_without_refinement());
   for (std::size_t i = 0; i < 12; ++i) {
     const Frame f = refined.frame(i, 2, 1);
     const Verdict a = refined.offer(f), b = plain.offer(f);
@@ -278,7 +278,7 @@ TEST_CASE("which views are kept, and where, does not depend on refinement, unles
 TEST_CASE("exposure alone leaves the poses, and the pose alone leaves the gains") {
   PlannerOptions options = options_for_relief();
   options.refinement.alignment.pose = false;
-  Stream exposure_only(8, options);
+  ReliefStream exposure_only(8, options);
   const std::vector<Frame> frames = exposure_only.offer_all(7, 0.5, 1);
   for (const Frame& f : frames) {
     const auto slot = exposure_only.slot_of(f.name);
@@ -288,7 +288,7 @@ TEST_CASE("exposure alone leaves the poses, and the pose alone leaves the gains"
 
   options = options_for_relief();
   options.refinement.alignment.exposure = false;
-  Stream pose_only(8, options);
+  ReliefStream pose_only(8, options);
   const std::vector<Frame> even = pose_only.offer_all(7, 3, 0);
   for (const Frame& f : even) {
     if (const auto slot = pose_only.slot_of(f.name)) CHECK(pose_only.atlas.gain(*slot) == glm::dvec3(1));
@@ -298,7 +298,7 @@ TEST_CASE("exposure alone leaves the poses, and the pose alone leaves the gains"
 
 TEST_CASE("polishing lowers the mean residual and comes to rest") {
   PlannerOptions options = options_for_relief();
-  Stream stream(16, options);
+  ReliefStream stream(16, options);
   const std::vector<Frame> frames = stream.offer_all(12, 6, 1);
   PolishStep last = stream.planner.polish();
   const PolishStep first = last;
@@ -323,7 +323,7 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
   RefinementOptions refinement = options_for_relief().refinement;
   refinement.trust.enabled = false;
   Refiner refiner(atlas, *relief.visibility, refinement);
-  const Stream walk(1, options_for_relief());
+  const ReliefStream walk(1, options_for_relief());
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < 10; ++i) {
     frames.push_back(walk.frame(i, 2, 0));
@@ -355,19 +355,19 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
 TEST_CASE("a view that stays where it was given is not made anew, and one that moves is") {
   PlannerOptions options = options_for_relief();
   options.refinement.trust.enabled = false;  // so that only a pose can be the reason
-  const auto stored = [](const Stream& stream) {
+  const auto stored = [](const ReliefStream& stream) {
     std::vector<std::shared_ptr<const StoredView>> views;
     for (std::uint32_t slot = 0; slot < 6; ++slot) views.push_back(stream.atlas.view(slot));
     return views;
   };
-  Stream right(16, options);
+  ReliefStream right(16, options);
   right.offer_all(6, 0, 0);
   const auto before = stored(right);
   CHECK(right.planner.polish().moved_px == 0);
   for (std::size_t i = 6; i < 12; ++i) right.offer(right.frame(i, 0, 0));  // each of which visits two again
   CHECK(stored(right) == before);
 
-  Stream wrong(16, options);
+  ReliefStream wrong(16, options);
   wrong.offer_all(6, 6, 0);
   const auto given = stored(wrong);
   CHECK(wrong.planner.polish().moved_px > 0);
@@ -470,7 +470,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
 }
 
 TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
-  Stream right(40, options_for_relief());
+  ReliefStream right(40, options_for_relief());
   right.offer_all(1, 0, 0);
   CHECK(right.planner.revisited() == 0);  // there is no other
   for (std::size_t i = 1; i < 30; ++i) right.offer(right.frame(i, 0, 0));
@@ -478,7 +478,7 @@ TEST_CASE("stored views are refined again while any moves, rest where none does,
   CHECK(until_rest > 0);
   CHECK(until_rest <= kComparisonsToRest);
 
-  const Stream walk(1, options_for_relief());
+  const ReliefStream walk(1, options_for_relief());
   bool moved = false;
   for (std::size_t i = 30; i < 36 && !moved; ++i) {
     const std::uint64_t before = right.planner.revisited();
@@ -490,13 +490,13 @@ TEST_CASE("stored views are refined again while any moves, rest where none does,
   }
   CHECK(moved);
 
-  Stream wrong(40, options_for_relief());
+  ReliefStream wrong(40, options_for_relief());
   wrong.offer_all(30, 4, 0);
   CHECK(wrong.planner.revisited() > until_rest + 10);
 }
 
 // The share of the stored views that have other poses than they were given.
-double share_off_given(const Stream& stream, const std::vector<Frame>& frames) {
+double share_off_given(const ReliefStream& stream, const std::vector<Frame>& frames) {
   double off = 0, stored = 0;
   for (const Frame& f : frames) {
     const auto slot = stream.slot_of(f.name);
@@ -520,7 +520,7 @@ Photograph with_noise(Photograph photograph, std::uint32_t seed) {
 TEST_CASE("views that were given wrong poses rest once they are right, and are not made anew by being looked at") {
   PlannerOptions options = options_for_relief();
   options.refinement.trust.enabled = false;  // so that only a pose can be the reason
-  Stream stream(80, options);
+  ReliefStream stream(80, options);
   const auto offer = [&](std::size_t number, double px) {
     const Frame f = stream.frame(number, px, 0);
     stream.planner.offer(f.name, f.given,
@@ -548,7 +548,7 @@ TEST_CASE("views that were given wrong poses rest once they are right, and are n
 std::vector<double> errors_with_newcomer(double exposure) {
   PlannerOptions options = options_for_relief();
   options.refinement.trust.enabled = false;
-  Stream stream(4, options);
+  ReliefStream stream(4, options);
   std::vector<Frame> frames;
   for (const double x : {-0.9, 0.9, 0.0}) {
     Frame f;
@@ -585,7 +585,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   options.refinement.interruption_point = [&] {
     if (--calls_left < 0) throw Stop();
   };
-  Stream stream(8, options);
+  ReliefStream stream(8, options);
   const std::vector<Frame> frames = stream.offer_all(8, 4, 1);
   LensEstimates estimates = stream.planner.estimate_lenses();
   for (LensEstimate& lens : estimates.lenses) lens.significant = true;
@@ -612,7 +612,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
 }
 
 TEST_CASE("polishing a store of one view, or of none, changes nothing") {
-  Stream stream(4, options_for_relief());
+  ReliefStream stream(4, options_for_relief());
   CHECK(stream.planner.polish().moved_px == 0);
   const Frame only = stream.frame(0, 0, 0);
   stream.offer(only);
@@ -622,7 +622,7 @@ TEST_CASE("polishing a store of one view, or of none, changes nothing") {
 }
 
 TEST_CASE("the exposure of a view that has left says nothing about the one that takes its slot") {
-  Stream stream(2, options_for_relief());
+  ReliefStream stream(2, options_for_relief());
   Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
   const auto store = [&](std::size_t number, std::vector<ExposureRatio> ratios) {
     const Frame f = stream.frame(number, 0, 0);
@@ -645,7 +645,7 @@ TEST_CASE("the exposure of a view that has left says nothing about the one that 
 }
 
 TEST_CASE("the exposures of views that leave for one say nothing about it, nor about those that take their slots") {
-  Stream stream(2, options_for_relief());
+  ReliefStream stream(2, options_for_relief());
   Refiner refiner(stream.atlas, *stream.relief.visibility, options_for_relief().refinement);
   const auto store = [&](std::size_t number, std::vector<ExposureRatio> ratios) {
     const Frame f = stream.frame(number, 0, 0);
@@ -670,7 +670,7 @@ TEST_CASE("the exposures of views that leave for one say nothing about it, nor a
 }
 
 TEST_CASE("a store of three views goes on refining while others are offered and take their places") {
-  Stream stream(3, options_for_relief());
+  ReliefStream stream(3, options_for_relief());
   std::vector<Frame> frames;
   std::size_t replaced = 0;
   for (std::size_t i = 0; i < 12; ++i) {
@@ -689,7 +689,7 @@ TEST_CASE("a store of three views goes on refining while others are offered and 
 
 TEST_CASE(
     "a passer-by in one photograph is masked once enough others have come, and stays masked when they are polished") {
-  Stream stream(12, options_for_relief());
+  ReliefStream stream(12, options_for_relief());
   for (std::size_t i = 0; i < 8; ++i) {
     const Frame f = stream.frame(i, 0, 0);
     Photograph photograph = stream.relief.photograph(f.truth);
@@ -716,7 +716,7 @@ TEST_CASE(
 TEST_CASE("the same stream with refinement, masks and polishing gives the same store on one thread as on four") {
   const auto stream_on = [](std::size_t threads) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    auto stream = std::make_unique<Stream>(5, options_for_relief());
+    auto stream = std::make_unique<ReliefStream>(5, options_for_relief());
     stream->offer_all(9, 2, 1);
     stream->planner.polish();
     stream->planner.mask();

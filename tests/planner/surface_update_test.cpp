@@ -12,13 +12,13 @@
 namespace lumatlas {
 namespace {
 
-constexpr std::uint32_t kViews = 16;
+constexpr std::uint32_t kMostViews = 16;
 
-PlannerOptions options_for_room(bool refine, bool demand) {
+PlannerOptions options_for_update(bool refine, bool demand) {
   PlannerOptions options;
   options.coverage.demand = demand;
   options.coverage.ideal_distance = 2;
-  options.coverage.max_references = kViews;  // every view has a place, whatever the order
+  options.coverage.max_references = kMostViews;  // every view has a place, whatever the order
   options.visibility_px = 64;
   options.refinement.alignment.pose = false;
   options.refinement.alignment.exposure = refine;
@@ -65,12 +65,12 @@ Grown grown(const Surface& before, Mesh mesh) {
   return grown(before, std::move(mesh), previous);
 }
 
-struct Planned {
-  Planned(std::shared_ptr<const Surface> scene, bool refine, bool demand = true)
+struct PlannedSurface {
+  PlannedSurface(std::shared_ptr<const Surface> scene, bool refine, bool demand = true)
       : surface(std::move(scene)),
         visibility(make_ray_visibility(surface->mesh)),
-        atlas(surface, kViews),
-        planner(atlas, *visibility, options_for_room(refine, demand)) {}
+        atlas(surface, kMostViews),
+        planner(atlas, *visibility, options_for_update(refine, demand)) {}
 
   void keep(std::size_t number) {
     const Camera camera = room_camera(number);
@@ -97,8 +97,8 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> slots) {
 }
 
 // As if the scene had been planned with this geometry from the start.
-void check_against_new_start(const Planned& scene) {
-  Planned fresh(scene.surface, false);
+void check_against_new_start(const PlannedSurface& scene) {
+  PlannedSurface fresh(scene.surface, false);
   for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) fresh.keep(slot);
   CHECK(scene.planner.summed_coverage() == Approx(fresh.planner.summed_coverage()).margin(1e-5));
   std::size_t different = 0;
@@ -117,8 +117,8 @@ void check_against_new_start(const Planned& scene) {
 }
 
 TEST_CASE("a surface that appears, moves and disappears leaves the store as if it had been there from the start") {
-  Planned scene(room_surface(), false);
-  for (std::size_t i = 0; i < kViews; ++i) scene.keep(i);
+  PlannedSurface scene(room_surface(), false);
+  for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);
   const Mesh bare = scene.surface->mesh;
 
   const Grown appeared = grown(*scene.surface, with_panel(bare, 0.5f));
@@ -141,22 +141,22 @@ TEST_CASE("a surface that appears, moves and disappears leaves the store as if i
 }
 
 TEST_CASE("views that cannot see a change are left alone") {
-  Planned scene(room_surface(), false);
-  for (std::size_t i = 0; i < kViews; ++i) scene.keep(i);
+  PlannedSurface scene(room_surface(), false);
+  for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);
   std::vector<std::shared_ptr<const StoredView>> before;
-  for (std::uint32_t slot = 0; slot < kViews; ++slot) before.push_back(scene.atlas.view(slot));
+  for (std::uint32_t slot = 0; slot < kMostViews; ++slot) before.push_back(scene.atlas.view(slot));
   const SurfaceUpdate update = scene.become(grown(*scene.surface, with_panel(scene.surface->mesh, 1.8f)));
-  CHECK(update.views_seen_again < kViews);
+  CHECK(update.views_seen_again < kMostViews);
   std::uint32_t touched = 0;
-  for (std::uint32_t slot = 0; slot < kViews; ++slot) touched += scene.atlas.view(slot) != before[slot];
+  for (std::uint32_t slot = 0; slot < kMostViews; ++slot) touched += scene.atlas.view(slot) != before[slot];
   CHECK(touched == update.depths_made_again);
   CHECK(touched >= 1);
-  CHECK(touched < kViews);
+  CHECK(touched < kMostViews);
 }
 
 TEST_CASE("a surface that stays as it is costs nothing and changes nothing") {
-  Planned scene(room_surface(), false);
-  for (std::size_t i = 0; i < kViews; ++i) scene.keep(i);
+  PlannedSurface scene(room_surface(), false);
+  for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);
   const Snapshot before = scene.atlas.snapshot();
   const SurfaceUpdate update = scene.become(grown(*scene.surface, scene.surface->mesh));
   CHECK(update.views_seen_again == 0);
@@ -167,14 +167,15 @@ TEST_CASE("a surface that stays as it is costs nothing and changes nothing") {
 }
 
 TEST_CASE("the stream goes on after a change of the geometry, with refinement") {
-  Planned scene(room_surface(), true, false);  // without demand, only what is stored changes what the store is worth
-  for (std::size_t i = 0; i < kViews; ++i) {
+  // Without demand, only what is stored changes what the store is worth.
+  PlannedSurface scene(room_surface(), true, false);
+  for (std::size_t i = 0; i < kMostViews; ++i) {
     const Camera camera = room_camera(i);
     scene.planner.offer("view " + std::to_string(i), camera, pattern_photograph(camera, i));
   }
   scene.become(grown(*scene.surface, with_panel(scene.surface->mesh, 0.5f)));
   double before = scene.planner.summed_coverage();
-  for (std::size_t i = kViews; i < 3 * kViews; ++i) {
+  for (std::size_t i = kMostViews; i < 3 * kMostViews; ++i) {
     const Camera camera = room_camera(i);
     const Verdict verdict = scene.planner.offer("view " + std::to_string(i), camera, pattern_photograph(camera, i));
     if (verdict.decision == Decision::kept || verdict.decision == Decision::replaced) {
@@ -186,7 +187,7 @@ TEST_CASE("the stream goes on after a change of the geometry, with refinement") 
 }
 
 TEST_CASE("what is said of the cells must fit the surface") {
-  Planned scene(room_surface(), false);
+  PlannedSurface scene(room_surface(), false);
   scene.keep(0);
   const Grown same = grown(*scene.surface, scene.surface->mesh);
   const double before = scene.planner.summed_coverage();

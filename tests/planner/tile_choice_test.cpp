@@ -18,10 +18,11 @@ namespace {
 
 using Tile = std::pair<std::uint32_t, std::uint32_t>;  // view, tile
 
-struct Store {
-  Store(std::size_t count, std::uint32_t references_per_cell) : Store(row_of_cameras(count), references_per_cell) {}
+struct TileStore {
+  TileStore(std::size_t count, std::uint32_t references_per_cell)
+      : TileStore(row_of_cameras(count), references_per_cell) {}
 
-  Store(const std::vector<Camera>& cameras, std::uint32_t references_per_cell) : surface(wall_and_panel(kCells)) {
+  TileStore(const std::vector<Camera>& cameras, std::uint32_t references_per_cell) : surface(wall_and_panel(kCells)) {
     const auto visibility = make_ray_visibility(surface->mesh);
     for (const Camera& camera : cameras) {
       TiledView tiled = make_tiled_view("v", camera, position_photograph(camera.width, camera.height),
@@ -112,7 +113,7 @@ struct Store {
   ReferenceTable references, resulting;
 };
 
-std::set<Tile> plain_greedy(const Store& store, std::size_t count) {
+std::set<Tile> greedy_tiles(const TileStore& store, std::size_t count) {
   std::set<Tile> chosen;
   while (chosen.size() < count) {
     double best = -1;
@@ -138,7 +139,7 @@ std::set<Tile> united(std::set<Tile> a, const std::set<Tile>& b) {
 }
 
 // Whole views one after the other, each time the one that is worth most per tile, until it does not fit.
-std::set<Tile> whole_views(const Store& store, std::size_t count) {
+std::set<Tile> whole_views(const TileStore& store, std::size_t count) {
   std::set<Tile> chosen;
   std::set<std::uint32_t> left;
   for (std::uint32_t view = 0; view < store.views.size(); ++view) left.insert(view);
@@ -179,7 +180,7 @@ std::vector<Camera> random_cameras(std::size_t count, std::mt19937& random, std:
 TEST_CASE("the tiles chosen are worth no less than whole views chosen as greedily, whatever the budget") {
   std::mt19937 random(5);
   for (int scene = 0; scene < 25; ++scene) {
-    Store store(random_cameras(6, random), 6);
+    TileStore store(random_cameras(6, random), 6);
     const std::size_t all = store.all_tiles().size();
     const std::size_t count = std::uniform_int_distribution<std::size_t>(1, all)(random);
     CAPTURE(scene, count, all);
@@ -197,7 +198,7 @@ TEST_CASE("the tiles chosen are worth no less than whole views chosen as greedil
 TEST_CASE("where there is room for all tiles that show something, all are chosen") {
   std::mt19937 random(6);
   for (int scene = 0; scene < 5; ++scene) {
-    Store store(random_cameras(5, random), 5);
+    TileStore store(random_cameras(5, random), 5);
     const std::set<Tile> all = store.all_tiles();
     CHECK(store.chosen(all.size()) == all);
     CHECK(store.chosen(all.size() + 100) == all);
@@ -207,7 +208,7 @@ TEST_CASE("where there is room for all tiles that show something, all are chosen
 // The four steps of tile_choice.h, each value worked out at every step, by the formula alone.
 class BruteForce {
  public:
-  BruteForce(const Store& store, std::size_t count) : store_(store), count_(count) {}
+  BruteForce(const TileStore& store, std::size_t count) : store_(store), count_(count) {}
 
   [[nodiscard]] double worth() {
     take_whole_views(count_);
@@ -272,7 +273,7 @@ class BruteForce {
     }
   }
 
-  const Store& store_;
+  const TileStore& store_;
   std::size_t count_;
   std::set<Tile> chosen_;
 };
@@ -280,7 +281,7 @@ class BruteForce {
 TEST_CASE("tiles are chosen as if every value were worked out at every step") {
   std::mt19937 random(11);
   for (int scene = 0; scene < 8; ++scene) {
-    Store store(random_cameras(4, random, 22), 4);
+    TileStore store(random_cameras(4, random, 22), 4);
     const std::size_t all = store.all_tiles().size();
     const std::size_t count = std::uniform_int_distribution<std::size_t>(2, all)(random);
     CAPTURE(scene, count, all);
@@ -294,7 +295,7 @@ TEST_CASE("a choice that is brought up to date keeps within its budget and comes
   double kept_worth = 0, fresh_worth = 0;
   for (int scene = 0; scene < 10; ++scene) {
     const std::vector<Camera> cameras = random_cameras(8, random);
-    Store before({cameras.begin(), cameras.end() - 1}, 7), now(cameras, 8);
+    TileStore before({cameras.begin(), cameras.end() - 1}, 7), now(cameras, 8);
     const std::size_t count = now.all_tiles().size() / 3;
     const std::set<Tile> resident = before.chosen(count);
     const std::set<Tile> updated = now.chosen(count, resident);
@@ -311,14 +312,14 @@ TEST_CASE("a choice that is brought up to date keeps within its budget and comes
 }
 
 TEST_CASE("what is resident and asked for again stays as it is") {
-  Store store(6, 6);
+  TileStore store(6, 6);
   std::set<Tile> tiles = store.chosen(40);
   for (int again = 0; again < 6; ++again) tiles = store.chosen(40, tiles);  // exchanges come to an end
   CHECK(store.chosen(40, tiles) == tiles);
 }
 
 TEST_CASE("a demand whose parts do not belong together is refused") {
-  Store store(2, 2);
+  TileStore store(2, 2);
   const std::vector<SharedShownCells> too_few(1, store.shown[0]);
   CHECK_THROWS_MATCHES(choose_tiles({*store.surface, store.views, too_few, store.references, 9, {}}),
                        std::invalid_argument,
@@ -341,17 +342,17 @@ TEST_CASE("a demand whose parts do not belong together is refused") {
 }
 
 TEST_CASE("the first tile chosen is worth more than any other alone, and the next ones are chosen as greedily") {
-  Store store(5, 5);
+  TileStore store(5, 5);
   const std::set<Tile> first = store.chosen(1);
   REQUIRE(first.size() == 1);
-  CHECK(store.worth(first) == Approx(store.worth(plain_greedy(store, 1))).epsilon(1e-5));
+  CHECK(store.worth(first) == Approx(store.worth(greedy_tiles(store, 1))).epsilon(1e-5));
   const std::set<Tile> several = store.chosen(20);
   REQUIRE(several.size() == 20);
-  CHECK(store.worth(several) >= 0.97 * store.worth(plain_greedy(store, 20)));
+  CHECK(store.worth(several) >= 0.97 * store.worth(greedy_tiles(store, 20)));
 }
 
 TEST_CASE("the tiles chosen are worth more than tiles by chance, and than whole views of as many tiles") {
-  Store store(8, 8);
+  TileStore store(8, 8);
   constexpr std::size_t kCount = 60;
   const double worth = store.worth(store.chosen(kCount));
   const std::set<Tile> all = store.all_tiles();
@@ -367,11 +368,11 @@ TEST_CASE("the tiles chosen are worth more than tiles by chance, and than whole 
 
 TEST_CASE("cells refer to the views whose resident tiles show them, and to no more than before") {
   for (const std::uint32_t most : {1u, 2u, 8u}) {
-    Store store(8, most);
+    TileStore store(8, most);
     const std::set<Tile> tiles = store.chosen(40);
     CHECK(tiles.size() <= 40);
-    REQUIRE(store.resulting.offsets.size() == Store::kCells + 1);
-    for (std::uint32_t cell = 0; cell < Store::kCells; ++cell) {
+    REQUIRE(store.resulting.offsets.size() == TileStore::kCells + 1);
+    for (std::uint32_t cell = 0; cell < TileStore::kCells; ++cell) {
       const auto views = store.resulting.of_cell(cell);
       CHECK(views.size() <= most);
       CHECK(std::is_sorted(views.begin(), views.end()));
@@ -387,9 +388,9 @@ TEST_CASE("cells refer to the views whose resident tiles show them, and to no mo
 }
 
 TEST_CASE("what nobody asks for is not resident, however much room there is") {
-  Store store(4, 4);
+  TileStore store(4, 4);
   CHECK(store.chosen(100'000).size() <= store.all_tiles().size());
-  store.references.offsets.assign(Store::kCells + 1, 0);
+  store.references.offsets.assign(TileStore::kCells + 1, 0);
   store.references.views.clear();
   CHECK(store.chosen(100'000).empty());
 }

@@ -1,73 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The program. Results go to stdout or files, progress and errors to stderr. Exit status: 0, 1 (it failed, one sentence
-// says why), 2 (wrong usage).
-#include <algorithm>
+// The program's process: its signals, its streams, and the command line.
 #include <exception>
 #include <iostream>
-#include <memory>
-#include <new>
-#include <string>
-#include <system_error>
 
 #include "tools/base/interrupt.h"
 #include "tools/base/standard_streams.h"
-#include "tools/cli/commands.h"
-#include "tools/cli/nearest_name.h"
-
-namespace {
-
-// One line, whatever characters are in the name of a file.
-int fail(std::string sentence) {
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
-  std::replace_if(sentence.begin(), sentence.end(), is_control, ' ');
-  std::cerr << "lumatlas: " << sentence << '\n';
-  return 1;
-}
-
-}  // namespace
+#include "tools/cli/command_line.h"
 
 int main(int argc, char** argv) {
-  CLI::App program("lumatlas turns a mesh and posed photographs into a view-dependent textured scene", "lumatlas");
-  program.formatter(std::make_shared<lumatlas::HelpFormatter>());
-  program.set_help_flag("-h,--help");
-  program.set_help_all_flag("--help-all");
-  program.set_version_flag("--version", "lumatlas " LUMATLAS_VERSION, "Print the version");
-  program.option_defaults()->always_capture_default();
-  program.require_subcommand(1);
-  lumatlas::add_capture_command(program);
-  lumatlas::add_inspect_command(program);
-  lumatlas::add_mesh_command(program);
-  lumatlas::add_build_command(program);
-  lumatlas::add_render_command(program);
-  lumatlas::add_validate_command(program);
-  lumatlas::add_export_command(program);
-  lumatlas::add_view_command(program);
-  lumatlas::add_synth_command(program);
-  lumatlas::add_chart_command(program);
   lumatlas::install_interrupt_handler();
   try {
     lumatlas::reserve_standard_streams();
-    program.parse(argc, argv);
-    if (!std::cout.flush()) {
-      lumatlas::throw_if_interrupted();  // by SIGPIPE: nobody listens any more
-      return fail("the result cannot be written to standard output, is the disk full?");
-    }
-    return 0;
-  } catch (const CLI::ParseError& error) {
-    if (program.exit(error) == 0) return 0;
-    if (const std::string meant = lumatlas::suggestion(program, argc, argv); !meant.empty()) std::cerr << meant << '\n';
-    return 2;
+    return lumatlas::run_command_line(argc, argv);
   } catch (const lumatlas::Interrupted& interrupted) {
     lumatlas::die_of(interrupted);
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory: use fewer or smaller photographs (--max-views), or a smaller mesh");
-  } catch (const std::system_error& error) {
-    if (error.code() == std::errc::resource_unavailable_try_again) {
-      return fail(
-          "no more threads can be started: raise the limits of processes and memory (`ulimit -u`, `ulimit -v`)");
-    }
-    return fail(error.what());
   } catch (const std::exception& error) {
-    return fail(error.what());
+    std::cerr << "lumatlas: " << error.what() << '\n';
+    return 1;
   }
 }

@@ -22,16 +22,35 @@ function(lumatlas_compile_options target)
   endif()
 endfunction()
 
+# lumatlas_compile_together(TARGET COUNT [SOURCES ...])
+# Where LUMATLAS_TOGETHER is set, compiles the target's sources together, so many at a time, or these sources alone, so
+# that headers that they all include are read once, and templates that they all use are compiled once. Their unnamed
+# namespaces are then one: a name that two of them give to different things is an error there.
+option(LUMATLAS_TOGETHER "Compile many sources together: sooner from nothing, later after a change" OFF)
+
+function(lumatlas_compile_together target count)
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES")
+  get_target_property(type ${target} TYPE)
+  # Without common headers a build shows what includes are missing, which no module's source may hide from another.
+  if(NOT LUMATLAS_TOGETHER OR (type STREQUAL "STATIC_LIBRARY" AND NOT LUMATLAS_COMMON_HEADERS AND NOT arg_SOURCES))
+    return()
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
+  if(arg_SOURCES)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
+    set_source_files_properties(${arg_SOURCES} PROPERTIES UNITY_GROUP together)
+  else()
+    # GCC takes a source that is included in another for a header.
+    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  endif()
+endfunction()
+
 # lumatlas_compile_quickly(TARGET)
-# For what runs once or waits for a disk: a release spends no time on optimising it, and compiles its files together, four
-# at a time, so that CLI11 and JSON, which they all include, are read once. Their unnamed namespaces are then one: a name
-# that two files give to different things is an error in a release.
+# For what runs once or waits for a disk: a release spends no time on optimising it.
 function(lumatlas_compile_quickly target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   if(CMAKE_BUILD_TYPE STREQUAL "Release")
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 4)
-    # GCC takes a source that is included in another for a header.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    lumatlas_compile_together(${target} 4)
   endif()
 endfunction()
 

@@ -19,6 +19,7 @@
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/cli/program.h"
+#include "tests/tools/cli/program_here.h"
 
 namespace lumatlas {
 namespace {
@@ -401,11 +402,17 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"validate", made().model, "--views", made().scene, "-o", out, "--time-frames", "0"},
   };
   for (const Arguments& arguments : wrong) {
-    const Outcome outcome = lumatlas(arguments);
+    const Outcome outcome = lumatlas_here(arguments);
     INFO(outcome.err);
     CHECK(outcome.status == 2);
     CHECK(outcome.out.empty());
     CHECK_FALSE(outcome.err.empty());
+    if (arguments.size() < 3) {
+      const Outcome of_process = lumatlas(arguments);
+      CHECK(of_process.status == 2);
+      CHECK(of_process.out.empty());
+      CHECK(of_process.err == outcome.err);
+    }
     CHECK_FALSE(fs::exists(out));
   }
 }
@@ -413,7 +420,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
 TEST_CASE("an option that is refused is told in one sentence of plain words") {
   const std::string out = (made().folder / "unused").string();
   const auto complaint = [&](const Arguments& arguments) {
-    const Outcome outcome = lumatlas(arguments);
+    const Outcome outcome = lumatlas_here(arguments);
     CHECK(outcome.status == 2);
     CHECK(outcome.out.empty());
     return outcome.err.substr(0, outcome.err.find('\n'));
@@ -1064,9 +1071,9 @@ TEST_CASE("a scene without a mesh: the line that build names makes one, which bu
 TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that cannot be written, and leaves nothing") {
   const TemporaryFolder folder;
   const std::string scene = made().scene;
-  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.obj").string()}).status == 2);
-  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--spacing", "-1"}).status == 2);
-  CHECK(lumatlas({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--noise", "nan"}).status == 2);
+  CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.obj").string()}).status == 2);
+  CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--spacing", "-1"}).status == 2);
+  CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--noise", "nan"}).status == 2);
   const std::string mesh = scene + "/mesh.ply", bytes = bytes_of(mesh);
   CHECK(lumatlas({"mesh", scene, "-o", mesh, "--points", mesh}).status == 1);
   CHECK(bytes_of(mesh) == bytes);
@@ -1077,7 +1084,7 @@ TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that ca
 
 TEST_CASE("a mistyped command or option gets the name of the nearest one") {
   const auto says = [](const Arguments& arguments, const std::string& sentence) {
-    const Outcome outcome = lumatlas(arguments);
+    const Outcome outcome = lumatlas_here(arguments);
     CHECK(outcome.status == 2);
     CHECK_THAT(outcome.err, Catch::EndsWith(sentence + "\n"));
   };
@@ -1086,7 +1093,7 @@ TEST_CASE("a mistyped command or option gets the name of the nearest one") {
   says({"build", "scene", "-o", "x", "--max-vews=3"}, "There is no option --max-vews; did you mean --max-views?");
   says({"render", "model", "-o", "x", "--suprsample", "3"},
        "There is no option --suprsample; did you mean --supersample?");
-  CHECK_THAT(lumatlas({"build", "scene", "-o", "x", "--zzzzzz"}).err, !Catch::Contains("did you mean"));
+  CHECK_THAT(lumatlas_here({"build", "scene", "-o", "x", "--zzzzzz"}).err, !Catch::Contains("did you mean"));
   CHECK_THAT(lumatlas({"--version"}).err, Catch::Equals(""));
 }
 

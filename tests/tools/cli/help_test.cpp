@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "tests/tools/cli/program.h"
+#include "tests/tools/cli/program_here.h"
 
 namespace lumatlas {
 namespace {
@@ -15,7 +16,7 @@ const std::vector<std::string> kCommands{"capture",  "inspect", "mesh", "build",
                                          "validate", "export",  "view", "synth", "chart"};
 
 std::vector<std::string> lines_of(const Arguments& arguments) {
-  const Outcome outcome = lumatlas(arguments);
+  const Outcome outcome = lumatlas_here(arguments);
   CHECK(outcome.status == 0);
   CHECK(outcome.err.empty());
   std::vector<std::string> lines;
@@ -56,7 +57,7 @@ TEST_CASE("help names ranges, choices and defaults in plain words") {
       }
     }
   }
-  const std::string build = lumatlas({"build", "--help-all"}).out, render = lumatlas({"render", "--help"}).out;
+  const std::string build = lumatlas_here({"build", "--help-all"}).out, render = lumatlas({"render", "--help"}).out;
   CHECK_THAT(build, Catch::Contains("(png or jpeg; default png)"));
   CHECK_THAT(build, Catch::Contains("(1 to 65536; default 16)"));
   CHECK_THAT(build, Catch::Contains("(8 to 1024, a multiple of 8; default 64)"));

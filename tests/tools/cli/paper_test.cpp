@@ -5,6 +5,7 @@
 #include <string>
 
 #include "tests/tools/cli/program.h"
+#include "tests/tools/cli/program_here.h"
 
 namespace lumatlas {
 namespace {
@@ -40,7 +41,7 @@ void check_contradiction(Arguments arguments, const Arguments& switches) {
   const std::string output = (folder / "output").string();
   arguments.insert(arguments.end(), {"-o", output, "--paper"});
   arguments.insert(arguments.end(), switches.begin(), switches.end());
-  const Outcome outcome = lumatlas(arguments);
+  const Outcome outcome = lumatlas_here(arguments);
   CAPTURE(switches.front());
   CHECK(outcome.status == 2);
   CHECK_THAT(outcome.err, Catch::StartsWith(switches.front() + ": is ") && Catch::Contains(" by --paper: leave out"));
@@ -73,7 +74,7 @@ TEST_CASE("build --paper contradicts what says otherwise") {
   check_contradiction(build, {"--edges", "far"});
   check_contradiction(build, {"--min-gain", "0.001"});
   check_contradiction(build, {"--min-reference-gain", "0"});
-  const Outcome automatic = lumatlas({"build", made().scene, "-o", "unused", "--paper", "--budget", "auto"});
+  const Outcome automatic = lumatlas_here({"build", made().scene, "-o", "unused", "--paper", "--budget", "auto"});
   CHECK(automatic.status == 2);
   CHECK_THAT(automatic.err, Catch::Contains("--budget auto: needs --metric directions"));
 }

@@ -46,7 +46,7 @@ struct SphereScene {
   }
 };
 
-const StageProgress kSilent = [](const std::string&, std::size_t) { return [](std::size_t) {}; };
+const StageProgress kUnreported = [](const std::string&, std::size_t) { return [](std::size_t) {}; };
 
 Mesh centred(const TriangleSoup& soup, const glm::dvec3& offset) {
   Mesh mesh;
@@ -57,7 +57,7 @@ Mesh centred(const TriangleSoup& soup, const glm::dvec3& offset) {
 
 TEST_CASE("a model's points with their tracks become the surface, with colours, and are trusted") {
   const SphereScene scene(true);
-  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kSilent);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kUnreported);
   CHECK(made.points == 3000);
   CHECK(made.views == 20);
   CHECK_FALSE(made.views_estimated);
@@ -75,7 +75,7 @@ TEST_CASE("a model's points with their tracks become the surface, with colours, 
 TEST_CASE("points without tracks, and far from the origin, become the same surface within a hundredth") {
   const glm::dvec3 far(4.5e6, -5.4e6, 200);
   const SphereScene scene(false, far);
-  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kSilent);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kUnreported);
   CHECK(made.views_estimated);
   CHECK(volume_of(centred(made.surface, far)) == Approx(4.18879).epsilon(0.02));
 }
@@ -90,14 +90,14 @@ TEST_CASE("a PLY of points takes the place of the model's, with a fused.ply foun
     ply += xyz + " " + xyz + "\n";
   }
   const auto fused = scene.folder.with_file("fused.ply", ply);
-  const SceneMesh found = mesh_from_scene(scene.folder.path(), {}, kSilent);
+  const SceneMesh found = mesh_from_scene(scene.folder.path(), {}, kUnreported);
   CHECK(found.points == 1200);
   CHECK(found.points_file == fused);
   CHECK(found.views_estimated);
   CHECK(volume_of(centred(found.surface, glm::dvec3(0))) == Approx(4.18879).epsilon(0.03));
   SceneMeshOptions options;
   options.points = fused;
-  CHECK(mesh_from_scene(scene.folder.path(), options, kSilent).surface.faces == found.surface.faces);
+  CHECK(mesh_from_scene(scene.folder.path(), options, kUnreported).surface.faces == found.surface.faces);
 }
 
 TEST_CASE("of too many points the spacing is widened until they are few enough") {
@@ -105,7 +105,7 @@ TEST_CASE("of too many points the spacing is widened until they are few enough")
   SceneMeshOptions options;
   options.spacing_px = 0;
   options.most_points = 500;
-  const SceneMesh made = mesh_from_scene(scene.folder.path(), options, kSilent);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), options, kUnreported);
   CHECK(made.points_used <= 500);
   CHECK(made.points_used > 200);
   CHECK(made.spacing_px > 1);
@@ -116,8 +116,8 @@ TEST_CASE("faces longer than the bound are left out") {
   const SphereScene scene(true);
   SceneMeshOptions options;
   options.longest_edge = 1;  // about half of them
-  const SceneMesh all = mesh_from_scene(scene.folder.path(), {}, kSilent);
-  const SceneMesh few = mesh_from_scene(scene.folder.path(), options, kSilent);
+  const SceneMesh all = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const SceneMesh few = mesh_from_scene(scene.folder.path(), options, kUnreported);
   CHECK(10 * few.surface.faces.size() < 6 * all.surface.faces.size());
   CHECK(few.trust.pixels_covered < all.trust.pixels_covered);
 }
@@ -128,7 +128,7 @@ TEST_CASE("points that make no surface, and files that are none, get one sentenc
     SceneMeshOptions options;
     options.points = scene.folder.with_file("points.ply", ply);
     try {
-      (void)mesh_from_scene(scene.folder.path(), options, kSilent);
+      (void)mesh_from_scene(scene.folder.path(), options, kUnreported);
     } catch (const InputError& error) {
       return std::string(error.what());
     }

@@ -22,19 +22,34 @@ double focal_length(const SynthOptions& options) {
   return options.width / (2 * std::tan(options.fov_deg / 2 * 3.14159265358979 / 180));
 }
 
-// A synthetic scene, taken by pinholes, that says it was taken by a lens of the same focal length with
-// distortion `k1`. Not above 0: then undistortion keeps the focal length.
-void write_scene(const std::filesystem::path& folder, double k1) {
+SynthOptions scene_options() {
   SynthOptions options;
   options.views = 24;
   options.width = kWidth;
   options.height = kHeight;
   options.samples = 4;
   options.triangles = 4000;
-  write_synthetic_scene(options, folder);
+  return options;
+}
+
+// A synthetic scene, taken by pinholes.
+const std::filesystem::path& pinhole_scene() {
+  static const TemporaryFolder folder;
+  static const bool made = [] {
+    write_synthetic_scene(scene_options(), folder.path());
+    return true;
+  }();
+  REQUIRE(made);
+  return folder.path();
+}
+
+// The same, which says it was taken by a lens of the same focal length with distortion `k1`. Not above 0: then
+// undistortion keeps the focal length.
+void write_scene(const std::filesystem::path& folder, double k1) {
+  std::filesystem::copy(pinhole_scene(), folder, std::filesystem::copy_options::recursive);
   test::Bytes bytes;
   bytes.u64(1).camera(1, 2, kWidth, kHeight,
-                      {focal_length(options), kWidth / 2.0, kHeight / 2.0, k1});  // SIMPLE_RADIAL
+                      {focal_length(scene_options()), kWidth / 2.0, kHeight / 2.0, k1});  // SIMPLE_RADIAL
   std::ofstream(folder / "sparse" / "cameras.bin", std::ios::binary) << bytes.string();
 }
 

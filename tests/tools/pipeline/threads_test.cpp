@@ -16,17 +16,23 @@ namespace lumatlas {
 namespace {
 
 // Poses, exposures and passers-by that give refinement and masks something to do.
-void write_disturbed_scene(const std::filesystem::path& folder) {
-  SynthOptions options;
-  options.views = 20;
-  options.width = 128;
-  options.height = 96;
-  options.samples = 1;
-  options.triangles = 4000;
-  options.disturbances.pose_noise = 2;
-  options.disturbances.exposure_noise = 0.5;
-  options.disturbances.passers_by = 0.2;
-  write_synthetic_scene(options, folder);
+const std::filesystem::path& disturbed_scene() {
+  static const TemporaryFolder folder;
+  static const bool made = [] {
+    SynthOptions options;
+    options.views = 20;
+    options.width = 128;
+    options.height = 96;
+    options.samples = 1;
+    options.triangles = 4000;
+    options.disturbances.pose_noise = 2;
+    options.disturbances.exposure_noise = 0.5;
+    options.disturbances.passers_by = 0.2;
+    write_synthetic_scene(options, folder.path());
+    return true;
+  }();
+  REQUIRE(made);
+  return folder.path();
 }
 
 struct Built {
@@ -63,21 +69,17 @@ void check_same_on_any_threads(const std::filesystem::path& scene, const BuildOp
 }
 
 TEST_CASE("a build with joint refinement and lenses writes the same bytes on 1, 2 and 8 threads") {
-  const TemporaryFolder scene;
-  write_disturbed_scene(scene.path());
   BuildOptions options;
   options.max_views = 12;  // fewer than are offered, so that views take others' places
-  check_same_on_any_threads(scene.path(), options);
+  check_same_on_any_threads(disturbed_scene(), options);
 }
 
 TEST_CASE("a build with a bound on the loss writes the same bytes on 1, 2 and 8 threads") {
-  const TemporaryFolder scene;
-  write_disturbed_scene(scene.path());
   BuildOptions options;
   options.planner.coverage = parsimony_coverage(options.planner.coverage);
   options.planner.max_loss_db = 0.5;
   options.max_views.reset();
-  check_same_on_any_threads(scene.path(), options);
+  check_same_on_any_threads(disturbed_scene(), options);
 }
 
 }  // namespace

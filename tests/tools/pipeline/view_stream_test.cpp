@@ -35,13 +35,13 @@ TEST_CASE("an order of the stream loses and invents no view, and depends on its 
 
 TEST_CASE("shuffling puts every view everywhere about as often") {
   std::mt19937_64 random(3);
-  constexpr std::size_t kViews = 8, kRounds = 8000;
-  std::vector<Numbers> times(kViews, Numbers(kViews, 0));
-  Numbers ranks(kViews);
-  for (std::size_t i = 0; i < kViews; ++i) ranks[i] = i;
+  constexpr std::size_t kOffered = 8, kRounds = 8000;
+  std::vector<Numbers> times(kOffered, Numbers(kOffered, 0));
+  Numbers ranks(kOffered);
+  for (std::size_t i = 0; i < kOffered; ++i) ranks[i] = i;
   for (std::size_t round = 0; round < kRounds; ++round) {
     const Numbers shuffled = in_order(ranks, StreamOrder::shuffled, random);
-    for (std::size_t place = 0; place < kViews; ++place) ++times[shuffled[place]][place];
+    for (std::size_t place = 0; place < kOffered; ++place) ++times[shuffled[place]][place];
   }
   // Binomial, 1000 expected, standard deviation below 30: five of them.
   for (const Numbers& places : times) {

@@ -23,7 +23,7 @@ constexpr std::array<double, 3> kOrigin{0, 0, 0};
 
 // What the parser says of the input; fails the test if it takes it.
 template <typename Parse>
-std::string complaint(Parse parse) {
+std::string parse_complaint(Parse parse) {
   try {
     (void)parse();
   } catch (const InputError& error) {
@@ -33,16 +33,16 @@ std::string complaint(Parse parse) {
   return {};
 }
 std::string cameras_complaint(const Bytes& file) {
-  return complaint([&] { return parse_cameras_binary(file.span(), "cameras.bin"); });
+  return parse_complaint([&] { return parse_cameras_binary(file.span(), "cameras.bin"); });
 }
 std::string images_complaint(const Bytes& file) {
-  return complaint([&] { return parse_images_binary(file.span(), "images.bin"); });
+  return parse_complaint([&] { return parse_images_binary(file.span(), "images.bin"); });
 }
 std::string cameras_complaint(const std::string& file) {
-  return complaint([&] { return parse_cameras_text(file, "cameras.txt"); });
+  return parse_complaint([&] { return parse_cameras_text(file, "cameras.txt"); });
 }
 std::string images_complaint(const std::string& file) {
-  return complaint([&] { return parse_images_text(file, "images.txt"); });
+  return parse_complaint([&] { return parse_images_text(file, "images.txt"); });
 }
 
 Bytes count(std::uint64_t records) {
@@ -323,7 +323,7 @@ TEST_CASE("a model comes sorted, cameras by id and images by name in byte order"
 TEST_CASE("a folder without a whole model gets an exact sentence") {
   const TemporaryFolder folder;
   const std::string scene = folder.path().string();
-  const auto message = [&] { return complaint([&] { return read_colmap_model(scene); }); };
+  const auto message = [&] { return parse_complaint([&] { return read_colmap_model(scene); }); };
   CHECK(message() == scene +
                          ": holds no COLMAP model (cameras.bin and images.bin, or cameras.txt and images.txt, in "
                          "sparse/, sparse/0/ or itself) and no transforms.json or other form of capture");
@@ -333,14 +333,14 @@ TEST_CASE("a folder without a whole model gets an exact sentence") {
   CHECK(message() == scene + "/sparse/images.bin: holds no image, so there is nothing to see the scene from");
   write_file(folder.path() / "sparse/images.bin", count(1).image(5, kUpright, kOrigin, 4, "a.jpg").string());
   CHECK(message() == scene + "/sparse/images.bin: image 5 ('a.jpg') has camera 4, which is not in cameras.bin");
-  CHECK(complaint([&] { return read_colmap_model(scene + "/nowhere"); }) == scene + "/nowhere: no such folder");
+  CHECK(parse_complaint([&] { return read_colmap_model(scene + "/nowhere"); }) == scene + "/nowhere: no such folder");
 }
 
 TEST_CASE("a model's file that is a folder is refused") {
   const TemporaryFolder folder;
   std::filesystem::create_directories(folder.path() / "cameras.bin");
   write_file(folder.path() / "images.bin", count(0).string());
-  CHECK(complaint([&] { return read_colmap_model(folder.path()); }) ==
+  CHECK(parse_complaint([&] { return read_colmap_model(folder.path()); }) ==
         (folder.path() / "cameras.bin").string() + ": is not a file");
 }
 
@@ -370,10 +370,10 @@ TEST_CASE("binary and text points are read with their colours and tracks") {
 
 TEST_CASE("damaged points get an exact sentence") {
   const auto of_binary = [](const Bytes& file) {
-    return complaint([&] { return parse_points_binary(file.span(), "points3D.bin"); });
+    return parse_complaint([&] { return parse_points_binary(file.span(), "points3D.bin"); });
   };
   const auto of_text = [](const std::string& file) {
-    return complaint([&] { return parse_points_text(file, "points3D.txt"); });
+    return parse_complaint([&] { return parse_points_text(file, "points3D.txt"); });
   };
   Bytes good = count(1);
   point(good, {1, 2, 3}, {1, 2, 3}, {5});

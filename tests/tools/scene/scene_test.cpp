@@ -48,7 +48,7 @@ void write_photograph(const fs::path& path, std::uint32_t width, std::uint32_t h
   write_image(path, picture(width, height));
 }
 
-Bytes two_cameras() {
+Bytes two_camera_records() {
   return Bytes().u64(2).camera(1, 1, 40, 30, {50, 52, 20, 15}).camera(2, 2, 32, 24, {30, 16, 12, -0.1});
 }
 
@@ -59,15 +59,15 @@ Bytes two_images() {
       .image(11, wxyz(kTurn * glm::dquat(2, 0, 0, 1)), {-4, 5, -6}, 1, "left/0001.png");
 }
 
-void write_photographs(const fs::path& scene) {
+void write_both_photographs(const fs::path& scene) {
   write_photograph(scene / "images/left/0001.png", 40, 30);
   write_photograph(scene / "images/right/0001.png", 32, 24);
 }
 
 void write_scene(const fs::path& scene, const fs::path& model) {
-  write_file(scene / model / "cameras.bin", two_cameras().string());
+  write_file(scene / model / "cameras.bin", two_camera_records().string());
   write_file(scene / model / "images.bin", two_images().string());
-  write_photographs(scene);
+  write_both_photographs(scene);
 }
 
 std::string complaint_of(const fs::path& scene) {
@@ -123,10 +123,10 @@ TEST_CASE("binary and text models give the same views, in sparse, sparse/0 and t
     for (const bool binary : {true, false}) {
       const TemporaryFolder folder;
       write_file(folder.path() / place / (binary ? "cameras.bin" : "cameras.txt"),
-                 binary ? two_cameras().string() : cameras);
+                 binary ? two_camera_records().string() : cameras);
       write_file(folder.path() / place / (binary ? "images.bin" : "images.txt"),
                  binary ? two_images().string() : images);
-      write_photographs(folder.path());
+      write_both_photographs(folder.path());
       const SceneViews scene = read_scene_views(folder.path(), glm::dvec3(0.5, 0, 0));
       REQUIRE(scene.views.size() == expected.views.size());
       for (std::size_t i = 0; i < scene.views.size(); ++i) {
@@ -169,14 +169,14 @@ TEST_CASE("a model with rigs and frames gives each image its own pose") {
                                        .u32(2)
                                        .u64(10)
                                        .string());
-  write_file(model / "cameras.bin", two_cameras().string());
+  write_file(model / "cameras.bin", two_camera_records().string());
   write_file(model / "images.bin",
              Bytes()
                  .u64(2)
                  .image(11, wxyz(kTurn), xyz(frame_translation), 1, "left/0001.png", 3)
                  .image(10, wxyz(kTurn), xyz(second_from_rig + frame_translation), 2, "right/0001.png", 2)
                  .string());
-  write_photographs(folder.path());
+  write_both_photographs(folder.path());
   const SceneViews scene = read_scene_views(folder.path(), glm::dvec3(0.0));
   REQUIRE(scene.views.size() == 2);
   const glm::dvec3 world(3, -1, 8);
@@ -190,10 +190,10 @@ TEST_CASE("a camera far from the origin keeps its place to a millionth once the 
   const glm::dvec3 near(0.125, -0.25, 0.5);  // the camera's centre, relative to the offset
   const glm::dvec3 translation = -(kTurn * (offset + near));
   const TemporaryFolder folder;
-  write_file(folder.path() / "cameras.bin", two_cameras().string());
+  write_file(folder.path() / "cameras.bin", two_camera_records().string());
   write_file(folder.path() / "images.bin",
              Bytes().u64(1).image(1, wxyz(kTurn), xyz(translation), 1, "left/0001.png").string());
-  write_photographs(folder.path());
+  write_both_photographs(folder.path());
   const SceneViews scene = read_scene_views(folder.path(), offset);
   CHECK(glm::length(scene.views.at(0).camera.center() - near) < 1e-6 * glm::length(near));
 }
@@ -201,7 +201,7 @@ TEST_CASE("a camera far from the origin keeps its place to a millionth once the 
 TEST_CASE("a scene whose photographs do not fit gets an exact sentence") {
   const TemporaryFolder folder;
   const std::string scene = folder.path().string();
-  write_file(folder.path() / "sparse/cameras.bin", two_cameras().string());
+  write_file(folder.path() / "sparse/cameras.bin", two_camera_records().string());
   write_file(folder.path() / "sparse/images.bin", two_images().string());
   CHECK(complaint_of(scene) == scene + "/images: no such folder, but the photographs must be in it");
   write_photograph(folder.path() / "images/right/0001.png", 32, 24);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/synth/disturbance.h"
 
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -17,6 +15,7 @@
 #include <vector>
 
 #include "atlas/photograph.h"
+#include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/colmap.h"
 #include "tools/synth/synth.h"
@@ -24,7 +23,7 @@
 namespace lumatlas {
 namespace {
 
-SynthOptions small_options() {
+SynthOptions walk_options() {
   SynthOptions options;
   options.views = 6;
   options.width = 48;
@@ -35,28 +34,12 @@ SynthOptions small_options() {
 }
 
 SynthOptions everything_disturbed() {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   options.disturbances = {1.5, 0.7, 0.3, 0.34, 0.5, 0.4, 3, 2, 0.01, 0.05, 0.5};
   return options;
 }
 
 using Files = std::map<std::string, std::string>;
-
-Files files_below(const std::filesystem::path& folder) {
-  Files files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file())
-      files[entry.path().lexically_relative(folder).generic_string()] = bytes_of(entry.path());
-  }
-  return files;
-}
-
-Files written(const SynthOptions& options, std::size_t threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const TemporaryFolder folder;
-  write_synthetic_scene(options, folder.path());
-  return files_below(folder.path());
-}
 
 nlohmann::json json_of(const std::filesystem::path& path) {
   std::ifstream file(path);
@@ -91,7 +74,7 @@ TEST_CASE("a disturbed scene has the same bytes for any number of threads") {
 }
 
 TEST_CASE("pose noise changes the written poses alone, and the true ones are beside them") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   const Files undisturbed = written(options, 4);
   options.disturbances.pose_noise = 2;
   Files files = written(options, 4);
@@ -108,7 +91,7 @@ TEST_CASE("pose noise changes the written poses alone, and the true ones are bes
 }
 
 TEST_CASE("exposure noise changes photographs and the colours of points, not poses") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   const Files undisturbed = written(options, 4);
   options.disturbances.exposure_noise = 1;
   const Files files = written(options, 4);
@@ -121,7 +104,7 @@ TEST_CASE("exposure noise changes photographs and the colours of points, not pos
 
 TEST_CASE("pose noise displaces what a view sees by the pixels asked for, root mean square") {
   for (const double asked : {0.25, 3.0, 6.0}) {
-    SynthOptions options = small_options();
+    SynthOptions options = walk_options();
     options.disturbances.pose_noise = asked;
     const Made made(options);
     for (std::size_t i = 0; i < made.views.size(); ++i) {
@@ -146,7 +129,7 @@ TEST_CASE("pose noise displaces what a view sees by the pixels asked for, root m
 }
 
 TEST_CASE("pose noise turns and shifts every view differently, and another seed otherwise") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   options.disturbances.pose_noise = 2;
   const Made one(options);
   options.seed = 2;
@@ -199,7 +182,7 @@ TEST_CASE("the written files hold the disturbed poses and say by how much they a
 TEST_CASE("the share of plainly wrong poses is exact, and the others are true") {
   for (const auto& [share, expected] :
        {std::pair{0.3, 6}, std::pair{0.32, 6}, std::pair{0.33, 7}, std::pair{1.0, 20}}) {
-    SynthOptions options = small_options();
+    SynthOptions options = walk_options();
     options.views = 20;
     options.disturbances.wrong_poses = share;
     const Made made(options);
@@ -224,7 +207,7 @@ TEST_CASE("the share of plainly wrong poses is exact, and the others are true") 
 }
 
 TEST_CASE("a ball is free in the open, not in a wall, in furniture or through the floor") {
-  const Made made(small_options());
+  const Made made(walk_options());
   CHECK(synth::is_free(made.scene, made.tracer, {4.3, 2.5, 1.5}, 0.3));
   CHECK_FALSE(synth::is_free(made.scene, made.tracer, {5.27, 0.5, 1.5}, 0.01));
   CHECK_FALSE(synth::is_free(made.scene, made.tracer, {2.4, 0.46, 0.2}, 0.01));
@@ -250,7 +233,7 @@ TEST_CASE("displacement is that of a pinhole camera, and infinite for what is be
 // ---- Exposures.
 
 TEST_CASE("gains stay within the stops asked for and fill that range") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   options.views = 400;
   options.disturbances.exposure_noise = 1.5;
   options.disturbances.white_balance_noise = 0.5;
@@ -288,7 +271,7 @@ double light_ratio(const Photograph& a, const Photograph& b, int channel) {
 TEST_CASE("photographs differ by their gains where they are not clipped") {
   const TemporaryFolder plain;
   const TemporaryFolder disturbed;
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   write_synthetic_scene(options, plain.path());
   options.disturbances.exposure_noise = 0.8;
   options.disturbances.white_balance_noise = 0.3;
@@ -304,7 +287,7 @@ TEST_CASE("photographs differ by their gains where they are not clipped") {
 }
 
 TEST_CASE("what a higher exposure takes beyond white is lost") {
-  const Made made(small_options());
+  const Made made(walk_options());
   const Camera& camera = made.cameras[1];
   const Photograph plain = made.tracer.photograph(camera, 2, 1);
   const Photograph bright = made.tracer.photograph(camera, 2, 1, {glm::vec3(4), 0});
@@ -315,7 +298,7 @@ TEST_CASE("what a higher exposure takes beyond white is lost") {
 }
 
 TEST_CASE("vignetting takes the share asked for from the corners and nothing from the principal point") {
-  const Made made(small_options());
+  const Made made(walk_options());
   Camera camera = made.cameras[1];
   camera.cx += 5;
   const Photograph plain = made.tracer.photograph(camera, 4, 1);
@@ -332,7 +315,7 @@ TEST_CASE("vignetting takes the share asked for from the corners and nothing fro
 // ---- The sensor and the shutter.
 
 TEST_CASE("blur moves what a view sees by the pixels asked for, each view otherwise, and no pose") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   const Files undisturbed = written(options, 4);
   options.disturbances.blur = 3;
   const Made made(options);
@@ -350,7 +333,7 @@ TEST_CASE("blur moves what a view sees by the pixels asked for, each view otherw
 }
 
 TEST_CASE("the sensor's noise is the same whatever else is disturbed, and not that of another view") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   options.disturbances.noise = 4;
   const Made made(options);
   for (const synth::Disturbance& view : made.views) CHECK(view.exposure.noise == 4);
@@ -365,7 +348,7 @@ TEST_CASE("the sensor's noise is the same whatever else is disturbed, and not th
 // ---- Passers-by.
 
 TEST_CASE("photographs differ where the mask of a passer-by is, and little elsewhere") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   options.views = 12;
   const Made plain(options);
   options.disturbances.passers_by = 0.5;
@@ -398,7 +381,7 @@ TEST_CASE("photographs differ where the mask of a passer-by is, and little elsew
 }
 
 TEST_CASE("passers-by stand at different places in different clothes") {
-  SynthOptions options = small_options();
+  SynthOptions options = walk_options();
   options.disturbances.passers_by = 1;
   options.views = 10;
   const Made made(options);
@@ -421,8 +404,8 @@ TEST_CASE("passers-by stand at different places in different clothes") {
 }
 
 // A hollow cube of this side on the floor z = 0, with the camera in its middle looking along x.
-struct Cell {
-  explicit Cell(double side) {
+struct Chamber {
+  explicit Chamber(double side) {
     synth::Block room;
     room.parts = {{{0, 0, 0}, {side, side, side}, {}}};
     room.hollow = true;
@@ -439,9 +422,9 @@ struct Cell {
 };
 
 TEST_CASE("a passer-by is found where there is room, and none where there is not") {
-  const Cell wide(6);
+  const Chamber wide(6);
   CHECK(synth::find_passer_by(wide.scene, synth::Tracer(wide.scene), wide.camera, 1));
-  const Cell narrow(2);
+  const Chamber narrow(2);
   CHECK_FALSE(synth::find_passer_by(narrow.scene, synth::Tracer(narrow.scene), narrow.camera, 1));
 }
 
@@ -450,7 +433,7 @@ TEST_CASE("a passer-by is found where there is room, and none where there is not
 TEST_CASE("a bad disturbance is refused by name, with the value and the rule") {
   CHECK_NOTHROW(check(everything_disturbed()));
   const auto refused = [](double SynthDisturbances::*field, double value, const std::string& sentence) {
-    SynthOptions options = small_options();
+    SynthOptions options = walk_options();
     options.disturbances.*field = value;
     CHECK_THROWS_WITH(check(options), sentence);
   };

@@ -78,20 +78,20 @@ TEST_CASE("bad trajectories and test views are refused by name") {
 
 // ---- The mesh.
 
-glm::dvec3 corner(const Mesh& mesh, std::uint32_t vertex) {
+glm::dvec3 corner_of(const Mesh& mesh, std::uint32_t vertex) {
   return glm::dvec3(mesh.positions[vertex]);
 }
 
-glm::dvec3 area_vector(const Mesh& mesh, const glm::uvec3& f) {
-  return 0.5 * glm::cross(corner(mesh, f.y) - corner(mesh, f.x), corner(mesh, f.z) - corner(mesh, f.x));
+glm::dvec3 face_area_vector(const Mesh& mesh, const glm::uvec3& f) {
+  return 0.5 * glm::cross(corner_of(mesh, f.y) - corner_of(mesh, f.x), corner_of(mesh, f.z) - corner_of(mesh, f.x));
 }
 
 bool is_well_shaped(const Mesh& mesh, const glm::uvec3& f) {  // height above 1e-4 of the longest side
-  const double a = glm::distance(corner(mesh, f.x), corner(mesh, f.y));
-  const double b = glm::distance(corner(mesh, f.y), corner(mesh, f.z));
-  const double c = glm::distance(corner(mesh, f.z), corner(mesh, f.x));
+  const double a = glm::distance(corner_of(mesh, f.x), corner_of(mesh, f.y));
+  const double b = glm::distance(corner_of(mesh, f.y), corner_of(mesh, f.z));
+  const double c = glm::distance(corner_of(mesh, f.z), corner_of(mesh, f.x));
   const double longest = std::max({a, b, c});
-  return 2 * glm::length(area_vector(mesh, f)) > 1e-4 * longest * longest;
+  return 2 * glm::length(face_area_vector(mesh, f)) > 1e-4 * longest * longest;
 }
 
 TEST_CASE("every kind's mesh is manifold, oriented towards the air, without degenerate faces or unused vertices") {
@@ -112,7 +112,8 @@ TEST_CASE("every kind's mesh is manifold, oriented towards the air, without dege
     if (!is_well_shaped(mesh, f)) ++bad;
     const synth::Surface& surface = scene.geometry.surfaces[scene.geometry.surface_of_face[i]];
     const glm::vec3 middle = (mesh.positions[f.x] + mesh.positions[f.y] + mesh.positions[f.z]) / 3.0F;
-    if (glm::dot(glm::normalize(area_vector(mesh, f)), glm::dvec3(synth::normal(surface, middle))) < 0.98) ++turned;
+    const glm::dvec3 normal = glm::normalize(face_area_vector(mesh, f));
+    if (glm::dot(normal, glm::dvec3(synth::normal(surface, middle))) < 0.98) ++turned;
   }
   CHECK(bad == 0);
   CHECK(turned == 0);
@@ -123,7 +124,7 @@ TEST_CASE("every kind's mesh is manifold, oriented towards the air, without dege
 std::vector<double> area_per_surface(const synth::Tessellation& geometry) {
   std::vector<double> area(geometry.surfaces.size(), 0);
   for (std::size_t i = 0; i < geometry.mesh.faces.size(); ++i) {
-    area[geometry.surface_of_face[i]] += glm::length(area_vector(geometry.mesh, geometry.mesh.faces[i]));
+    area[geometry.surface_of_face[i]] += glm::length(face_area_vector(geometry.mesh, geometry.mesh.faces[i]));
   }
   return area;
 }

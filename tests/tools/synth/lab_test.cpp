@@ -20,7 +20,7 @@
 namespace lumatlas::synth {
 namespace {
 
-SynthOptions small_options() {
+SynthOptions lab_options() {
   SynthOptions options;
   options.kind = SynthKind::lab;
   options.views = 12;
@@ -60,7 +60,7 @@ double distance_to(const Mesh& mesh, const glm::dvec3& p) {
 // ---- The room.
 
 TEST_CASE("the laboratory's true mesh is manifold and its walk is clear of what stands there") {
-  SynthOptions options = small_options();
+  SynthOptions options = lab_options();
   options.views = 200;
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Scene scene = make_lab(seed, 60000);
@@ -198,7 +198,7 @@ TEST_CASE("at edges the sensor sees now what is before and now what is behind") 
 // ---- The scan.
 
 struct ScannedLab {
-  SynthOptions options = small_options();
+  SynthOptions options = lab_options();
   Scene scene = make_lab(options.seed, options.triangles);
   Tracer tracer{scene};
   Mesh scan = scanned(scene, tracer, options);
@@ -249,7 +249,7 @@ TEST_CASE("some of what the cameras see was not scanned") {
 }
 
 TEST_CASE("a laboratory has the same bytes for any number of threads, its scan as mesh and the true one beside") {
-  SynthOptions options = small_options();
+  SynthOptions options = lab_options();
   options.views = 2;
   options.triangles = 3000;
   const auto one = written(options, 1);

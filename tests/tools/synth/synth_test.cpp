@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/synth/synth.h"
 
-#include <tbb/global_control.h>
-
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
@@ -20,6 +18,7 @@
 #include "atlas/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
+#include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/colmap_writer.h"
 #include "tools/scene/scene.h"
@@ -38,22 +37,6 @@ SynthOptions small_options() {
   options.samples = 2;
   options.triangles = 20000;
   return options;
-}
-
-std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file())
-      files[entry.path().lexically_relative(folder).generic_string()] = bytes_of(entry.path());
-  }
-  return files;
-}
-
-std::map<std::string, std::string> written(const SynthOptions& options, std::size_t threads) {
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  const TemporaryFolder folder;
-  write_synthetic_scene(options, folder.path());
-  return files_below(folder.path());
 }
 
 TEST_CASE("a synthetic scene has the same bytes for any number of threads, and others for another seed") {

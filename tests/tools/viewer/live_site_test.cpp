@@ -26,19 +26,19 @@ Snapshot room(std::size_t views) {
 }
 
 // A server while this lives, and what it answers.
-class Running {
+class RunningLive {
  public:
-  Running() {
+  RunningLive() {
     thread_ = std::thread([this] { server.serve([this] { return stop_.load(); }); });
     const std::string address = server.address();
     port_ = std::stoi(address.substr(address.rfind(':') + 1));
   }
-  ~Running() {
+  ~RunningLive() {
     stop_ = true;
     thread_.join();
   }
-  Running(const Running&) = delete;
-  Running& operator=(const Running&) = delete;
+  RunningLive(const RunningLive&) = delete;
+  RunningLive& operator=(const RunningLive&) = delete;
 
   [[nodiscard]] int status(const std::string& path) const {
     return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->status;
@@ -65,7 +65,7 @@ std::set<std::string> files_of(const json& scene) {
 }
 
 TEST_CASE("a page waits until there is a photograph, and is told when nothing will follow") {
-  Running running;
+  RunningLive running;
   LiveSite site(running.server, "room");
   CHECK(running.status("index.html") == 200);
   CHECK(running.status("scene.json") == 404);
@@ -81,7 +81,7 @@ TEST_CASE("a page waits until there is a photograph, and is told when nothing wi
 }
 
 TEST_CASE("what did not change keeps its name, and what nobody needs any more goes") {
-  Running running;
+  RunningLive running;
   LiveSite site(running.server, "room");
   site.update(room(3), false);
   const json first = running.read("scene.json");
@@ -109,7 +109,7 @@ TEST_CASE("what did not change keeps its name, and what nobody needs any more go
 }
 
 TEST_CASE("a version that fails or is stopped leaves the one before") {
-  Running running;
+  RunningLive running;
   LiveSite site(running.server, "room");
   site.update(room(3), false);
   const json before = running.read("scene.json");
@@ -148,7 +148,7 @@ TEST_CASE("a snapshot looks like another until something that is drawn differs")
 }
 
 TEST_CASE("what changes is shown by a thread, and what it cannot show is said") {
-  Running running;
+  RunningLive running;
   LiveSite site(running.server, "room");
   const Snapshot good = room(3);
   std::atomic<int> asked = 0, told = 0;
