@@ -396,7 +396,7 @@ TEST_CASE("a view that stays is compared at the points that were chosen before, 
   options.refinement.trust.enabled = false;
   options.refinement.revisits = 0;
   Refiner refiner(atlas, counting, options.refinement);
-  const Stream walk(1, options);
+  const ReliefStream walk(1, options);
   for (std::size_t i = 0; i < 6; ++i) {
     const Frame f = walk.frame(i, 0, 0);
     const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
@@ -430,7 +430,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
   const CountingVisibility counting(*relief.visibility);
   const PlannerOptions options = options_for_relief();
   const auto store = [&](Atlas& atlas, Refiner& refiner, bool with_faces) {
-    const Stream walk(1, options);
+    const ReliefStream walk(1, options);
     for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, {});
     for (std::size_t i = 0; i < 6; ++i) {
       const Frame f = walk.frame(i, 0, 0);
