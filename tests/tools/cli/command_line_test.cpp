@@ -520,7 +520,7 @@ TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of t
     return nlohmann::json::parse(outcome.out);
   };
   const nlohmann::json all = build("tiles", {"--tile", "16", "--gutter", "2"});
-  const std::uint64_t slot_texels = 20 * 20, slot_size = 20 * 20 * 6 + 10 * 10 * 4;
+  const std::uint64_t slot_texels = 20 * 20, slot_size = (20 * 20 + 10 * 10) * 4 + 2 * 2 * 16;
   CHECK(all["texels"]["resident"].get<std::uint64_t>() / slot_texels * slot_size == all["bytes"]["resident"]);
   const nlohmann::json some = build("some", {"--tile", "16", "--gutter", "2", "--budget", "20ktexels"});
   CHECK(some["texels"]["budget"] <= 20'000);
