@@ -48,16 +48,25 @@ GatheredPlaces gathered_places(const GatheredOn& on, const TextureLayout& layout
   return gathered;
 }
 
-// Calls with (chart, number of the place) for every place in a cell that the view shows, on many threads.
+// Calls use(chart, number of the place, what the view shows there) for every place that the view shows, on many
+// threads.
 template <typename Use>
-void for_each_shown(const GatheredPlaces& gathered, const Surface& surface, const TextureView& view, const Use& use) {
+void for_each_shown(const GatheredOn& on, const GatheredPlaces& gathered, const TextureView& view, const Use& use) {
+  const Surface& surface = on.places.surface();
   const std::vector<float> densities = densities_in(view, surface);
+  const auto sharpness = static_cast<float>(on.options.sharpness);
+  const auto look = [&](std::uint32_t chart, std::size_t number) {
+    const GatheredPlace& at = gathered.places[number];
+    if (!(densities[surface.cells.cell_of_face[at.face]] > 0)) return;
+    const SurfacePlace place = on.places.at(at.face, at.share_b, at.share_c);
+    const auto shown = shown_in(view, place, on.layout.places[chart].density, sharpness);
+    if (shown) use(chart, number, *shown);
+  };
   tbb::parallel_for(std::size_t{0}, gathered.charts.size(), [&](std::size_t i) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(gathered.first[i], gathered.first[i + 1], 4096),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t number = range.begin(); number != range.end(); ++number) {
-                          const std::uint32_t face = gathered.places[number].face;
-                          if (densities[surface.cells.cell_of_face[face]] > 0) use(gathered.charts[i], number);
+                          look(gathered.charts[i], number);
                         }
                       });
   });
@@ -108,12 +117,8 @@ ConsensusMap::ConsensusMap(const GatheredOn& on, const SurfaceColors& stored) : 
 }
 
 void ConsensusMap::add(const TextureView& view) {
-  const auto sharpness = static_cast<float>(on_.options.sharpness);
-  for_each_shown(gathered_, on_.places.surface(), view, [&](std::uint32_t chart, std::size_t number) {
-    const GatheredPlace& at = gathered_.places[number];
-    const SurfacePlace place = on_.places.at(at.face, at.share_b, at.share_c);
-    const auto shown = shown_in(view, place, on_.layout.places[chart].density, sharpness);
-    if (shown) sums_[number].add(*shown, consensus_[number]);
+  for_each_shown(on_, gathered_, view, [&](std::uint32_t, std::size_t number, const ShownPlace& shown) {
+    sums_[number].add(shown, consensus_[number]);
   });
 }
 
@@ -158,14 +163,10 @@ DetailMap::DetailMap(const GatheredOn& on, const ConsensusMap& consensus, std::v
 }
 
 void DetailMap::add(const TextureView& view) {
-  const auto sharpness = static_cast<float>(on_.options.sharpness);
-  for_each_shown(gathered_, on_.places.surface(), view, [&](std::uint32_t chart, std::size_t number) {
+  for_each_shown(on_, gathered_, view, [&](std::uint32_t chart, std::size_t number, const ShownPlace& shown) {
     const GatheredPlace& at = gathered_.places[number];
-    const SurfacePlace place = on_.places.at(at.face, at.share_b, at.share_c);
-    const auto shown = shown_in(view, place, on_.layout.places[chart].density, sharpness);
-    if (!shown) return;
-    const float weight = shown->detail * consensus_.at(chart, {at.x + 0.5, at.y + 0.5}).agreement(shown->root);
-    sums_[number] += glm::vec4(weight * (shown->color - shown->smooth), weight);
+    const float weight = shown.detail * consensus_.at(chart, {at.x + 0.5, at.y + 0.5}).agreement(shown.root);
+    sums_[number] += glm::vec4(weight * (shown.color - shown.smooth), weight);
   });
 }
 
