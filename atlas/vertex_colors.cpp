@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "atlas/srgb.h"
+#include "mesh/spreading.h"
 
 namespace lumatlas {
 
@@ -75,63 +76,6 @@ glm::u8vec3 own_color(const Mesh& mesh, std::size_t vertex) {
   return mesh.colors.empty() ? glm::u8vec3(kMidGrey) : mesh.colors[vertex];
 }
 
-// Spreads colours outwards over a mesh from its coloured vertices, those whose weight is not zero.
-class Spreading {
- public:
-  Spreading(const Mesh& mesh, const VertexFaces& faces, std::vector<glm::vec4>& colors)
-      : mesh_(mesh), colors_(colors), faces_(faces), reached_(colors.size(), 0) {
-    for (std::uint32_t vertex = 0; vertex < colors.size(); ++vertex) {
-      if (colors[vertex].w > 0) reach_around(vertex);
-    }
-  }
-
-  // Gives each vertex next to coloured ones the mean of them; false if there is none.
-  bool next_ring() {
-    const std::vector<std::uint32_t> ring = std::exchange(ring_, {});
-    std::vector<glm::vec4> means;
-    means.reserve(ring.size());
-    for (const std::uint32_t vertex : ring) means.push_back(mean_around(vertex));
-    for (std::size_t i = 0; i < ring.size(); ++i) colors_[ring[i]] = means[i];
-    for (const std::uint32_t vertex : ring) reach_around(vertex);
-    return !ring.empty();
-  }
-
- private:
-  void reach_around(std::uint32_t vertex) {
-    for (const std::uint32_t face : faces_[vertex]) {
-      for (int corner = 0; corner < 3; ++corner) {
-        const std::uint32_t neighbour = mesh_.faces[face][corner];
-        if (colors_[neighbour].w > 0 || reached_[neighbour]) continue;
-        reached_[neighbour] = 1;
-        ring_.push_back(neighbour);
-      }
-    }
-  }
-
-  [[nodiscard]] glm::vec4 mean_around(std::uint32_t vertex) const {
-    glm::vec4 sum(0);
-    for (const std::uint32_t face : faces_[vertex]) {
-      for (int corner = 0; corner < 3; ++corner) {
-        const glm::vec4& color = colors_[mesh_.faces[face][corner]];
-        if (color.w > 0) sum += glm::vec4(glm::vec3(color) / color.w, 1);
-      }
-    }
-    return sum;
-  }
-
-  const Mesh& mesh_;
-  std::vector<glm::vec4>& colors_;
-  const VertexFaces& faces_;
-  std::vector<std::uint8_t> reached_;
-  std::vector<std::uint32_t> ring_;  // vertices without a colour that have a neighbour with one
-};
-
-void spread_colors(const Mesh& mesh, const VertexFaces& faces, std::vector<glm::vec4>& colors) {
-  Spreading spreading(mesh, faces, colors);
-  while (spreading.next_ring()) {
-  }
-}
-
 }  // namespace
 
 VertexColorMean::VertexColorMean(const Mesh& mesh) : mesh_(mesh), sums_(mesh.positions.size(), glm::vec4(0)) {}
@@ -143,7 +87,7 @@ void VertexColorMean::add(const StoredView& view, const glm::dvec3& gain) {
 
 std::vector<glm::u8vec3> VertexColorMean::colors() const {
   std::vector<glm::vec4> sums = sums_;
-  if (mesh_.colors.empty()) spread_colors(mesh_, VertexFaces(sums.size(), mesh_.faces), sums);
+  if (mesh_.colors.empty()) spread(mesh_.faces, VertexFaces(sums.size(), mesh_.faces), sums);
   std::vector<glm::u8vec3> colors(sums.size());
   for (std::size_t vertex = 0; vertex < sums.size(); ++vertex) {
     colors[vertex] = sums[vertex].w > 0 ? srgb_of(sums[vertex]) : own_color(mesh_, vertex);
@@ -236,7 +180,7 @@ void VertexColors::spread() {
   }
   if (!faces_) faces_.emplace(sums_.size(), surface_->mesh.faces);
   const std::vector<glm::vec4> last = std::exchange(spread_, sums_);
-  spread_colors(surface_->mesh, *faces_, spread_);
+  lumatlas::spread(surface_->mesh.faces, *faces_, spread_);
   tbb::parallel_for(
       tbb::blocked_range<std::size_t>(0, sums_.size(), kBlock), [&](const tbb::blocked_range<std::size_t>& range) {
         for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {

@@ -4,6 +4,7 @@
 #include <glm/glm.hpp>
 
 #include "mesh/joined_faces.h"
+#include "mesh/spreading.h"
 
 namespace lumatlas {
 
@@ -25,19 +26,6 @@ std::vector<vec4> around(const std::vector<glm::uvec3>& faces, const std::vector
   }
   for (vec4& sum : sums) sum = sum.w > 0 ? sum / sum.w : vec4(0);
   return sums;
-}
-
-// From vertices with w = 1 to those with w = 0 that they are joined to.
-void spread(const std::vector<glm::uvec3>& faces, std::vector<vec4>& values) {
-  for (bool has_spread = true; has_spread;) {
-    has_spread = false;
-    const std::vector<vec4> neighbours = around(faces, values);
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      if (values[v].w > 0 || !(neighbours[v].w > 0)) continue;
-      values[v] = neighbours[v];
-      has_spread = true;
-    }
-  }
 }
 
 }  // namespace
@@ -66,7 +54,8 @@ std::vector<vec3> ExposureField::factors() const {
     if (sums_[v].w > 0) values[first_at[v]] = sums_[v] / sums_[v].w;
     if (sums_[v].w > 0) all += sums_[v] / sums_[v].w;
   }
-  spread(joined, values);
+  spread(joined, VertexFaces(values.size(), joined), values);
+  for (vec4& value : values) value = value.w > 0 ? value / value.w : vec4(0);
   for (int round = 0; round < kSmoothings; ++round) {
     const std::vector<vec4> neighbours = around(joined, values);
     for (std::size_t v = 0; v < values.size(); ++v) {
