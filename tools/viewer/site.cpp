@@ -87,10 +87,12 @@ json shaders() {
           {"diagnose.frag", k_diagnose_frag},
           {"depth.frag", k_depth_frag},
           {"photograph.frag", k_photograph_frag},
+          {"blocks.frag", k_blocks_frag},
           {"page.frag", k_page_frag},
           {"modes.frag", k_modes_frag},
           {"fade.frag", k_fade_frag},
-          {"glance.frag", k_glance_frag}};
+          {"glance.frag", k_glance_frag},
+          {"needs.frag", k_needs_frag}};
 }
 
 SiteFile binary(std::string name, std::vector<std::uint8_t> bytes) {

@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where photographs are in the texture array: whole, each in a cell of a page, at the largest scale that the memory
-// allows. In a model that changes each slot has its place, so that those that stay stay where they are. They are
-// scaled so that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin
-// where all coarser levels have a pixel's border.
+// The texture array that photographs are in: whole, each in a cell of a page. They are scaled to fit the memory, but
+// not below what the canvas shows; where that is not enough, there are fewer cells than photographs. They are scaled so
+// that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin where all coarser levels
+// have a pixel's border, and a block's.
 
 // What every WebGL 2 has.
 const MOST_SIDE = 2048;
 const MOST_PAGES = 256;
-const COLOUR_BYTES = 4;
+export const BLOCK_SIDE = 4;  // texels that are compressed together
 // Depths are in blocks of so many pixels a side (atlas/depth_blocks.h).
 export const DEPTH_BLOCK_SIDE = 8;
 const DEPTH_BLOCK_BYTES = 16;
+const LEAST_CELLS = 8;   // which pictures need; with fewer, photographs are scaled below what the canvas shows
+const LEAST_SCALE = 1 / 8;
 
 const rounded = (value, unit) => Math.ceil(value / unit) * unit;
 const multipleOf = (a, b) => {
@@ -19,17 +21,15 @@ const multipleOf = (a, b) => {
   return x;
 };
 
-const changes = (scene) => Boolean(scene.version);
-const placesOf = (scene) => changes(scene) ? scene.views.length : scene.views.filter(Boolean).length;
-
-// With tiles of so many pixels a side.
-function layoutWith(scene, tile) {
+// With tiles of so many pixels a side, and so many cells. `form`: see photograph_forms.js.
+function layoutWith(scene, form, tile, count) {
   const scale = tile / scene.tile;
   const views = scene.views.filter(Boolean);
   const scaled = (key) => Math.max(...views.map((view) => Math.ceil(view[key] * scale - 1e-9)));
-  const count = placesOf(scene);
   const several = count > MOST_PAGES;
-  const unit = several ? multipleOf(tile, DEPTH_BLOCK_SIDE) : DEPTH_BLOCK_SIDE;
+  const blocks = form.blocks ? BLOCK_SIDE << (scene.levels - 1) : 1;
+  const besides = multipleOf(DEPTH_BLOCK_SIDE, blocks);
+  const unit = several ? multipleOf(tile, besides) : besides;
   // Between neighbours, room for what linear sampling of the coarsest level reaches.
   const gap = several ? 1 << scene.levels : 0;
   const width = rounded(scaled('width') + gap, unit);
@@ -42,15 +42,17 @@ function layoutWith(scene, tile) {
   let texels = 0;
   for (let level = 0; level < scene.levels; ++level) texels += (columns * width >> level) * (rows * height >> level);
   return {
-    scale, tile, cell: [width, height], columns, rows, pages, size: [columns * width, rows * height],
+    form, scale, tile, count, cell: [width, height], columns, rows, pages, size: [columns * width, rows * height],
     fits: width <= MOST_SIDE && height <= MOST_SIDE && rows <= most[1],
-    bytes: pages * (COLOUR_BYTES * texels +
+    bytes: pages * (form.texelBytes * texels +
         DEPTH_BLOCK_BYTES * columns * width * rows * height / (DEPTH_BLOCK_SIDE * DEPTH_BLOCK_SIDE)),
+    slotColumns: Math.ceil(columns * width / tile),
+    slotRows: Math.ceil(rows * height / tile),
   };
 }
 
-// Where the view with a number begins.
-function placeOf(layout, index) {
+// Where a cell begins.
+export function placeOf(layout, index) {
   const inPage = layout.columns * layout.rows;
   const at = index % inPage;
   return {
@@ -60,29 +62,38 @@ function placeOf(layout, index) {
   };
 }
 
-// The number of a view's place in the array for each of its tiles, or for none.
+// The tiles of each view, which are numbered one view after another.
 function addTiles(layout, scene) {
   let first = 0;
-  let index = 0;
-  layout.slotColumns = Math.ceil(layout.size[0] / layout.tile);
-  layout.slotRows = Math.ceil(layout.size[1] / layout.tile);
-  layout.places = scene.views.map((view, slot) => {
+  layout.views = scene.views.map((view) => {
     if (!view) return null;
     const tileColumns = Math.ceil(view.width / scene.tile - 1e-9);
     const tileRows = Math.ceil(view.height / scene.tile - 1e-9);
-    const place = {...placeOf(layout, changes(scene) ? slot : index), firstTile: first, tileColumns, tileRows};
-    first += tileColumns * tileRows;
-    ++index;
-    return place;
+    const tiles = {first, columns: tileColumns, count: tileColumns * tileRows};
+    first += tiles.count;
+    return tiles;
   });
   layout.tiles = first;
 }
 
-export function makeLayout(scene, bytes) {
+// Of at most so many bytes. `shown`: the scale at which photographs have as many pixels as the canvas.
+export function makeLayout(scene, form, bytes, shown) {
   let tile = scene.tile;
-  let layout = layoutWith(scene, tile);
-  const least = Math.max(1, Math.floor(scene.tile / 8));
-  while (tile > least && (!layout.fits || layout.bytes > bytes)) layout = layoutWith(scene, --tile);
+  // A model that changes will have more of them.
+  let count = scene.version ? scene.views.length : scene.views.filter(Boolean).length;
+  let layout = layoutWith(scene, form, tile, count);
+  const tooLarge = () => !layout.fits || layout.bytes > bytes;
+  const scaleDown = (scale) => {
+    while (tile > Math.max(1, Math.ceil(scene.tile * scale)) && tooLarge()) {
+      layout = layoutWith(scene, form, --tile, count);
+    }
+  };
+  scaleDown(Math.max(LEAST_SCALE, Math.min(1, shown)));
+  while (count > LEAST_CELLS && tooLarge()) {
+    count = Math.max(LEAST_CELLS, Math.min(count - 1, Math.floor(count * bytes / layout.bytes)));
+    layout = layoutWith(scene, form, tile, count);
+  }
+  scaleDown(LEAST_SCALE);
   if (!layout.fits) throw new Error('the photographs are too many for this device');
   addTiles(layout, scene);
   return layout;
@@ -90,12 +101,13 @@ export function makeLayout(scene, bytes) {
 
 // Whether what is in an array that the one describes is where the other expects it.
 export function samePlaces(a, b) {
-  return a.tile === b.tile && a.scale === b.scale && [a.size, a.cell, [a.pages]].flat().join() ===
-      [b.size, b.cell, [b.pages]].flat().join();
+  return a.form === b.form && a.tile === b.tile && a.scale === b.scale &&
+      [a.size, a.cell, [a.count]].flat().join() === [b.size, b.cell, [b.count]].flat().join();
 }
 
-export function slotOfTile(layout, place, tile) {
-  const column = place.x / layout.tile + tile % place.tileColumns;
-  const row = place.y / layout.tile + Math.floor(tile / place.tileColumns);
+// The number of a tile's place in the array, of a view that has so many in a row.
+export function slotOfTile(layout, place, columns, tile) {
+  const column = place.x / layout.tile + tile % columns;
+  const row = place.y / layout.tile + Math.floor(tile / columns);
   return (place.page * layout.slotRows + row) * layout.slotColumns + column;
 }

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The photographs on the GPU. A view comes as a picture and a mask; its depths are drawn from the mesh when it comes.
+// Each is in a cell of the texture array; where there are fewer cells than views, one takes another's.
+import {BlockCompressor} from './block_compressor.js';
 import {scaledCamera} from './camera.js';
-import {DEPTH_BLOCK_SIDE, samePlaces, slotOfTile} from './layout.js';
+import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
 import {loadMask} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
+
+const PICTURE_PIXEL_BYTES = 4 + 2;  // as it comes, with its mask
+const DEPTH_PIXEL_BYTES = 4;        // of what its depths are found from
 
 export class Photographs {
   // `resident`: for each tile of the scene, 1 or 0.
@@ -12,10 +17,11 @@ export class Photographs {
     this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
     this.tileSlots = new Table(gl, this.slots, 1);
     this.views = new Table(gl, viewTable(scene, layout), 4);
-    this.colours = this.array(gl.SRGB8_ALPHA8, layout.size, scene.levels, gl.LINEAR);
+    this.colours = this.array(layout.form.internal, layout.size, scene.levels, gl.LINEAR);
     this.depths = this.array(gl.RGBA32UI, layout.size.map((side) => side / DEPTH_BLOCK_SIDE), 1, gl.NEAREST);
     this.bytes = layout.bytes + this.tileSlots.bytes + this.views.bytes;
-    this.there = new Set();
+    this.cells = new Map();  // by slot, of the views that are there
+    this.free = Array.from({length: layout.count}, (_, cell) => cell).reverse();
     this.framebuffer = gl.createFramebuffer();
   }
 
@@ -52,10 +58,19 @@ export class Photographs {
     return {slot, picture, mask};
   }
 
-  // `renderer` draws the depths. Promises how much of what the view shows was photographed (kept_path.h).
-  store({slot, picture, mask}, renderer) {
+  // What store() takes besides, on the GPU, for the largest photograph at its own scale.
+  static bytesToStore(scene, form) {
+    const views = scene.views.filter(Boolean);
+    const [width, height] = ['width', 'height'].map((key) => Math.max(...views.map((view) => Math.ceil(view[key]))));
+    const blocks = form.blocks ? BlockCompressor.bytesFor([width, height]) : 0;
+    return (PICTURE_PIXEL_BYTES + DEPTH_PIXEL_BYTES) * width * height + blocks;
+  }
+
+  // In the place of another view where no cell is free, unless it is there already. `renderer` draws the depths.
+  store({slot, picture, mask}, renderer, instead) {
     const {gl} = this;
     const view = this.scene.views[slot];
+    const place = this.placeFor(slot, instead);
     const image = makeTexture(gl, gl.RGBA8, picture.width, picture.height);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
@@ -67,47 +82,82 @@ export class Photographs {
     bindTexture(gl, 'image', gl.TEXTURE_2D, image);
     bindTexture(gl, 'mask', gl.TEXTURE_2D, valid);
     renderer.setState();
-    this.drawLevels(this.layout.places[slot]);
-    const camera = scaledCamera(view, this.layout.scale);
-    const target = this.drawDepths(this.layout.places[slot], view, camera, renderer);
+    this.storeLevels(place);
+    this.drawDepths(place, view, renderer);
+    renderer.noteBytes(PICTURE_PIXEL_BYTES * picture.width * picture.height + (this.compressor?.bytes ?? 0));
     gl.deleteTexture(image);
     gl.deleteTexture(valid);
     picture.close();
-    this.show(slot);
-    return renderer.photographedShare(target, camera, camera.width / camera.height);
+    this.fill(slot);
+    this.tileSlots.store(this.slots, 1);
+  }
+
+  placeFor(slot, instead) {
+    if (!this.cells.has(slot)) {
+      if (this.free.length === 0) this.drop(instead);
+      this.cells.set(slot, this.free.pop());
+    }
+    return placeOf(this.layout, this.cells.get(slot));
+  }
+
+  // Its cell is for another one.
+  drop(slot) {
+    const {first, count} = this.layout.views[slot];
+    this.slots.fill(NO_SLOT, first, first + count);
+    this.free.push(this.cells.get(slot));
+    this.cells.delete(slot);
   }
 
   // Means over what a texel covers, in the page and at each of its coarser levels.
-  drawLevels(place) {
+  storeLevels(place) {
     const {gl, layout, scene} = this;
-    const program = this.programs.use('photograph');
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.cell);
     for (let level = 0; level < scene.levels; ++level) {
-      gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, this.colours, level, place.page);
-      const [x, y, width, height] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
-      gl.viewport(x, y, width, height);
-      gl.uniform2i(program.uniform('origin'), x, y);
-      gl.uniform1f(program.uniform('pixels'), 2 ** level / layout.scale);
-      gl.drawArrays(gl.TRIANGLES, 0, 3);
+      const [x, y, ...size] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
+      const pixels = 2 ** level / layout.scale;
+      if (this.compressor) {
+        const at = {x, y, page: place.page};
+        this.compressor.store(this.colours, layout.form.internal, level, at, size, pixels);
+      } else {
+        this.drawLevel(level, {x, y, page: place.page}, size, pixels);
+      }
     }
   }
 
+  drawLevel(level, {x, y, page}, size, pixels) {
+    const {gl} = this;
+    const program = this.programs.use('photograph');
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, this.colours, level, page);
+    gl.viewport(x, y, ...size);
+    gl.uniform2i(program.uniform('origin'), x, y);
+    gl.uniform1f(program.uniform('pixels'), pixels);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  // What is only needed while views come.
+  rest(renderer) {
+    this.compressor?.release();
+    this.compressor = null;
+    renderer.dropTarget('view');
+  }
+
   // The surface as the view's camera sees it, whose depths become blocks.
-  drawDepths(place, view, camera, renderer) {
-    const {gl, layout} = this;
-    const target = renderer.drawViewSurface(camera);
+  drawDepths(place, view, renderer) {
+    const {gl, layout, scene} = this;
+    const camera = scaledCamera(view, layout.scale);
+    const seen = renderer.drawViewDepths(camera);
     const program = this.programs.use('depth');
-    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, target.surface);
+    bindTexture(gl, 'seen_depths', gl.TEXTURE_2D, seen);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
     gl.framebufferTextureLayer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, this.depths, 0, place.page);
     const [x, y, width, height] = [place.x, place.y, ...layout.cell].map((pixels) => pixels / DEPTH_BLOCK_SIDE);
     gl.viewport(x, y, width, height);
     gl.uniform2i(program.uniform('origin'), x, y);
     gl.uniform2i(program.uniform('size'), camera.width, camera.height);
-    gl.uniform1f(program.uniform('depth_scale'), depthScale(view));
+    gl.uniform1f(program.uniform('nearest'), depthScale(view) / scene.near_depth);
     gl.uniform1f(program.uniform('pixels'), 1 / layout.scale);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    return target;
   }
 
   // Another version of the scene. What was stored stays, unless it is of a view that is not there any more; false: it
@@ -115,15 +165,12 @@ export class Photographs {
   follow(scene, layout, resident) {
     if (!samePlaces(layout, this.layout) || scene.levels !== this.scene.levels) return false;
     const before = this.scene;
+    for (const slot of [...this.cells.keys()]) {
+      if (scene.views[slot]?.name !== before.views[slot]?.name) this.drop(slot);
+    }
     Object.assign(this, {scene, layout, resident});
     this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
-    for (const slot of this.there) {
-      if (scene.views[slot]?.name === before.views[slot]?.name) {
-        this.fill(slot);
-      } else {
-        this.there.delete(slot);
-      }
-    }
+    for (const slot of this.cells.keys()) this.fill(slot);
     this.tileSlots.release();
     this.views.release();
     this.tileSlots = new Table(this.gl, this.slots, 1);
@@ -133,24 +180,18 @@ export class Photographs {
 
   release() {
     for (const texture of [this.colours, this.depths]) this.gl.deleteTexture(texture);
+    this.compressor?.release();
     this.tileSlots.release();
     this.views.release();
     this.gl.deleteFramebuffer(this.framebuffer);
   }
 
   // From now on pictures may show it.
-  show(slot) {
-    this.fill(slot);
-    this.tileSlots.store(this.slots, 1);
-    this.there.add(slot);
-  }
-
   fill(slot) {
-    const place = this.layout.places[slot];
-    const tiles = place.tileColumns * place.tileRows;
-    for (let tile = 0; tile < tiles; ++tile) {
-      const number = place.firstTile + tile;
-      this.slots[number] = this.resident[number] ? slotOfTile(this.layout, place, tile) : NO_SLOT;
+    const place = placeOf(this.layout, this.cells.get(slot));
+    const {first, columns, count} = this.layout.views[slot];
+    for (let tile = 0; tile < count; ++tile) {
+      this.slots[first + tile] = this.resident[first + tile] ? slotOfTile(this.layout, place, columns, tile) : NO_SLOT;
     }
   }
 }

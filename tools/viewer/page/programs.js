@@ -4,7 +4,7 @@
 // In the order of TextureUnit there; the page's own after them.
 export const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
-  'diagnosis',
+  'diagnosis', 'seen_depths',
 ];
 export const unitOf = (name) => SAMPLERS.indexOf(name);
 
@@ -16,6 +16,8 @@ const PASSES = {
   diagnose: {fragment: 'diagnose.frag'},
   depth: {fragment: 'depth.frag'},
   photograph: {fragment: 'photograph.frag'},
+  blocks: {fragment: 'blocks.frag'},
+  needs: {fragment: 'needs.frag'},
   present: {fragment: 'page.frag'},
   modes: {fragment: 'modes.frag'},
   fade: {fragment: 'fade.frag'},

@@ -3,6 +3,7 @@
 // the blend of photographs at the middles of pixels, and at silhouettes means over samples.
 import {partOf} from './camera.js';
 import {nearbyExposure} from './exposure.js';
+import {Glances} from './glances.js';
 import {Programs} from './programs.js';
 import {Table, bindTexture, makeTexture} from './tables.js';
 
@@ -16,14 +17,13 @@ const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 // Still pictures are drawn in parts of about so many pixels a side: the targets of their samples are then small, and a
 // slow GPU gets no task that takes long.
 const PART_PX = 640;
-const READ_AGAIN_MS = 8;
-const GLANCE_PX = 48;  // longer side of the picture that is looked through for what was photographed
 const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
 
 export class Renderer {
   constructor(gl, scene) {
     Object.assign(this, {gl, scene});
     this.programs = new Programs(gl, scene);
+    this.glances = new Glances(this);
     this.targets = new Map();  // by what they are for
     this.block = gl.createBuffer();
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
@@ -105,6 +105,11 @@ export class Renderer {
     return sum;
   }
 
+  // The most that there ever was at a time; `besides`: what is there now for a moment.
+  noteBytes(besides = 0) {
+    this.mostBytes = Math.max(this.mostBytes ?? 0, this.bytes() + besides);
+  }
+
   describe(camera, exposure) {
     const {gl, scene} = this;
     const block = new ArrayBuffer(BLOCK_BYTES);
@@ -145,6 +150,7 @@ export class Renderer {
     if (known) known.release();
     const target = {width, height, ...make()};
     this.targets.set(use, target);
+    this.noteBytes();
     return target;
   }
 
@@ -214,7 +220,7 @@ export class Renderer {
     const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
     gl.viewport(0, 0, target.width, target.height);
-    gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
+    if (target.surface) gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
     if (marks) {
       gl.clearBufferfi(gl.DEPTH_STENCIL, 0, 0, 0);
       gl.enable(gl.STENCIL_TEST);
@@ -297,78 +303,27 @@ export class Renderer {
     gl.disable(gl.BLEND);
   }
 
-  // How much of what a surface's picture shows was photographed, in [0, 1], once the GPU has found out. Of its
-  // middle, as wide as high times `aspect`; `camera` is the one that it was drawn for.
-  async photographedShare({surface, width, height}, camera, aspect) {
-    const {gl, scene} = this;
+  // How deep a stored view's camera sees, reversed as in the surface's pass, in a texture that is good until the next
+  // one.
+  drawViewDepths(camera) {
+    const {gl} = this;
     this.setState();
     this.describe(camera, [1, 1, 1]);
-    const size = [Math.min(width, height * aspect), Math.min(height, width / aspect)];
-    const steps = size.map((side) => Math.max(1, Math.round(GLANCE_PX * side / Math.max(...size))));
-    const target = this.glanceTarget(...steps);
-    this.bindTables();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
-    gl.viewport(0, 0, ...steps);
-    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
-    const program = this.programs.use('glance');
-    gl.uniform4f(program.uniform('part'), (width - size[0]) / 2, (height - size[1]) / 2,
-                 size[0] / steps[0], size[1] / steps[1]);
-    gl.uniform1f(program.uniform('least_cosine'), scene.photographed.cosine);
-    gl.uniform1f(program.uniform('enlargement'), scene.photographed.enlargement);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-    const pixels = await this.readLater(...steps);
-    let photographed = 0;
-    for (let i = 0; i < pixels.length; i += 4) photographed += pixels[i] > 0 ? 1 : 0;
-    return photographed / (steps[0] * steps[1]);
-  }
-
-  glanceTarget(width, height) {
-    const {gl} = this;
-    return this.target('glance', width, height, () => {
-      const colour = makeTexture(gl, gl.RGBA8, width, height);
-      const framebuffer = gl.createFramebuffer();
-      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, colour, 0);
-      return {
-        framebuffer, bytes: 4 * width * height,
-        release: () => {
-          gl.deleteTexture(colour);
-          gl.deleteFramebuffer(framebuffer);
-        },
+    const {width, height} = camera;
+    const target = this.target('view', width, height, () => {
+      const depths = makeTexture(gl, gl.DEPTH_COMPONENT32F, width, height);
+      const pass = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, pass);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, depths, 0);
+      gl.drawBuffers([gl.NONE]);
+      const release = () => {
+        gl.deleteTexture(depths);
+        gl.deleteFramebuffer(pass);
       };
+      return {depths, pass, release, bytes: 4 * width * height};
     });
-  }
-
-  // RGBA of the current framebuffer, without waiting for the GPU.
-  async readLater(width, height) {
-    const {gl} = this;
-    const pixels = new Uint8Array(4 * width * height);
-    const buffer = gl.createBuffer();
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
-    gl.bufferData(gl.PIXEL_PACK_BUFFER, pixels.length, gl.STREAM_READ);
-    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, 0);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    gl.flush();
-    do {
-      await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
-    } while (gl.clientWaitSync(done, 0, 0) === gl.TIMEOUT_EXPIRED);
-    gl.deleteSync(done);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
-    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    gl.deleteBuffer(buffer);
-    return pixels;
-  }
-
-  // What a stored view's camera sees, as a target that is good until the next one.
-  drawViewSurface(camera) {
-    this.setState();
-    this.describe(camera, [1, 1, 1]);
-    const target = this.surfaceTarget('view', camera.width, camera.height, false);
     this.drawSurface(target, false);
-    return target;
+    return target.depths;
   }
 
   dropTarget(use) {

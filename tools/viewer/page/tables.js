@@ -79,7 +79,7 @@ export function viewTable(scene, layout) {
       ...times(row(view.rotation, 1), view.fy * s), view.cy * s,
       ...row(view.rotation, 2), 0,
       ...poseOf(view).position, depthScale(view),
-      view.width * s, view.height * s, layout.places[slot].firstTile, layout.places[slot].tileColumns,
+      view.width * s, view.height * s, layout.views[slot].first, layout.views[slot].columns,
       ...view.gain, view.fx * s,
     ], 4 * VIEW_TEXELS * slot);
   });

@@ -7,13 +7,14 @@ import {Interface} from './interface.js';
 import {makeLayout} from './layout.js';
 import {loadColors, loadMesh, loadScene, loadTables} from './model.js';
 import {Navigation} from './navigation.js';
+import {texelForm} from './photograph_forms.js';
 import {Photographs} from './photographs.js';
 import {Renderer} from './renderer.js';
+import {Residents} from './residents.js';
 import {MissingFile, SiteFiles} from './site_files.js';
 
 const MEBIBYTE = 1 << 20;
 const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 4;  // of each mebibyte
-const AT_ONCE = 4;         // views that are fetched at the same time
 const ASK_AGAIN_MS = 1000;  // what a model that changes is like now
 const STILL_AFTER_MS = 250;
 const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
@@ -34,12 +35,9 @@ const QUALITIES = {
 
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-// What a view on the GPU is made of.
-const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
-    JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
-
 export class Viewer {
-  // `options`: {base, memory, live}; `live`: the file that says which version of a changing model there is.
+  // `options`: {base, memory, texels, live}; `memory`: MiB on the GPU; `texels`: see texelForm(); `live`: the file that
+  // says which version of a changing model there is.
   constructor(canvas, options) {
     this.canvas = canvas;
     this.gl = canvas.getContext(
@@ -48,7 +46,8 @@ export class Viewer {
     this.files = new SiteFiles(options.base);
     this.memory = options.memory;
     this.live = options.live;
-    this.loaded = new Map();  // by slot, what of a view is on the GPU
+    this.form = texelForm(this.gl, options.texels);
+    this.residents = new Residents(this);
     this.mode = 'picture';
     this.quality = 'auto';
     this.share = FIRST_SHARE;
@@ -82,7 +81,7 @@ export class Viewer {
       this.invalidate();
     }
     await this.takeTables(scene);
-    await this.loadViews();
+    await this.residents.provide(this.camera());
   }
 
   // Another version of the scene in place of this one; what is as it was is not fetched again.
@@ -90,7 +89,7 @@ export class Viewer {
     const {files} = this;
     const mesh = scene.mesh.file === this.scene.mesh.file ? null : await loadMesh(files, scene.mesh);
     await this.takeTables(scene, mesh);
-    await this.loadViews();
+    await this.residents.provide(this.camera());
   }
 
   // All that a picture needs but photographs, at once, so that none is drawn of two versions.
@@ -99,35 +98,20 @@ export class Viewer {
     const [tables, colors] = await Promise.all([loadTables(files, scene), loadColors(files, scene)]);
     if (mesh) {
       renderer.setMesh(mesh);
-      this.loaded.clear();  // depths are drawn from the mesh
+      this.residents.forget();  // depths are drawn from the mesh
     }
     if (colors) renderer.setColors(colors);
     renderer.setTables(tables);
     this.scene = this.renderer.scene = scene;
     this.navigation.follow(scene);
-    this.photographBytes ??= this.forPhotographs();
-    const layout = makeLayout(scene, this.photographBytes);
+    this.room ??= {bytes: this.forPhotographs(), scale: this.shownScale()};
+    const layout = makeLayout(scene, this.form, this.room.bytes, this.room.scale);
     if (!renderer.photographs?.follow(scene, layout, tables.resident)) {
       renderer.photographs?.release();
       renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
-      this.loaded.clear();
+      this.residents.forget();
     }
     this.invalidate();
-  }
-
-  // Views that are not on the GPU as the scene has them.
-  waiting() {
-    const {views} = this.scene;
-    return new Set(
-        [...views.keys()].filter((slot) => views[slot] && this.loaded.get(slot) !== contentOf(views[slot])));
-  }
-
-  async loadViews() {
-    const waiting = this.waiting();
-    this.progress = {done: 0, total: waiting.size};
-    await Promise.all(Array.from({length: AT_ONCE}, () => this.loadWaiting(waiting)));
-    this.renderer.dropTarget('view');
-    this.progressed();
   }
 
   // Asks for other versions until there will be none; `changed` is called after each.
@@ -135,7 +119,7 @@ export class Viewer {
     for (;;) {
       await sleep(ASK_AGAIN_MS);
       const {version, last} = await this.files.json(this.live);
-      if (version === this.scene.version && this.waiting().size === 0) {
+      if (version === this.scene.version && !this.residents.next()) {
         if (last) return;
         continue;
       }
@@ -148,24 +132,32 @@ export class Viewer {
     }
   }
 
-  // Of the memory, bytes: what is left by the mesh, and by what pictures are drawn to.
+  // Of the memory, bytes: what is left by the mesh, by what pictures are drawn to, and by what a photograph takes while
+  // it comes.
   forPhotographs() {
     const {canvas, renderer} = this;
-    const drawnTo = renderer.bytesToDraw(canvas.width, canvas.height);
-    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - drawnTo);
+    const besides = renderer.bytesToDraw(canvas.width, canvas.height) + Photographs.bytesToStore(this.scene, this.form);
+    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - besides);
   }
 
-  async loadWaiting(waiting) {
-    while (waiting.size > 0) {
-      const slot = this.navigation.viewsByDistance().find((number) => waiting.has(number));
-      waiting.delete(slot);
-      const view = await Photographs.fetched(this.files, this.scene, slot);
-      this.renderer.photographs.store(view, this.renderer).then((share) => this.navigation.hold.setOwn(slot, share));
-      this.loaded.set(slot, contentOf(this.scene.views[slot]));
-      ++this.progress.done;
-      this.progressed();
-      this.invalidate();
-    }
+  // Of photographs that have as many pixels as the canvas.
+  shownScale() {
+    const longest = Math.max(...this.scene.views.filter(Boolean).map(({width, height}) => Math.max(width, height)));
+    return Math.max(this.canvas.width, this.canvas.height) / longest;
+  }
+
+  // What is on the GPU: bytes now, at most so far, and allowed; photographs, and how many there is room for.
+  gpuMemory() {
+    const {renderer, residents, form} = this;
+    const {total} = residents.progress();
+    return {
+      bytes: renderer.bytes(),
+      most: renderer.mostBytes,
+      allowed: this.memory * MEBIBYTE,
+      photographs: residents.current().size,
+      room: total,
+      texels: form.name,
+    };
   }
 
   camera(width = this.canvas.width, height = this.canvas.height) {
@@ -271,7 +263,7 @@ export class Viewer {
     this.target = target;
     this.drawn = {target, camera, pose: this.navigation.pose};
     // Until the programs are compiled and a photograph has come, averaged colours are the picture.
-    const pictures = renderer.ready() && renderer.photographs.there.size > 0;
+    const pictures = renderer.ready() && renderer.photographs.cells.size > 0;
     if (this.mode !== 'picture' || !pictures) {
       renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
     }
@@ -289,10 +281,22 @@ export class Viewer {
     let seen;
     do {
       seen = this.drawn;
-      const share = await this.renderer.photographedShare(seen.target, seen.camera, width / height);
+      const share = await this.renderer.glances.photographedShare(seen.target, seen.camera, width / height);
       this.navigation.hold.measured(seen.pose, share);
+      this.provide(seen.camera);
     } while (seen !== this.drawn);
     this.looking = false;
+  }
+
+  // What that camera needs, while pictures go on.
+  async provide(camera) {
+    if (!this.residents.scarce()) return;
+    try {
+      await this.residents.provide(camera);
+    } catch (error) {
+      // keepUp() fetches what a version that is gone had.
+      if (!(this.live && error instanceof MissingFile)) this.failed(error);
+    }
   }
 
   waitForPrograms() {
@@ -415,7 +419,7 @@ function connect(viewer) {
     },
   });
   viewer.progressed = () => {
-    const {done, total} = viewer.progress;
+    const {done, total} = viewer.residents.progress();
     const scale = viewer.renderer.photographs.layout.scale;
     page.showProgress(`${done} of ${total} photographs`, done, total);
     document.documentElement.dataset.photographs = `${done}/${total}`;
@@ -445,7 +449,8 @@ async function keepUp(viewer, page) {
 
 async function main() {
   const canvas = document.getElementById('picture');
-  const wanted = Number(new URLSearchParams(location.search).get('memory'));
+  const asked = new URLSearchParams(location.search);
+  const wanted = Number(asked.get('memory'));
   let page = null;
   const fail = (error) => {
     document.documentElement.dataset.state = 'failed';
@@ -454,7 +459,9 @@ async function main() {
   };
   try {
     const {live} = document.documentElement.dataset;
-    const viewer = new Viewer(canvas, {base: document.baseURI, memory: wanted > 0 ? wanted : MEMORY_MIB, live});
+    const viewer = new Viewer(canvas, {
+      base: document.baseURI, memory: wanted > 0 ? wanted : MEMORY_MIB, texels: asked.get('texels') ?? 'auto', live,
+    });
     page = connect(viewer);
     viewer.failed = fail;
     page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);

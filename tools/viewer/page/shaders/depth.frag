@@ -2,18 +2,18 @@
 // A block of a stored view's depths, as atlas/depth_blocks.h has it and atlas/depth_blocks.cpp finds it.
 precision highp float;
 precision highp int;
+precision highp sampler2D;
 precision highp usampler2D;
 
-uniform usampler2D surfaces;  // first row below
+uniform sampler2D seen_depths;  // of the nearest surface drawn by that of what is seen, 0: nothing; first row below
 uniform usampler2D mask;      // validity; 1 at rims
 uniform ivec2 origin;         // of the view in the page, blocks
 uniform ivec2 size;           // of the view, pixels
-uniform float depth_scale;    // what depths are shares of
+uniform float nearest;        // what depths are shares of, by the depth of the nearest surface drawn
 uniform float pixels;         // of the mask in one of the view, along a side
 
 layout(location = 0) out uvec4 block;
 
-const uint kNothing = 0xFFFFFFFFu;
 const int kSide = DEPTH_BLOCK_SIDE;
 const int kPixels = kSide * kSide;
 const float kFits = 0.002;
@@ -74,9 +74,9 @@ void read_pixels(ivec2 first) {
     ivec2 at = first + ivec2(number % kSide, number / kSide);
     reciprocals[number] = 0.0;
     if (any(greaterThanEqual(at, size))) continue;
-    uvec4 texel = texelFetch(surfaces, ivec2(at.x, size.y - 1 - at.y), 0);
-    if (texel.x == kNothing) continue;
-    reciprocals[number] = depth_scale / uintBitsToFloat(texel.y);
+    float seen_depth = texelFetch(seen_depths, ivec2(at.x, size.y - 1 - at.y), 0).x;
+    if (!(seen_depth > 0.0)) continue;
+    reciprocals[number] = nearest * seen_depth;
     seen = with_bit(seen, number, true);
     rims = with_bit(rims, number, mask_at(at).y != 0u);
   }

@@ -1,38 +1,16 @@
 #version 300 es
-// A texel of a stored photograph, at one of its levels: the mean over the area that it covers, in linear light and by
-// validity, as atlas/image_levels.cpp and tools/viewer/scaled_view.cpp have it. The texture is of sRGB, which GL makes
-// of the linear light that is written.
+// A texel of a stored photograph. The texture is of sRGB, which GL makes of the linear light that is written.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
 precision highp usampler2D;
 
-uniform sampler2D image;  // sRGB as it is in the file, first row above
-uniform usampler2D mask;  // validity, 0 to 255; 1 at rims
-uniform ivec2 origin;     // of the view in the page, at this level
-uniform float pixels;     // of the photograph in a texel, along a side
+#include "photograph_texel.glsl"
+
+uniform ivec2 origin;  // of the view in the page, at this level
 
 layout(location = 0) out vec4 texel;
 
-vec3 linear_from_srgb(vec3 c) {
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
-}
-
 void main() {
-  ivec2 size = textureSize(image, 0);
-  vec2 from = vec2(ivec2(gl_FragCoord.xy) - origin) * pixels;
-  vec2 to = from + pixels;
-  vec4 valid = vec4(0.0);
-  vec4 all = vec4(0.0);
-  for (int y = int(floor(from.y + 1e-3)); float(y) < to.y - 1e-3; ++y) {
-    float down = min(to.y, float(y) + 1.0) - max(from.y, float(y));
-    for (int x = int(floor(from.x + 1e-3)); float(x) < to.x - 1e-3; ++x) {
-      float share = down * (min(to.x, float(x) + 1.0) - max(from.x, float(x)));
-      ivec2 at = min(ivec2(x, y), size - 1);  // beyond the border its pixels are repeated
-      vec4 color = vec4(linear_from_srgb(texelFetch(image, at, 0).rgb), 1.0);
-      all += share * color;
-      valid += share * float(texelFetch(mask, at, 0).x) / 255.0 * color;
-    }
-  }
-  texel = vec4((valid.w > 0.0 ? valid.rgb / valid.w : all.rgb / all.w), valid.w / all.w);
+  texel = photograph_texel(ivec2(gl_FragCoord.xy) - origin);
 }

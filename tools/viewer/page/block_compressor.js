@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Compresses photographs on the GPU: a shader draws blocks as whole numbers, which go into a buffer and from there into
+// the compressed texture, without a way over the CPU.
+import {BLOCK_SIDE} from './layout.js';
+import {makeTexture} from './tables.js';
+
+const BLOCK_BYTES_BC3 = 16;
+
+export class BlockCompressor {
+  // For images of at most that size, texels.
+  constructor(gl, programs, [width, height]) {
+    Object.assign(this, {gl, programs});
+    const [across, down] = [width, height].map((side) => side / BLOCK_SIDE);
+    this.drawn = makeTexture(gl, gl.RGBA32UI, across, down);
+    this.framebuffer = gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.drawn, 0);
+    this.buffer = gl.createBuffer();
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, this.buffer);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, BLOCK_BYTES_BC3 * across * down, gl.STREAM_COPY);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    this.bytes = BlockCompressor.bytesFor([width, height]);
+  }
+
+  // On the GPU: what is drawn, and the buffer.
+  static bytesFor([width, height]) {
+    return 2 * BLOCK_BYTES_BC3 * (width / BLOCK_SIDE) * (height / BLOCK_SIDE);
+  }
+
+  // The photograph and mask that are bound, at a level of a texture array. `pixels`: of the photograph in a texel,
+  // along a side.
+  store(texture, internal, level, {x, y, page}, [width, height], pixels) {
+    const {gl} = this;
+    const [across, down] = [width, height].map((side) => side / BLOCK_SIDE);
+    const program = this.programs.use('blocks');
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.viewport(0, 0, across, down);
+    gl.uniform1f(program.uniform('pixels'), pixels);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, this.buffer);
+    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
+    gl.readPixels(0, 0, across, down, gl.RGBA_INTEGER, gl.UNSIGNED_INT, 0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, this.buffer);
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
+    gl.compressedTexSubImage3D(
+        gl.TEXTURE_2D_ARRAY, level, x, y, page, width, height, 1, internal, BLOCK_BYTES_BC3 * across * down, 0);
+    gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
+  }
+
+  release() {
+    const {gl} = this;
+    gl.deleteTexture(this.drawn);
+    gl.deleteFramebuffer(this.framebuffer);
+    gl.deleteBuffer(this.buffer);
+  }
+}

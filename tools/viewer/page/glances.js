@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What few pixels of a picture say of it, once the GPU has found out: how much of it was photographed, and which
+// photographs it needs.
+import {scaledCamera} from './camera.js';
+import {bindTexture, makeTexture} from './tables.js';
+
+const READ_AGAIN_MS = 8;
+const GLANCE_PX = 48;  // longer side of what is looked at
+const NO_VIEW = 0xFFFF;
+const SPARE_NEED = 1 / 16;  // of a view that steps in where a better one does not see the place
+
+export class Glances {
+  constructor(renderer) {
+    Object.assign(this, {renderer, gl: renderer.gl});
+  }
+
+  // Of what the middle of a surface's picture shows, as wide as high times `aspect`, the share that was photographed
+  // (kept_path.h), in [0, 1]. `camera` is the one that it was drawn for.
+  async photographedShare({surface, width, height}, camera, aspect) {
+    const {gl, renderer} = this;
+    const {photographed} = renderer.scene;
+    renderer.setState();
+    renderer.describe(camera, [1, 1, 1]);
+    const size = [Math.min(width, height * aspect), Math.min(height, width / aspect)];
+    const steps = size.map((side) => Math.max(1, Math.round(GLANCE_PX * side / Math.max(...size))));
+    this.begin('glance', gl.RGBA8, steps, surface);
+    const program = renderer.programs.use('glance');
+    gl.uniform4f(program.uniform('part'), (width - size[0]) / 2, (height - size[1]) / 2,
+                 size[0] / steps[0], size[1] / steps[1]);
+    gl.uniform1f(program.uniform('least_cosine'), photographed.cosine);
+    gl.uniform1f(program.uniform('enlargement'), photographed.enlargement);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const pixels = await this.readLater(steps, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4 * steps[0] * steps[1]));
+    let count = 0;
+    for (let i = 0; i < pixels.length; i += 4) count += pixels[i] > 0 ? 1 : 0;
+    return count / (steps[0] * steps[1]);
+  }
+
+  // The same of a stored view's own picture.
+  async photographedShareOfView(view) {
+    const {camera, surface} = this.smallSurface(view);
+    return this.photographedShare(surface, camera, camera.width / camera.height);
+  }
+
+  // For each view that a camera's picture is made of, by slot, how many of its pixels need it.
+  async neededViews(wanted) {
+    const {gl, renderer} = this;
+    const {camera, surface} = this.smallSurface(wanted);
+    const steps = [camera.width, camera.height];
+    this.begin('needs', gl.RGBA32UI, steps, surface.surface);
+    renderer.programs.use('needs');
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const ranked = await this.readLater(
+        steps, gl.RGBA_INTEGER, gl.UNSIGNED_INT, new Uint32Array(4 * steps[0] * steps[1]));
+    const needs = new Map();
+    const blended = renderer.scene.blend.views;
+    new Uint16Array(ranked.buffer).forEach((slot, i) => {
+      if (slot !== NO_VIEW) needs.set(slot, (needs.get(slot) ?? 0) + (i % 8 < blended ? 1 : SPARE_NEED));
+    });
+    return needs;
+  }
+
+  // What a camera sees, in few pixels, as a target that is good until the next one.
+  smallSurface(wanted) {
+    const {renderer} = this;
+    const camera = scaledCamera(wanted, GLANCE_PX / Math.max(wanted.width, wanted.height));
+    renderer.setState();
+    renderer.describe(camera, [1, 1, 1]);
+    const surface = renderer.surfaceTarget('small', camera.width, camera.height, false);
+    renderer.drawSurface(surface, false);
+    return {camera, surface};
+  }
+
+  begin(use, format, [width, height], surface) {
+    const {gl, renderer} = this;
+    const target = this.target(use, format, width, height);
+    renderer.bindTables();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.framebuffer);
+    gl.viewport(0, 0, width, height);
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
+  }
+
+  target(use, format, width, height) {
+    const {gl} = this;
+    return this.renderer.target(use, width, height, () => {
+      const texture = makeTexture(gl, format, width, height);
+      const framebuffer = gl.createFramebuffer();
+      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
+      return {
+        framebuffer, bytes: (format === gl.RGBA8 ? 4 : 16) * width * height,
+        release: () => {
+          gl.deleteTexture(texture);
+          gl.deleteFramebuffer(framebuffer);
+        },
+      };
+    });
+  }
+
+  // The current framebuffer, into `pixels`, without waiting for the GPU.
+  async readLater([width, height], format, type, pixels) {
+    const {gl} = this;
+    const buffer = gl.createBuffer();
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, pixels.byteLength, gl.STREAM_READ);
+    gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
+    gl.readPixels(0, 0, width, height, format, type, 0);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+    do {
+      await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
+    } while (gl.clientWaitSync(done, 0, 0) === gl.TIMEOUT_EXPIRED);
+    gl.deleteSync(done);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
+    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
+    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+    gl.deleteBuffer(buffer);
+    return pixels;
+  }
+}

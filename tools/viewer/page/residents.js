@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which photographs are on the GPU: all where there is room, else those that the current picture needs. Others stay
+// until their room is needed, and are shown where a better one is not there yet.
+import {Photographs} from './photographs.js';
+
+const AT_ONCE = 4;  // views that are fetched at the same time
+// So many times as needed as another must a view be to take its room, so that a small movement does not fetch back what
+// the one before threw away.
+const CLEARLY = 1.5;
+
+// What a view on the GPU is made of.
+const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
+    JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
+
+// What to fetch next. `ranked`: {slot, need} of all views, those that are needed most first; `held`: slots with room;
+// `fresh`: those of them that are as the scene has them; `coming`: what is being fetched; `room`: for so many views.
+// Null: all is well. {slot, instead}: a view, and the one whose room it takes; undefined: there is room.
+export function nextToFetch(ranked, {held, fresh, coming, room}) {
+  const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot));
+  if (!wanted) return null;
+  if (held.has(wanted.slot)) return {slot: wanted.slot};
+  const taken = [...coming].filter((slot) => !held.has(slot)).length;
+  if (held.size + taken < room) return {slot: wanted.slot};
+  // Each of those that are coming takes the room of another one.
+  const giving = ranked.filter(({slot}) => held.has(slot)).at(-1 - (held.size + taken - room));
+  if (!giving || !(wanted.need > CLEARLY * giving.need)) return null;
+  return {slot: wanted.slot, instead: giving.slot};
+}
+
+export class Residents {
+  constructor(viewer) {
+    this.viewer = viewer;
+    this.fresh = new Map();  // by slot, what is on the GPU
+    this.coming = new Set();
+    this.needs = new Map();  // by slot, how many pixels of the current picture need it
+    this.fetched = 0;        // views, again and again
+  }
+
+  get photographs() {
+    return this.viewer.renderer.photographs;
+  }
+
+  // Whether there is less room than views.
+  scarce() {
+    return this.viewer.scene.views.filter(Boolean).length > this.photographs.layout.count;
+  }
+
+  // Nothing that is on the GPU is of use any more.
+  forget() {
+    this.fresh.clear();
+  }
+
+  ranked() {
+    const {needs} = this;
+    return this.viewer.navigation.viewsByDistance().map((slot) => ({slot, need: needs.get(slot) ?? 0}))
+        .sort((a, b) => b.need - a.need);
+  }
+
+  // Slots of what is on the GPU as the scene has it.
+  current() {
+    const {views} = this.viewer.scene;
+    return new Set([...this.photographs.cells.keys()].filter((slot) => this.fresh.get(slot) === contentOf(views[slot])));
+  }
+
+  next() {
+    const {cells, layout} = this.photographs;
+    return nextToFetch(
+        this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, room: layout.count});
+  }
+
+  // What a camera's picture needs is there afterwards, as far as there is room.
+  async provide(camera) {
+    if (this.scarce()) this.needs = await this.viewer.renderer.glances.neededViews(camera);
+    await this.fill();
+  }
+
+  async fill() {
+    while (this.filling || this.next()) {
+      this.filling ??= this.fetchAll().finally(() => {
+        this.filling = null;
+      });
+      await this.filling;
+    }
+    this.viewer.progressed();
+  }
+
+  async fetchAll() {
+    await Promise.all(Array.from({length: AT_ONCE}, () => this.fetchOthers()));
+    this.photographs.rest(this.viewer.renderer);
+  }
+
+  async fetchOthers() {
+    for (let next = this.next(); next; next = this.next()) await this.fetch(next.slot);
+  }
+
+  async fetch(slot) {
+    const {viewer, coming} = this;
+    const {scene, renderer} = viewer;
+    coming.add(slot);
+    try {
+      const view = await Photographs.fetched(viewer.files, scene, slot);
+      ++this.fetched;
+      coming.delete(slot);
+      this.store(view, scene);
+    } finally {
+      coming.delete(slot);
+    }
+    viewer.progressed();
+  }
+
+  // Unless the visitor has gone elsewhere meanwhile, where something else is needed more, or the scene has changed.
+  store(view, scene) {
+    const {viewer} = this;
+    const {slot} = view;
+    const next = scene === viewer.scene ? this.roomFor(slot) : null;
+    if (!next) return view.picture.close();
+    this.photographs.store(view, viewer.renderer, next.instead);
+    if (next.instead !== undefined) this.fresh.delete(next.instead);
+    this.fresh.set(slot, contentOf(scene.views[slot]));
+    viewer.renderer.glances.photographedShareOfView(scene.views[slot])
+        .then((share) => viewer.navigation.hold.setOwn(slot, share));
+    viewer.invalidate();
+  }
+
+  roomFor(slot) {
+    const {cells, layout} = this.photographs;
+    const ranked = this.ranked();
+    const fresh = new Set(ranked.map((view) => view.slot).filter((other) => other !== slot));
+    return nextToFetch(ranked, {held: cells, fresh, coming: new Set(), room: layout.count});
+  }
+
+  // How many of the views that there is room for are there.
+  progress() {
+    const total = Math.min(this.viewer.scene.views.filter(Boolean).length, this.photographs.layout.count);
+    return {done: Math.max(0, this.current().size - this.coming.size), total};
+  }
+}
