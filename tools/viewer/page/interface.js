@@ -13,7 +13,7 @@ const LEGENDS = {
 const element = (id) => document.getElementById(id);
 
 export class Interface {
-  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(), hold()}
+  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(), hold(), memory()}
   constructor(actions) {
     this.actions = actions;
     element('mode').addEventListener('change', (event) => actions.mode(event.target.value));
@@ -23,7 +23,10 @@ export class Interface {
     element('hold').addEventListener('click', () => actions.hold());
     element('full').addEventListener('click', () => this.toggleFullScreen());
     element('views').addEventListener('click', () => this.toggleThumbnails());
-    element('help').addEventListener('click', () => element('keys').showModal());
+    element('help').addEventListener('click', () => {
+      element('memory').textContent = actions.memory();
+      element('keys').showModal();
+    });
     element('full').hidden = !document.fullscreenEnabled;
   }
 

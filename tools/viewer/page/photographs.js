@@ -5,7 +5,7 @@ import {BlockCompressor} from './block_compressor.js';
 import {scaledCamera} from './camera.js';
 import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
 import {loadMask} from './model.js';
-import {NO_SLOT, SPARE_UNIT, Table, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
+import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
 
 const PICTURE_PIXEL_BYTES = 4 + 2;  // as it comes, with its mask
 const DEPTH_PIXEL_BYTES = 4;        // of what its depths are found from
@@ -58,12 +58,14 @@ export class Photographs {
     return {slot, picture, mask};
   }
 
-  // What store() takes besides, on the GPU, for the largest photograph at its own scale.
-  static bytesToStore(scene, form) {
+  // On the GPU besides what the layout says: tables, and what store() takes for a while, for the largest photograph at
+  // its own scale.
+  static bytesBesides(scene, form, tiles) {
     const views = scene.views.filter(Boolean);
     const [width, height] = ['width', 'height'].map((key) => Math.max(...views.map((view) => Math.ceil(view[key]))));
     const blocks = form.blocks ? BlockCompressor.bytesFor([width, height]) : 0;
-    return (PICTURE_PIXEL_BYTES + DEPTH_PIXEL_BYTES) * width * height + blocks;
+    const tables = Table.bytesOf(tiles, true) + Table.bytesOf(VIEW_TEXELS * scene.views.length, false);
+    return tables + (PICTURE_PIXEL_BYTES + DEPTH_PIXEL_BYTES) * width * height + blocks;
   }
 
   // In the place of another view where no cell is free, unless it is there already. `renderer` draws the depths.

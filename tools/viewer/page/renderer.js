@@ -3,7 +3,7 @@
 // the blend of photographs at the middles of pixels, and at silhouettes means over samples.
 import {partOf} from './camera.js';
 import {nearbyExposure} from './exposure.js';
-import {Glances} from './glances.js';
+import {Glances, MOST_GLANCE_BYTES} from './glances.js';
 import {Programs} from './programs.js';
 import {Table, bindTexture, makeTexture} from './tables.js';
 
@@ -94,7 +94,7 @@ export class Renderer {
   bytesToDraw(width, height) {
     const part = Math.min(width, PART_PX + 2 * AROUND_PX) * Math.min(height, PART_PX + 2 * AROUND_PX);
     const samples = this.scene.blend.supersample ** 2;
-    return width * height * (PICTURE_BYTES + 4) + part * (PICTURE_BYTES + samples * SURFACE_BYTES);
+    return MOST_GLANCE_BYTES + width * height * (PICTURE_BYTES + 4) + part * (PICTURE_BYTES + samples * SURFACE_BYTES);
   }
 
   // Bytes on the GPU, as they were asked for.

@@ -4,7 +4,7 @@ import {poseOf, row, times} from './camera.js';
 import {unitOf} from './programs.js';
 
 const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl_objects.h
-const VIEW_TEXELS = 6;     // kViewTexels of blend/view_table.h
+export const VIEW_TEXELS = 6;     // kViewTexels of blend/view_table.h
 export const NO_SLOT = 0xFFFFFFFF;
 
 // Of a format whose texels nothing filters, or, with `filter`, of one that may be.
@@ -42,8 +42,13 @@ export class Table {
     this.type = real ? gl.FLOAT : gl.UNSIGNED_INT;
     const internal = this.single ? gl.R32UI : real ? gl.RGBA32F : gl.RGBA32UI;
     this.texture = makeTexture(gl, internal, TABLE_WIDTH, this.rows);
-    this.bytes = TABLE_WIDTH * this.rows * (this.single ? 4 : 16);
+    this.bytes = Table.bytesOf(this.entries, this.single);
     this.store(values, components);
+  }
+
+  // Of a table of so many entries; `single`: of one whole number each.
+  static bytesOf(entries, single) {
+    return TABLE_WIDTH * Math.max(1, Math.ceil(entries / TABLE_WIDTH)) * (single ? 4 : 16);
   }
 
   release() {

@@ -14,7 +14,7 @@ import {Residents} from './residents.js';
 import {MissingFile, SiteFiles} from './site_files.js';
 
 const MEBIBYTE = 1 << 20;
-const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 4;  // of each mebibyte
+const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // of each mebibyte
 const ASK_AGAIN_MS = 1000;  // what a model that changes is like now
 const STILL_AFTER_MS = 250;
 const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
@@ -104,7 +104,7 @@ export class Viewer {
     renderer.setTables(tables);
     this.scene = this.renderer.scene = scene;
     this.navigation.follow(scene);
-    this.room ??= {bytes: this.forPhotographs(), scale: this.shownScale()};
+    this.room ??= {bytes: this.forPhotographs(tables.resident.length), scale: this.shownScale()};
     const layout = makeLayout(scene, this.form, this.room.bytes, this.room.scale);
     if (!renderer.photographs?.follow(scene, layout, tables.resident)) {
       renderer.photographs?.release();
@@ -132,11 +132,12 @@ export class Viewer {
     }
   }
 
-  // Of the memory, bytes: what is left by the mesh, by what pictures are drawn to, and by what a photograph takes while
-  // it comes.
-  forPhotographs() {
+  // Of the memory, bytes: what is left by the mesh, by what pictures are drawn to, and by what photographs with so many
+  // tiles take while they come.
+  forPhotographs(tiles) {
     const {canvas, renderer} = this;
-    const besides = renderer.bytesToDraw(canvas.width, canvas.height) + Photographs.bytesToStore(this.scene, this.form);
+    const besides = renderer.bytesToDraw(canvas.width, canvas.height) +
+        Photographs.bytesBesides(this.scene, this.form, tiles);
     return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - besides);
   }
 
@@ -408,6 +409,13 @@ function connect(viewer) {
       viewer.navigation.goTo(pose, fov, performance.now());
     },
     save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
+    memory: () => {
+      if (!viewer.renderer?.photographs) return '';
+      const {bytes, allowed, photographs, room, texels} = viewer.gpuMemory();
+      const mebibytes = [bytes, allowed].map((value) => Math.round(value / MEBIBYTE));
+      return `${photographs} of ${viewer.scene.views.filter(Boolean).length} photographs are on the GPU, which has ` +
+          `room for ${room}: ${mebibytes[0]} of ${mebibytes[1]} MiB, texels in the form ${texels}.`;
+    },
     hold: () => {
       const {hold} = viewer.navigation;
       hold.on = !hold.on;
