@@ -6,6 +6,7 @@ import {bindTexture, makeTexture} from './tables.js';
 
 const READ_AGAIN_MS = 8;
 const GLANCE_PX = 48;  // longer side of what is looked at
+// Of the surface with its depth, and of what is found of it.
 export const MOST_GLANCE_BYTES = GLANCE_PX * GLANCE_PX * (20 + 16 + 4);
 const NO_VIEW = 0xFFFF;
 const SPARE_NEED = 1 / 16;  // of a view that steps in where a better one does not see the place

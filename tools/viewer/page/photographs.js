@@ -23,6 +23,7 @@ export class Photographs {
     this.cells = new Map();  // by slot, of the views that are there
     this.free = Array.from({length: layout.count}, (_, cell) => cell).reverse();
     this.framebuffer = gl.createFramebuffer();
+    for (const pass of ['depth', layout.form.blocks ? 'blocks' : 'photograph']) programs.ready(pass);
   }
 
   array(format, size, levels, filter) {

@@ -94,7 +94,8 @@ export class Renderer {
   bytesToDraw(width, height) {
     const part = Math.min(width, PART_PX + 2 * AROUND_PX) * Math.min(height, PART_PX + 2 * AROUND_PX);
     const samples = this.scene.blend.supersample ** 2;
-    return MOST_GLANCE_BYTES + width * height * (PICTURE_BYTES + 4) + part * (PICTURE_BYTES + samples * SURFACE_BYTES);
+    const ofPart = part * (PICTURE_BYTES + samples * SURFACE_BYTES);
+    return MOST_GLANCE_BYTES + width * height * (PICTURE_BYTES + 4) + ofPart;
   }
 
   // Bytes on the GPU, as they were asked for.

@@ -59,7 +59,8 @@ export class Residents {
   // Slots of what is on the GPU as the scene has it.
   current() {
     const {views} = this.viewer.scene;
-    return new Set([...this.photographs.cells.keys()].filter((slot) => this.fresh.get(slot) === contentOf(views[slot])));
+    const there = [...this.photographs.cells.keys()];
+    return new Set(there.filter((slot) => this.fresh.get(slot) === contentOf(views[slot])));
   }
 
   next() {
