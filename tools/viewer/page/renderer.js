@@ -16,7 +16,7 @@ const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 
 // Still pictures are drawn in parts of about so many pixels a side: the targets of their samples are then small, and a
 // slow GPU gets no task that takes long.
-const PART_PX = 640;
+const PART_PX = 320;
 const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
 
 export class Renderer {
