@@ -133,6 +133,6 @@ export class Residents {
   // How many of the views that there is room for are there.
   progress() {
     const total = Math.min(this.viewer.scene.views.filter(Boolean).length, this.photographs.layout.count);
-    return {done: Math.max(0, this.current().size - this.coming.size), total};
+    return {done: Math.max(0, Math.min(this.current().size, total - this.coming.size)), total};
   }
 }
