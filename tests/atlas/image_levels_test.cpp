@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/image_levels.h"
 
+#include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -8,6 +9,7 @@
 #include <stdexcept>
 
 #include "atlas/compressed_texels.h"
+#include "atlas/lower_resolution.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -151,6 +153,64 @@ TEST_CASE("every slot shows the same compressed texels of a view, whichever tile
     }
     CHECK_THROWS_AS(shown_levels(view, layout, levels + 1), std::invalid_argument);
   }
+}
+
+// Grey that rises by 2 a pixel to the right.
+Photograph ramp(std::uint32_t width, std::uint32_t height) {
+  Photograph photograph{width, height, {}, {}};
+  for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t x = 0; x < width; ++x) {
+      photograph.rgb.insert(photograph.rgb.end(), 3, static_cast<std::uint8_t>(60 + 2 * x));
+    }
+  }
+  return photograph;
+}
+
+TEST_CASE("a photograph at lower resolution shows every place where it was") {
+  const Photograph ramp_before = ramp(60, 8);
+  for (const std::uint32_t width : {60u, 45u, 30u, 7u}) {
+    const Photograph lower = at_lower_resolution(ramp_before, width, 5);
+    REQUIRE(lower.rgb.size() == 3 * std::size_t{width} * 5);
+    CHECK(lower.valid.empty());
+    const double step = 60.0 / width;
+    for (std::uint32_t x = 2; x + 2 < width; ++x) {
+      const double expected = 60 + 2 * ((x + 0.5) * step - 0.5);
+      CHECK(std::abs(lower.rgb[3 * x] - expected) < 2);  // filtered in linear light, and rounded
+    }
+  }
+}
+
+TEST_CASE("what the lens did not see has no part in a photograph at lower resolution") {
+  Photograph photograph = ramp(40, 40);
+  photograph.valid.assign(40 * 40, 255);
+  for (std::uint32_t y = 0; y < 40; ++y) {
+    for (std::uint32_t x = 0; x < 11; ++x) {
+      photograph.valid[40 * y + x] = 0;
+      std::fill_n(photograph.rgb.begin() + 3 * (40 * y + x), 3, std::uint8_t{255});
+    }
+  }
+  const Photograph lower = at_lower_resolution(photograph, 20, 20);
+  for (std::uint32_t x = 0; x < 20; ++x) {
+    CHECK(lower.valid[x] == (x < 6 ? 0 : 255));  // pixel 5 covers one of both kinds
+    if (x >= 6) CHECK(std::abs(lower.rgb[3 * x] - (60 + 2 * (2 * x + 0.5))) < 4);
+  }
+}
+
+TEST_CASE("a mask at lower resolution is the mean of what each pixel covers") {
+  const std::vector<std::uint8_t> mask{255, 255, 0, 0, 255, 0, 0, 0};
+  CHECK(mask_at_lower_resolution(mask, {4, 2}, {2, 1}) == std::vector<std::uint8_t>{191, 0});
+  CHECK(mask_at_lower_resolution({}, {4, 2}, {2, 1}).empty());
+}
+
+TEST_CASE("a resolution that is none, or above the photograph's, is refused") {
+  const Photograph photograph = ramp(8, 4);
+  CHECK_THROWS_AS(at_lower_resolution(photograph, 0, 4), std::invalid_argument);
+  CHECK_THROWS_AS(at_lower_resolution(photograph, 8, 5), std::invalid_argument);
+  Photograph cut_off = photograph;
+  cut_off.rgb.pop_back();
+  CHECK_THROWS_AS(at_lower_resolution(cut_off, 4, 2), std::invalid_argument);
+  const std::vector<std::uint8_t> mask(31, 255);
+  CHECK_THROWS_WITH(mask_at_lower_resolution(mask, {8, 4}, {4, 2}), Catch::Contains("has 31 values"));
 }
 
 }  // namespace

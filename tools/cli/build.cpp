@@ -47,6 +47,7 @@ struct BuildFlags {
   double loss_db = 0.1;
   bool whole_views = false;
   std::string budget_size;  // empty: unbounded
+  std::string texels = "auto";
   std::string faces = "keep";
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   bool skip_bad = false;
@@ -67,6 +68,7 @@ struct BuildFlags {
   CLI::Option* tile = nullptr;
   CLI::Option* gutter = nullptr;
   CLI::Option* photographs = nullptr;
+  CLI::Option* detail = nullptr;
   CLI::Option* seed = nullptr;
   CLI::Option* refine = nullptr;
   CLI::Option* edges = nullptr;
@@ -81,7 +83,6 @@ struct BuildFlags {
 };
 
 const Names<ValidityOptions::Edges> kEdges(kEdgesByName.begin(), kEdgesByName.end());
-const Names<TexelFormat> kTexels(kTexelFormatsByName.begin(), kTexelFormatsByName.end());
 
 // Of --budget: as little as a bound on the loss allows. Of --faces: as few as move no picture by more than
 // kFacesPixels.
@@ -110,6 +111,19 @@ void set_gutter(const BuildFlags& flags, TileOptions& tiles) {
   }
 }
 
+// Tiles are compressed only where a budget asks for it, and their gutter allows it.
+void set_texels(const BuildFlags& flags, BuildOptions& options) {
+  const bool automatic = flags.texels == kAuto;
+  options.tiles.texels = automatic ? TexelFormat::rgb8 : kTexelFormatsByName.at(flags.texels);
+  set_gutter(flags, options.tiles);
+  const bool fit_for_blocks =
+      flags.gutter->count() == 0 || options.tiles.gutter_px == 2 || options.tiles.gutter_px == 4;
+  if (!automatic || options.tiles.whole_views() || !fit_for_blocks) return;
+  options.tight_tiles = options.tiles;
+  options.tight_tiles->texels = TexelFormat::bc3;
+  set_gutter(flags, *options.tight_tiles);
+}
+
 // Of tiles, a budget in bytes bounds all that the model takes on the GPU, one in texels the texture array; the
 // photographs that they are cut from are bounded by their number, or by bytes of their own.
 void set_budget(const BuildFlags& flags, BuildOptions& options) {
@@ -119,7 +133,7 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     if (flags.photographs->count() > 0) throw CLI::ValidationError("--photograph-bytes", "needs --layout tiles");
     options.tiles.tile_px = 0;
   }
-  set_gutter(flags, options.tiles);
+  set_texels(flags, options);
   if (flags.budget_size == kAuto) {
     options.planner.max_bytes = flags.photograph_bytes;
     options.planner.max_loss_db = flags.loss_db;
@@ -136,6 +150,9 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
                                                " of a single tile: give more, or smaller tiles (--tile)");
   }
   options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
+  if (flags.detail->count() > 0 && (!tiles || bound.bytes == 0)) {
+    throw CLI::ValidationError("--detail", "needs --layout tiles and a --budget in bytes");
+  }
   if (tiles) (bound.bytes > 0 ? options.gpu_bytes : options.array_bytes) = budget;
   if (flags.max_views->count() > 0) return;
   if (tiles && bound.texels > 0 && flags.photographs->count() == 0) {
@@ -494,8 +511,18 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
                                  "levels, and 4 unless given")
                      ->type_name("PX")
                      ->transform(one_of({"1", "2", "4", "8"}));
-  add_choice(command, "--texels", flags.options.tiles.texels, kTexels,
-             "How photographs are held on the GPU: as they are, or compressed to about half the bytes");
+  flags.detail = command
+                     .add_option("--detail", flags.options.least_detail,
+                                 "With --budget in bytes, share of a photograph's width and height that all may be "
+                                 "lowered to before parts of some are given up")
+                     ->type_name("SHARE")
+                     ->check(number_between(0.1, 1));
+  command
+      .add_option("--texels", flags.texels,
+                  "How photographs are held on the GPU: rgb8, as they are, bc3, compressed to about half the bytes; "
+                  "auto: bc3 where a budget in bytes has no room for them whole")
+      ->type_name("NAME")
+      ->transform(one_of({kAuto, "rgb8", "bc3"}));
   flags.photographs = command
                           .add_option("--photograph-bytes", flags.photograph_bytes,
                                       "Memory for photographs that tiles are cut from while the model is built; with "

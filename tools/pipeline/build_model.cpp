@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <random>
 #include <stdexcept>
 
@@ -16,6 +18,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/lowered_detail.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
@@ -99,6 +102,25 @@ std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options, st
     capacity = std::min(capacity, budget / stored_bytes(measure.camera));
   }
   return static_cast<std::uint32_t>(capacity);
+}
+
+// What the photographs would take with all of their tiles, as many of the largest as there may be.
+std::uint64_t bytes_of_whole_photographs(const Stream& stream, const BuildOptions& options) {
+  std::vector<std::uint64_t> tiles;
+  for (const SceneView* view : stream) {
+    tiles.push_back(TileGrid(view->camera.width, view->camera.height, options.tiles.tile_px).tiles());
+  }
+  std::sort(tiles.begin(), tiles.end(), std::greater<>());
+  tiles.resize(std::min<std::size_t>(tiles.size(), options.max_views.value_or(~0u)));
+  return slot_bytes(options.tiles) * std::accumulate(tiles.begin(), tiles.end(), std::uint64_t{0});
+}
+
+// Before the first photograph is stored, because the tiles of the whole store are cut alike.
+TileOptions tiles_for_room(const Stream& stream, const BuildOptions& options, const SurfaceInput& input) {
+  if (!options.tight_tiles || options.gpu_bytes == 0) return options.tiles;
+  const std::uint64_t surface = GpuByteCount(input.surface).of_surface();
+  const bool fits = surface + bytes_of_whole_photographs(stream, options) <= options.gpu_bytes;
+  return fits && !options.watch ? options.tiles : *options.tight_tiles;
 }
 
 TileOptions layout_of(const BuildOptions& options) {
@@ -433,9 +455,19 @@ void check(const BuildOptions& options) {
   if (options.hold_out) check(*options.hold_out);
   if (options.watch) check_watch(options);
   check(options.tiles);
+  if (options.tight_tiles) {
+    check(*options.tight_tiles);
+    if (options.tiles.whole_views() || options.tight_tiles->whole_views() || options.tight_tiles->max_tiles != 0) {
+      throw std::invalid_argument("build: tight_tiles are given, both they and tiles must cut views, max_tiles be 0");
+    }
+  }
   if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
   if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
     throw std::invalid_argument("build: array_bytes or gpu_bytes is given, but no tiles");
+  }
+  if (!(options.least_detail > 0 && options.least_detail <= 1)) {
+    throw std::invalid_argument("build: least_detail is " + std::to_string(options.least_detail) +
+                                ", must be above 0 and at most 1");
   }
   if (options.array_bytes == 0) return;
   if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
@@ -452,12 +484,13 @@ std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& 
   return static_cast<std::uint64_t>(times * static_cast<double>(kPhotographsPerArray * tile_bytes));
 }
 
-BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& given, const BuildCallback& callback,
                         const AtlasWatch& watch) {
   const auto start = std::chrono::steady_clock::now();
-  check(options);
+  check(given);
   BuildResult result;
-  result.options = options;
+  result.options = given;
+  const BuildOptions& options = result.options;
   MeshInput mesh = load_mesh(scene, options.mesh, options.close_holes);
   std::optional<WatchedScene> watched_scene;
   if (options.watch) watched_scene.emplace(scene, mesh.offset, options.pictures, *options.watch);
@@ -473,6 +506,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   require_names_that_a_model_can_hold(stream);
   const SurfaceInput input =
       make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
+  result.options.tiles = tiles_for_room(stream, options, input);
   const std::optional<GpuBudget> budget = gpu_budget(options, input);
   result.effective = planner_options(options, stream, budget);
   require_room_for_each(stream, options, result.effective.max_bytes);
@@ -512,6 +546,9 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   if (watched) {
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
+  }
+  if (budget && options.least_detail < 1) {
+    result.detail = lower_detail(atlas, *budget, *visibility, result.effective.validity, options.least_detail);
   }
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);

@@ -81,11 +81,17 @@ struct BuildOptions {
   bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
-  std::uint64_t array_bytes = 0;                 // that the texture array of tiles may take; 0: what it needs
+  // Instead of `tiles`, where gpu_bytes has no room for the photographs whole, all of them or the largest max_views, or
+  // where nobody knows them, with `watch`; none: `tiles` all the same. Both cut views into tiles.
+  std::optional<TileOptions> tight_tiles;
+  std::uint64_t array_bytes = 0;  // that the texture array of tiles may take; 0: what it needs
   // That the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: what it needs. Not with
   // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
   // room for, to choose tiles from.
   std::uint64_t gpu_bytes = 0;
+  // Of a photograph's sides, the share that gpu_bytes may lower all photographs to before it gives up parts of some,
+  // (0, 1]: see lowered_detail.h.
+  double least_detail = 0.5;
   std::optional<HoldOut> hold_out;  // none: every view is offered
   // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
   // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
@@ -138,9 +144,10 @@ struct Parsimony {
 struct BuildResult {
   Snapshot snapshot;
   GpuBytes gpu_bytes;                // of the snapshot, as its model file holds it
+  double detail = 1;                 // of a photograph's sides, the share that is kept, see BuildOptions::least_detail
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
-  BuildOptions options;                     // as they were given
+  BuildOptions options;                     // as they were given; `tiles` are those that were taken
   std::uint64_t closed_holes = 0;           // of the mesh
   std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;           // its distance

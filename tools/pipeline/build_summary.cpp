@@ -200,7 +200,11 @@ std::string views_line(const json& s) {
                      views["outliers"].dump() + " outliers)\n  on the GPU " + gpu_bytes_text(s["gpu"]);
   if (bytes["budget"].is_null()) return line;
   // Budgets of texels and numbers of views bound the photographs alone.
-  if (s["gpu"]["sum"] <= bytes["budget"]) return line + "; budget " + megabytes(bytes["budget"]) + " MB";
+  if (s["gpu"]["sum"] <= bytes["budget"]) {
+    line += "; budget " + megabytes(bytes["budget"]) + " MB";
+    const double detail = s["texels"]["detail"].get<double>();
+    return detail < 1 ? line + "; photographs at " + printed("%.0f", 100 * detail) + " % of their size" : line;
+  }
   return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }
 
@@ -338,7 +342,11 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"offline", offline_json(result)},
           {"parsimony", parsimony_json(result, holding)},
           {"lenses", lenses_json(result.lenses)},
-          {"texels", {{"resident", holding.texels}, {"budget", or_null(holding.texels_budget)}}},
+          {"texels",
+           {{"resident", holding.texels},
+            {"budget", or_null(holding.texels_budget)},
+            {"format", name_of(options.tiles.texels)},
+            {"detail", result.detail}}},
           {"bytes", bytes_json(result, holding)},
           {"gpu", gpu_bytes_json(result.gpu_bytes)},
           {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};
@@ -368,6 +376,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
               {"gutter", options.tiles.gutter_px},
               {"texels", name_of(options.tiles.texels)},
+              {"detail", options.least_detail},
               {"budget", budget_of(options)},
               {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},

@@ -45,6 +45,15 @@ void GpuBudget::refuse(std::uint64_t least) const {
                    ": give at least that as --budget, or keep fewer faces (--faces auto)");
 }
 
+double GpuBudget::share_that_fits(Atlas& atlas) const {
+  atlas.bound_tiles(0);
+  const GpuBytes bytes = count_.of(atlas.snapshot());
+  if (bytes.sum() <= bytes_) return 1;
+  const std::uint64_t others = bytes.sum() - bytes.photographs(), one = slot_bytes(atlas.layout());
+  const std::uint64_t room = std::max(others < bytes_ ? bytes_ - others : 0, one);
+  return static_cast<double>(room) / static_cast<double>(std::max(bytes.photographs(), one));
+}
+
 // Between a number of tiles that fits and one that does not. Where fewer tiles make more cells refer to the same views,
 // the mesh takes less too, so that the sum rises faster than the tiles.
 Snapshot GpuBudget::fitted_snapshot(Atlas& atlas) const {

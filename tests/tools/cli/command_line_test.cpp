@@ -333,6 +333,10 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--layout", "layers", "--tile", "64"},
       {"build", made().scene, "-o", out, "--layout", "layers", "--photograph-bytes", "1MiB"},
       {"build", made().scene, "-o", out, "--budget", "100"},
+      {"build", made().scene, "-o", out, "--detail", "0.5"},
+      {"build", made().scene, "-o", out, "--budget", "1Mtexels", "--detail", "0.5"},
+      {"build", made().scene, "-o", out, "--budget", "1MiB", "--detail", "1.5"},
+      {"build", made().scene, "-o", out, "--texels", "bc7"},
       {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
       {"render", made().model, "--views", made().scene, "-o", out, "--blend-direction-weight", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "0"},
@@ -434,7 +438,7 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
         "--coverage-direction-weight: nan is not a number from 0 to 1");
   CHECK(complaint({"build", made().scene, "-o", out, "--ideal-distance", "-1e-9"}) ==
         "--ideal-distance: -1e-9 is not a finite number of 0 or more");
-  CHECK(complaint({"build", made().scene, "-o", out, "--texels", "bc1"}) == "--texels: bc1 is not bc3 or rgb8");
+  CHECK(complaint({"build", made().scene, "-o", out, "--texels", "bc1"}) == "--texels: bc1 is not auto, rgb8 or bc3");
   CHECK(complaint({"build", made().scene, "-o", out, "--tile", "12"}) == "--tile: 12 is not a multiple of 8");
   CHECK(complaint({"render", made().model, "-o", out, "--path", ""}) == "--path: is empty, must be a name");
   CHECK(complaint({"render", made().model, "-o", out}) ==

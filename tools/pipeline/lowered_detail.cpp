@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/lowered_detail.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "atlas/lower_resolution.h"
+#include "tools/base/interrupt.h"
+
+namespace lumatlas {
+
+namespace {
+
+using SharedView = std::shared_ptr<const StoredView>;
+
+// As they were before anything was lowered: filtering twice would blur twice.
+std::vector<SharedView> views_of(const Atlas& atlas) {
+  std::vector<SharedView> views;
+  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) views.push_back(atlas.view(slot));
+  return views;
+}
+
+std::uint32_t side_of(std::uint32_t side, double share) {
+  return std::clamp(static_cast<std::uint32_t>(std::lround(share * side)), 1u, side);
+}
+
+TiledView at_share(const StoredView& view, double share, const Atlas& atlas, const Visibility& visibility,
+                   const ValidityOptions& validity) {
+  const ImageSize from{view.camera.width, view.camera.height};
+  const ImageSize to{side_of(from.width, share), side_of(from.height, share)};
+  const Camera camera = view.camera.scaled_to(to.width, to.height);
+  return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph, to.width, to.height),
+                         visibility.trace(camera), atlas.surface().cells, atlas.layout(), validity,
+                         mask_at_lower_resolution(view.trust, from, to));
+}
+
+void lower_all(Atlas& atlas, const std::vector<SharedView>& originals, double share, const Visibility& visibility,
+               const ValidityOptions& validity) {
+  tbb::parallel_for(std::size_t{0}, originals.size(), [&](std::size_t slot) {
+    if (!originals[slot]) return;
+    throw_if_interrupted();
+    TiledView tiled = at_share(*originals[slot], share, atlas, visibility, validity);
+    atlas.replace(static_cast<std::uint32_t>(slot), std::move(tiled.view), std::move(tiled.shown));
+  });
+}
+
+}  // namespace
+
+double lower_detail(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
+                    const ValidityOptions& validity, double least) {
+  if (!(least > 0 && least <= 1)) {
+    throw std::invalid_argument("lowered detail: least is " + std::to_string(least) + ", must be in (0, 1]");
+  }
+  constexpr int kMostTries = 3;  // tiles are whole, so that their number is not quite that of the pixels
+  const std::vector<SharedView> originals = views_of(atlas);
+  double share = 1;
+  for (int tries = 0; tries < kMostTries && share > least; ++tries) {
+    const double fits = budget.share_that_fits(atlas);
+    if (fits >= 1) break;
+    share = std::max(least, share * std::sqrt(fits));
+    lower_all(atlas, originals, share, visibility, validity);
+  }
+  return share;
+}
+
+}  // namespace lumatlas

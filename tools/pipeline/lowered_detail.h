@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a model's photographs give up first where a budget has no room for them: pixels of all alike, before parts of
+// some. Blended from three photographs, and by poses that are never exact, a picture shows less detail than each has.
+#pragma once
+
+#include "atlas/atlas.h"
+#include "mesh/visibility.h"
+#include "tools/pipeline/gpu_budget.h"
+
+namespace lumatlas {
+
+// Lowers the resolution of all stored views by one factor, so that the tiles that their references need fit into the
+// budget, but not below `least`, in (0, 1], of a photograph's sides (std::invalid_argument); the rest is for
+// GpuBudget::fitted_snapshot(). Returns that factor: 1 where all fits as it is, and nothing was changed. Nobody else
+// may change the atlas meanwhile.
+[[nodiscard]] double lower_detail(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
+                                  const ValidityOptions& validity, double least);
+
+}  // namespace lumatlas
