@@ -8,6 +8,7 @@
 
 #include "mesh/mesh_file.h"
 #include "tests/tools/cli/program.h"
+#include "tests/tools/cli/program_here.h"
 
 namespace lumatlas {
 namespace {
@@ -34,12 +35,12 @@ struct Damaged {
 TEST_CASE("a photograph that is missing stops a build, unless it is to go on without bad ones") {
   const Damaged damaged;
   const std::string model = (damaged.folder / "model").string();
-  check_failure(lumatlas(damaged.build(model)), "0001.png: no such photograph");
+  check_failure(lumatlas_here(damaged.build(model)), "0001.png: no such photograph");
   CHECK_FALSE(fs::exists(model));
 
   Arguments skipping = damaged.build(model);
   skipping.push_back("--skip-bad");
-  const Outcome outcome = lumatlas(skipping);
+  const Outcome outcome = lumatlas_here(skipping);
   REQUIRE(outcome.status == 0);
   CHECK_THAT(outcome.err, Catch::Contains("warning: 3 of 12 photographs are left out") &&
                               Catch::Contains("0001.png: no such photograph") && Catch::Contains("0004.png: ") &&
@@ -55,9 +56,9 @@ TEST_CASE("a model that was built without bad photographs is scored and drawn wi
   const std::string model = (damaged.folder / "model").string();
   Arguments skipping = damaged.build(model);
   skipping.push_back("--skip-bad");
-  REQUIRE(lumatlas(skipping).status == 0);
-  const Outcome scored = lumatlas({"validate", model, "--views", damaged.scene, "--no-pictures", "--no-alignment",
-                                   "--baselines", "unbounded", "--json", "--quiet"});
+  REQUIRE(lumatlas_here(skipping).status == 0);
+  const Outcome scored = lumatlas_here({"validate", model, "--views", damaged.scene, "--no-pictures", "--no-alignment",
+                                        "--baselines", "unbounded", "--json", "--quiet"});
   if (scored.err.find("no OpenGL 4.5") != std::string::npos) {
     WARN("skipped: " << scored.err);
     return;
@@ -69,7 +70,7 @@ TEST_CASE("a model that was built without bad photographs is scored and drawn wi
   for (const json& view : scores["views"]) names.insert(view["name"]);
   CHECK(names == std::set<std::string>{"0000.png", "0008.png"});
   const fs::path drawn = damaged.folder / "drawn";
-  CHECK(lumatlas({"render", model, "--views", damaged.scene, "-o", drawn.string(), "--quiet"}).status == 0);
+  CHECK(lumatlas_here({"render", model, "--views", damaged.scene, "-o", drawn.string(), "--quiet"}).status == 0);
   CHECK(names_in(drawn).size() == 9 + 1);  // and lumatlas.json
 }
 
@@ -78,7 +79,7 @@ TEST_CASE("where every photograph is bad there is nothing to go on with") {
   for (const auto& entry : fs::directory_iterator(damaged.scene + "/images")) fs::resize_file(entry.path(), 9);
   Arguments skipping = damaged.build((damaged.folder / "model").string());
   skipping.push_back("--skip-bad");
-  check_failure(lumatlas(skipping), "none of its 12 photographs can be used; the first: ");
+  check_failure(lumatlas_here(skipping), "none of its 12 photographs can be used; the first: ");
 }
 
 TEST_CASE("a wrong mesh is refused, unless any mesh is to do, and then it is warned of as inspect warns") {
@@ -87,9 +88,9 @@ TEST_CASE("a wrong mesh is refused, unless any mesh is to do, and then it is war
   write_ply(far, {{{900, 900, 900}, {901, 900, 900}, {900, 901, 900}}, {}, {{0, 1, 2}}});
   const std::string model = (folder / "model").string();
   Arguments build{"build", made().scene, "--mesh", far, "-o", model, "--no-demand", "--ideal-distance", "1", "--quiet"};
-  check_failure(lumatlas(build), "--any-mesh builds all the same");
+  check_failure(lumatlas_here(build), "--any-mesh builds all the same");
   build.push_back("--any-mesh");
-  const Outcome outcome = lumatlas(build);
+  const Outcome outcome = lumatlas_here(build);
   INFO(outcome.err);
   CHECK(outcome.status == 0);
   CHECK_THAT(outcome.err,

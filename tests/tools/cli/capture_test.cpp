@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "tests/tools/cli/program.h"
+#include "tests/tools/cli/program_here.h"
 
 namespace lumatlas {
 namespace {
@@ -115,7 +116,7 @@ json printed(const Outcome& outcome) {
 
 TEST_CASE("capture goes from photographs to a model, and its folder is a scene that validate reads") {
   const Surroundings room;
-  const Outcome outcome = lumatlas(room.arguments());
+  const Outcome outcome = lumatlas_here(room.arguments());
   const json result = printed(outcome);
   CHECK(room.calls() == kAllCalls);
   CHECK(result["photographs"]["count"] == 12);
@@ -128,39 +129,39 @@ TEST_CASE("capture goes from photographs to a model, and its folder is a scene t
                               Catch::Contains("taken as of one lens"));
   CHECK(json::parse(bytes_of(room.model() / "plan.json"))["summary"]["views"]["offered"] == 9);
   CHECK(fs::equivalent(room.work() / "images", room.photographs()));
-  CHECK(lumatlas({"inspect", room.work().string(), "--quiet"}).status == 0);
+  CHECK(lumatlas_here({"inspect", room.work().string(), "--quiet"}).status == 0);
 }
 
 TEST_CASE("capture does again only what its inputs ask for") {
   const Surroundings room;
-  printed(lumatlas(room.arguments()));
+  printed(lumatlas_here(room.arguments()));
   (void)room.calls();
 
-  json again = printed(lumatlas(room.arguments()));
+  json again = printed(lumatlas_here(room.arguments()));
   CHECK(done_before(again) == "features matching mapping mesh build ");
   CHECK(room.calls().empty());
 
   // Without --json, as the build that made the model, with what to do next.
   Arguments in_words = room.arguments();
   in_words.pop_back();
-  const Outcome told = lumatlas(in_words);
+  const Outcome told = lumatlas_here(in_words);
   CHECK_THAT(told.out, Catch::Contains("views stored"));
   CHECK_THAT(told.err, Catch::Contains("step 5 of 5, build: done before") && Catch::Contains("lumatlas validate"));
 
   Arguments fewer = room.arguments();
   fewer.insert(fewer.end(), {"--max-views", "4"});
-  again = printed(lumatlas(fewer));
+  again = printed(lumatlas_here(fewer));
   CHECK(done_before(again) == "features matching mapping mesh ");
 
   fs::remove(room.work() / "mesh.ply");
-  again = printed(lumatlas(fewer));
+  again = printed(lumatlas_here(fewer));
   CHECK(done_before(again) == "features matching mapping ");
   CHECK(room.calls().empty());
 
   // One more goes into the database that is there.
   const fs::path one_more = room.photographs() / "one-more.png";
   fs::copy(room.photographs() / names_in(room.photographs()).front(), one_more);
-  again = printed(lumatlas(fewer));
+  again = printed(lumatlas_here(fewer));
   CHECK(done_before(again).empty());
   CHECK(again["photographs"]["count"] == 13);
   CHECK(room.calls() == kAllCalls);
@@ -168,12 +169,12 @@ TEST_CASE("capture does again only what its inputs ask for") {
 
   // A photograph that is gone, or is another file now, makes everything new.
   fs::remove(one_more);
-  again = printed(lumatlas(fewer));
+  again = printed(lumatlas_here(fewer));
   CHECK(room.calls() == kAllCalls);
   CHECK_FALSE(fs::exists(room.bin() / "kept"));
   const fs::path photograph = room.photographs() / names_in(room.photographs()).front();
   fs::last_write_time(photograph, fs::last_write_time(photograph) + std::chrono::seconds(1));
-  again = printed(lumatlas(fewer));
+  again = printed(lumatlas_here(fewer));
   CHECK(done_before(again).empty());
   CHECK(room.calls() == kAllCalls);
   CHECK_FALSE(fs::exists(room.bin() / "kept"));
@@ -186,7 +187,7 @@ TEST_CASE("of several reconstructions capture takes the largest, and counts phot
   std::ofstream(room.bin() / "models/0/images.txt") << "1 1 0 0 0 0 0 0 1 only.png\n\n";
   const fs::path first = room.photographs() / "0-of-nothing.png";
   fs::copy(room.photographs() / names_in(room.photographs()).front(), first);
-  const Outcome outcome = lumatlas(room.arguments());
+  const Outcome outcome = lumatlas_here(room.arguments());
   const json result = printed(outcome);
   CHECK(result["reconstructions"] == 2);
   CHECK(result["photographs"]["count"] == 13);
@@ -199,7 +200,7 @@ TEST_CASE("without COLMAP one sentence says what to install") {
   const Surroundings room(false);
   Arguments arguments = room.arguments();
   arguments.push_back("--quiet");
-  check_failure(lumatlas(arguments), "apt install colmap");
+  check_failure(lumatlas_here(arguments), "apt install colmap");
 }
 
 TEST_CASE("where COLMAP fails, its last words and its log are told, and what was done stays done") {
@@ -207,16 +208,16 @@ TEST_CASE("where COLMAP fails, its last words and its log are told, and what was
   Arguments quiet = room.arguments();
   quiet.push_back("--quiet");
   const fs::path failing = room.note("failing");
-  check_failure(lumatlas(quiet),
+  check_failure(lumatlas_here(quiet),
                 "colmap mapper failed with exit status 4 and said 'bundle adjustment lost its way': see " +
                     (room.work() / "log/mapping.txt").string());
   CHECK_FALSE(fs::exists(room.model()));
   fs::remove(failing);
   const fs::path blind = room.note("blind");
-  check_failure(lumatlas(quiet), "COLMAP placed none of its 12 photographs");
+  check_failure(lumatlas_here(quiet), "COLMAP placed none of its 12 photographs");
   fs::remove(blind);
   (void)room.calls();
-  CHECK(done_before(printed(lumatlas(quiet))) == "features matching ");
+  CHECK(done_before(printed(lumatlas_here(quiet))) == "features matching ");
   CHECK(room.calls() == "mapper ");
 }
 
@@ -234,20 +235,20 @@ TEST_CASE("an interruption ends COLMAP too, and the next run goes on") {
   CHECK(kill(std::stoi(process), 0) != 0);
   CHECK_FALSE(fs::exists(room.model()));
   fs::remove(slow);
-  CHECK(done_before(printed(lumatlas(room.arguments()))) == "features matching ");
+  CHECK(done_before(printed(lumatlas_here(room.arguments()))) == "features matching ");
 }
 
 TEST_CASE("capture refuses places where its outputs would do harm") {
   const Surroundings room;
   const std::string inside = (room.photographs() / "model").string();
-  check_failure(lumatlas({"capture", room.photographs().string(), "-o", inside}),
+  check_failure(lumatlas_here({"capture", room.photographs().string(), "-o", inside}),
                 "lies in the folder of the photographs");
   const TemporaryFolder other;
   (void)other.with_file("letter.txt", "dear");
   Arguments elsewhere = room.arguments();
   elsewhere.insert(elsewhere.end(), {"--work", other.path().string()});
-  check_failure(lumatlas(elsewhere), "is in use, and not by `lumatlas capture`");
-  check_failure(lumatlas({"capture", other.path().string(), "-o", room.model().string()}), "holds 0 photographs");
+  check_failure(lumatlas_here(elsewhere), "is in use, and not by `lumatlas capture`");
+  check_failure(lumatlas_here({"capture", other.path().string(), "-o", room.model().string()}), "holds 0 photographs");
 }
 
 }  // namespace

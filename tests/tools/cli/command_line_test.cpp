@@ -63,15 +63,15 @@ std::vector<std::string> picture_bytes(const fs::path& folder) {
 TEST_CASE("a model may be one file: it renders the same pictures as the folder, and tells how it was built") {
   const TemporaryFolder folder;
   const std::string file = (folder / "model.glb").string();
-  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"build", made().scene, "-o", file, "--hold", "4", "--quiet"}).status == 0);
   CHECK(names_in(folder.path()) == std::vector<std::string>{"model.glb"});
   const std::string from_folder = (folder / "a").string(), from_file = (folder / "b").string();
-  REQUIRE(lumatlas({"render", made().model, "--views", made().scene, "-o", from_folder, "--quiet"}).status == 0);
-  REQUIRE(lumatlas({"render", file, "--views", made().scene, "-o", from_file, "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"render", made().model, "--views", made().scene, "-o", from_folder, "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"render", file, "--views", made().scene, "-o", from_file, "--quiet"}).status == 0);
   CHECK(picture_bytes(from_folder).size() == 12);
   CHECK((picture_bytes(from_folder) == picture_bytes(from_file)));
-  const Outcome scored = lumatlas({"validate", file, "--views", made().scene, "--no-alignment", "--no-pictures",
-                                   "--baselines", "none", "--json", "--quiet"});
+  const Outcome scored = lumatlas_here({"validate", file, "--views", made().scene, "--no-alignment", "--no-pictures",
+                                        "--baselines", "none", "--json", "--quiet"});
   REQUIRE(scored.status == 0);
   CHECK(nlohmann::json::parse(scored.out)["protocol"]["hold"] == 4);  // from the file
   CHECK(fs::exists(folder / "model-report/index.html"));
@@ -79,8 +79,8 @@ TEST_CASE("a model may be one file: it renders the same pictures as the folder, 
 
 TEST_CASE("a build that stores no photograph says so, and why") {
   const TemporaryFolder folder;
-  const Outcome outcome = lumatlas({"build", made().scene, "-o", (folder / "model").string(), "--no-demand",
-                                    "--ideal-distance", "1e-320", "--quiet"});
+  const Outcome outcome = lumatlas_here({"build", made().scene, "-o", (folder / "model").string(), "--no-demand",
+                                         "--ideal-distance", "1e-320", "--quiet"});
   CHECK(outcome.status == 0);
   CHECK_THAT(outcome.err, Catch::StartsWith("warning: none of the 12 photographs offered is stored") &&
                               Catch::Contains("12 would add too little at an ideal distance of "));
@@ -91,17 +91,17 @@ TEST_CASE("inspect tells a model from a scene") {
   const TemporaryFolder folder;
   const std::string file = (folder / "model.glb").string();
   const nlohmann::json summary = nlohmann::json::parse(made().build.out);
-  const nlohmann::json whole = nlohmann::json::parse(lumatlas({"inspect", made().model, "--json"}).out);
+  const nlohmann::json whole = nlohmann::json::parse(lumatlas_here({"inspect", made().model, "--json"}).out);
   CHECK(whole["views"]["count"] == summary["views"]["stored"]);
   CHECK(whole["references"]["per_cell"] == summary["references_per_cell"]);
   CHECK(whole["texels"]["resident"] == summary["texels"]["resident"]);
   CHECK(whole["bytes"]["resident"] == summary["bytes"]["resident"]);
   CHECK(whole["bytes"]["budget"].is_null());
   const std::size_t budget = whole["gpu"]["sum"].get<std::size_t>() - whole["gpu"]["colors"].get<std::size_t>() / 2;
-  REQUIRE(lumatlas({"build", made().scene, "-o", file, "--hold", "4", "--budget", std::to_string(budget), "--image",
-                    "jpeg", "--quality", "80", "--quiet"})
+  REQUIRE(lumatlas_here({"build", made().scene, "-o", file, "--hold", "4", "--budget", std::to_string(budget),
+                         "--image", "jpeg", "--quality", "80", "--quiet"})
               .status == 0);
-  const nlohmann::json model = nlohmann::json::parse(lumatlas({"inspect", file, "--json"}).out);
+  const nlohmann::json model = nlohmann::json::parse(lumatlas_here({"inspect", file, "--json"}).out);
   CHECK(model["bytes"]["budget"] == budget);
   CHECK(model["gpu"]["sum"].get<std::size_t>() <= budget);
   CHECK(whole["gpu"] == summary["gpu"]);
@@ -110,14 +110,14 @@ TEST_CASE("inspect tells a model from a scene") {
   CHECK(model["tiles"]["of"].get<std::size_t>() < whole["tiles"]["of"].get<std::size_t>());
   CHECK(model["file"]["sum"].get<std::size_t>() <= fs::file_size(file));
   CHECK(model["file"]["sum"].get<std::size_t>() > fs::file_size(file) * 99 / 100);
-  CHECK_THAT(lumatlas({"inspect", file}).out, Catch::Contains("; budget "));
+  CHECK_THAT(lumatlas_here({"inspect", file}).out, Catch::Contains("; budget "));
 }
 
 TEST_CASE("a model that is as small as a bound on the loss allows says what it gave up, and how much that may cost") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  const Outcome built = lumatlas({"build", made().scene, "-o", model, "--budget", "auto", "--loss", "1.5", "--refine",
-                                  "none", "--json", "--quiet"});
+  const Outcome built = lumatlas_here({"build", made().scene, "-o", model, "--budget", "auto", "--loss", "1.5",
+                                       "--refine", "none", "--json", "--quiet"});
   REQUIRE(built.status == 0);
   const nlohmann::json parsimony = nlohmann::json::parse(built.out)["parsimony"];
   CHECK(parsimony["bound_db"] == 1.5);
@@ -128,13 +128,13 @@ TEST_CASE("a model that is as small as a bound on the loss allows says what it g
   for (const char* what : {"references", "texels"}) {
     CHECK(parsimony[what]["stored"].get<std::size_t>() < parsimony[what]["unbounded"].get<std::size_t>());
   }
-  CHECK(nlohmann::json::parse(lumatlas({"inspect", model, "--json"}).out)["parsimony"] == parsimony);
-  CHECK_THAT(lumatlas({"inspect", model}).out, Catch::Contains("dB of at most 1.5 against all views"));
-  CHECK(nlohmann::json::parse(lumatlas({"inspect", made().model, "--json"}).out)["parsimony"].is_null());
+  CHECK(nlohmann::json::parse(lumatlas_here({"inspect", model, "--json"}).out)["parsimony"] == parsimony);
+  CHECK_THAT(lumatlas_here({"inspect", model}).out, Catch::Contains("dB of at most 1.5 against all views"));
+  CHECK(nlohmann::json::parse(lumatlas_here({"inspect", made().model, "--json"}).out)["parsimony"].is_null());
 }
 
 TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") {
-  const Outcome outcome = lumatlas({"inspect", made().scene, "--json", "--quiet"});
+  const Outcome outcome = lumatlas_here({"inspect", made().scene, "--json", "--quiet"});
   REQUIRE(outcome.status == 0);
   CHECK(outcome.err.empty());
   const nlohmann::json scene = nlohmann::json::parse(outcome.out);
@@ -145,39 +145,40 @@ TEST_CASE("inspect speaks JSON and finds nothing wrong with a synthetic scene") 
 TEST_CASE("export writes one file or a folder, and replaces nothing but an earlier export") {
   const TemporaryFolder folder;
   const std::string file = (folder / "plain.glb").string();
-  REQUIRE(lumatlas({"export", made().model, "-o", file, "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"export", made().model, "-o", file, "--quiet"}).status == 0);
   const std::string first = bytes_of(file);
   CHECK(first.starts_with("glTF"));
-  const Outcome again = lumatlas({"export", made().model, "-o", file, "--quiet"});
+  const Outcome again = lumatlas_here({"export", made().model, "-o", file, "--quiet"});
   CHECK(again.status == 0);
   CHECK(again.err.empty());
   CHECK_THAT(again.out, Catch::Contains("1 page of") && Catch::Contains("1.00 texels for each pixel"));
   CHECK(bytes_of(file) == first);
   // It is no model, and a model is no export.
-  check_failure(lumatlas({"inspect", file}), "plain.glb");
+  check_failure(lumatlas_here({"inspect", file}), "plain.glb");
   const std::string model = (folder / "model.glb").string();
-  REQUIRE(lumatlas({"build", made().scene, "-o", model, "--refine", "none", "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"build", made().scene, "-o", model, "--refine", "none", "--quiet"}).status == 0);
   const std::string kept = bytes_of(model);
-  check_failure(lumatlas({"export", made().model, "-o", model, "--quiet"}), "nothing that `lumatlas export` wrote");
+  check_failure(lumatlas_here({"export", made().model, "-o", model, "--quiet"}),
+                "nothing that `lumatlas export` wrote");
   CHECK(bytes_of(model) == kept);
-  check_failure(lumatlas({"build", made().scene, "-o", file, "--refine", "none", "--quiet"}),
+  check_failure(lumatlas_here({"build", made().scene, "-o", file, "--refine", "none", "--quiet"}),
                 "no model that `lumatlas build` wrote");
   CHECK(bytes_of(file) == first);
-  check_failure(lumatlas({"export", made().model, "--to", "obj", "-o", made().model, "--quiet"}), "model");
+  check_failure(lumatlas_here({"export", made().model, "--to", "obj", "-o", made().model, "--quiet"}), "model");
 
   for (const char* const format : {"gltf", "obj"}) {
     const fs::path out = folder / format;
     const Arguments arguments{"export", made().model, "--to", format,    "-o", out.string(), "--image",
                               "jpeg",   "--texture",  "256",  "--pages", "9",  "--quiet"};
-    const Outcome written = lumatlas(arguments);
+    const Outcome written = lumatlas_here(arguments);
     INFO(written.err);
     REQUIRE(written.status == 0);
     CHECK(fs::exists(out / (std::string("scene.") + format)));
     CHECK(fs::exists(out / "texture-0.jpg"));
     CHECK(options_beside(out)["texture"] == 256);
-    REQUIRE(lumatlas(arguments).status == 0);
+    REQUIRE(lumatlas_here(arguments).status == 0);
     std::ofstream(out / "mine.txt") << "of a person";
-    check_failure(lumatlas(arguments), "mine.txt");
+    check_failure(lumatlas_here(arguments), "mine.txt");
   }
 }
 
@@ -186,7 +187,8 @@ TEST_CASE("export --from reads what the model did not keep, and nothing that was
   const fs::path scene = folder / "scene";
   fs::copy(made().scene, scene, fs::copy_options::recursive);
   const std::string model = (folder / "model").string(), out = (folder / "plain.glb").string();
-  REQUIRE(lumatlas({"build", scene.string(), "-o", model, "--hold", "4", "--max-views", "3", "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"build", scene.string(), "-o", model, "--hold", "4", "--max-views", "3", "--quiet"}).status ==
+          0);
   std::vector<std::string> names = names_in(scene / "images");
   std::sort(names.begin(), names.end());
   REQUIRE(names.size() == 12);
@@ -196,7 +198,7 @@ TEST_CASE("export --from reads what the model did not keep, and nothing that was
   };
   for (const std::size_t held : {0u, 4u, 8u}) damage(names[held]);
   const Arguments arguments{"export", model, "--from", scene.string(), "-o", out, "--json", "--quiet"};
-  const Outcome written = lumatlas(arguments);
+  const Outcome written = lumatlas_here(arguments);
   INFO(written.err);
   REQUIRE(written.status == 0);
   CHECK(written.err.empty());
@@ -205,16 +207,16 @@ TEST_CASE("export --from reads what the model did not keep, and nothing that was
   CHECK(photographs["used"] > 3);
   const std::string kept = bytes_of(out);
   for (const std::string& name : names) damage(name);
-  check_failure(lumatlas(arguments), scene.string());
+  check_failure(lumatlas_here(arguments), scene.string());
   CHECK(bytes_of(out) == kept);
-  check_failure(lumatlas({"export", model, "--from", (folder / "nowhere").string(), "-o", out}), "nowhere");
+  check_failure(lumatlas_here({"export", model, "--from", (folder / "nowhere").string(), "-o", out}), "nowhere");
 }
 
 TEST_CASE("a page for browsers is a folder or one file, and replaces nothing but an earlier one") {
   const TemporaryFolder folder;
   const fs::path site = folder / "site";
   const Arguments to_folder{"export", made().model, "--to", "web", "-o", site.string(), "--quiet"};
-  const Outcome written = lumatlas(to_folder);
+  const Outcome written = lumatlas_here(to_folder);
   INFO(written.err);
   REQUIRE(written.status == 0);
   CHECK_THAT(written.out, Catch::Contains("9 photographs"));
@@ -223,15 +225,15 @@ TEST_CASE("a page for browsers is a folder or one file, and replaces nothing but
     CHECK(fs::exists(site / name));
   }
   CHECK(options_beside(site)["quality"] == 90);
-  REQUIRE(lumatlas(to_folder).status == 0);
+  REQUIRE(lumatlas_here(to_folder).status == 0);
 
   const fs::path file = folder / "page.html";
   const Arguments to_file{"export", made().model, "--to", "web", "-o", file.string(), "--quiet", "--image", "png"};
-  REQUIRE(lumatlas(to_file).status == 0);
+  REQUIRE(lumatlas_here(to_file).status == 0);
   CHECK(bytes_of(file).starts_with("<!doctype html>"));
-  REQUIRE(lumatlas(to_file).status == 0);
+  REQUIRE(lumatlas_here(to_file).status == 0);
   std::ofstream(file) << "<!doctype html> of a person";
-  check_failure(lumatlas(to_file), "no page that `lumatlas export` wrote");
+  check_failure(lumatlas_here(to_file), "no page that `lumatlas export` wrote");
   CHECK(bytes_of(file) == "<!doctype html> of a person");
 }
 
@@ -252,11 +254,11 @@ TEST_CASE("view prints an address of this machine alone, and ends by Ctrl-C") {
 TEST_CASE("export refuses what is no model, and pages that are too few") {
   const TemporaryFolder folder;
   const std::string out = (folder / "plain.glb").string();
-  check_failure(lumatlas({"export", (folder / "nothing").string(), "-o", out}), "nothing");
-  check_failure(lumatlas({"export", made().scene, "-o", out}), "scene");
+  check_failure(lumatlas_here({"export", (folder / "nothing").string(), "-o", out}), "nothing");
+  check_failure(lumatlas_here({"export", made().scene, "-o", out}), "scene");
   const std::string cut_off = folder.with_file("cut.glb", "glTF").string();
-  check_failure(lumatlas({"export", cut_off, "-o", out}), "cut.glb");
-  check_failure(lumatlas({"export", made().model, "-o", out, "--texture", "64", "--quiet"}), "--texture");
+  check_failure(lumatlas_here({"export", cut_off, "-o", out}), "cut.glb");
+  check_failure(lumatlas_here({"export", made().model, "-o", out, "--texture", "64", "--quiet"}), "--texture");
   CHECK(names_in(folder.path()) == std::vector<std::string>{"cut.glb"});
 }
 
@@ -412,7 +414,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
     CHECK(outcome.out.empty());
     CHECK_FALSE(outcome.err.empty());
     if (arguments.size() < 3) {
-      const Outcome of_process = lumatlas(arguments);
+      const Outcome of_process = lumatlas_here(arguments);
       CHECK(of_process.status == 2);
       CHECK(of_process.out.empty());
       CHECK(of_process.err == outcome.err);
@@ -448,8 +450,8 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
 TEST_CASE("visibility on the GPU gives the model that rays give, but for a few pixels") {
   const TemporaryFolder folder;
   const auto build = [&](const std::string& way) {
-    return lumatlas({"build", made().scene, "-o", (folder / way).string(), "--refine", "none", "--visibility-by", way,
-                     "--json", "--quiet"});
+    return lumatlas_here({"build", made().scene, "-o", (folder / way).string(), "--refine", "none", "--visibility-by",
+                          way, "--json", "--quiet"});
   };
   const Outcome gl = build("gl");
   if (gl.err.find("no OpenGL 4.5") != std::string::npos) return skip("no GL: " + gl.err);
@@ -467,22 +469,27 @@ TEST_CASE("visibility on the GPU gives the model that rays give, but for a few p
 
 TEST_CASE("input that does not do ends with 1 and one sentence that says what to do") {
   const std::string out = (made().folder / "unused").string();
-  check_failure(lumatlas({"build", "/nowhere", "-o", out}), "/nowhere: no such folder");
-  check_failure(lumatlas({"build", made().scene, "--mesh", "/no.ply", "-o", out}), "/no.ply: no such file");
-  check_failure(lumatlas({"validate", "/nowhere", "--views", made().scene}), "/nowhere: no such file: give a folder");
-  check_failure(lumatlas({"validate", made().scene, "--views", made().scene}),
+  check_failure(lumatlas_here({"build", "/nowhere", "-o", out}), "/nowhere: no such folder");
+  check_failure(lumatlas_here({"build", made().scene, "--mesh", "/no.ply", "-o", out}), "/no.ply: no such file");
+  check_failure(lumatlas_here({"validate", "/nowhere", "--views", made().scene}),
+                "/nowhere: no such file: give a folder");
+  check_failure(lumatlas_here({"validate", made().scene, "--views", made().scene}),
                 "give a folder or a .glb that `lumatlas build`");
-  check_failure(lumatlas({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
-  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--hold", "3"}), "build it with the same");
-  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--flicker", "/nowhere"}), "/nowhere");
-  check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
-                "--hold and --block");
-  check_failure(lumatlas({"render", made().model, "--path", "/no.json", "-o", out}), "/no.json");
-  check_failure(lumatlas({"render", made().model, "--path", made().scene + "/mesh.ply", "-o", out}), "is not JSON");
-  check_failure(lumatlas({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
-  check_failure(lumatlas({"build", made().scene, "-o", out, "--layout", "layers", "--budget", "20KiB"}),
+  check_failure(lumatlas_here({"render", made().scene, "--views", made().scene, "-o", out}), made().scene);
+  check_failure(lumatlas_here({"validate", made().model, "--views", made().scene, "--hold", "3"}),
+                "build it with the same");
+  check_failure(lumatlas_here({"validate", made().model, "--views", made().scene, "--flicker", "/nowhere"}),
+                "/nowhere");
+  check_failure(
+      lumatlas_here({"render", made().model, "--views", made().scene, "-o", out, "--hold", "2", "--block", "99"}),
+      "--hold and --block");
+  check_failure(lumatlas_here({"render", made().model, "--path", "/no.json", "-o", out}), "/no.json");
+  check_failure(lumatlas_here({"render", made().model, "--path", made().scene + "/mesh.ply", "-o", out}),
+                "is not JSON");
+  check_failure(lumatlas_here({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
+  check_failure(lumatlas_here({"build", made().scene, "-o", out, "--layout", "layers", "--budget", "20KiB"}),
                 "takes 30720 bytes in the store, more than the budget of 20480");
-  check_failure(lumatlas({"build", made().scene, "-o", out, "--budget", "40KiB"}),
+  check_failure(lumatlas_here({"build", made().scene, "-o", out, "--budget", "40KiB"}),
                 "more than the budget of 40960: give at least that as --budget");
   CHECK_FALSE(fs::exists(out));
   CHECK_FALSE(fs::exists(fs::path(made().model) / "report"));
@@ -497,16 +504,16 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
                                     {"97KiB", 97 * 1024},
                                     {"1mb", 1000000}}) {
     CAPTURE(size);
-    const Outcome outcome = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", size,
-                                      "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
+    const Outcome outcome = lumatlas_here({"build", made().scene, "-o", model, "--layout", "layers", "--budget", size,
+                                           "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
     REQUIRE(outcome.status == 0);
     const nlohmann::json summary = nlohmann::json::parse(outcome.out);
     CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
     CHECK(options_beside(model)["budget"] == bytes);
     CHECK(options_beside(model)["max_views"].is_null());
   }
-  const Outcome both = lumatlas({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
-                                 "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
+  const Outcome both = lumatlas_here({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
+                                      "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
   CHECK_THAT(both.out,
              Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; photographs 0.1 MB of 0.1\n"));
@@ -519,7 +526,7 @@ TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of t
                         "--min-gain", "0",          "--refine", "none",
                         "--hold",     "3",          "--json",   "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = lumatlas(arguments);
+    const Outcome outcome = lumatlas_here(arguments);
     REQUIRE(outcome.status == 0);
     return nlohmann::json::parse(outcome.out);
   };
@@ -537,8 +544,8 @@ TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of t
   CHECK(build("bytes", {"--tile", "16", "--gutter", "2", "--budget", std::to_string(less)})["gpu"]["sum"] <= less);
   build("layers", {"--layout", "layers", "--gutter", "2"});
   const auto score = [&](const std::string& name) {
-    const Outcome outcome = lumatlas({"validate", (folder / name).string(), "--views", made().scene, "--hold", "3",
-                                      "--baselines", "none", "--no-alignment", "--json", "--quiet"});
+    const Outcome outcome = lumatlas_here({"validate", (folder / name).string(), "--views", made().scene, "--hold", "3",
+                                           "--baselines", "none", "--no-alignment", "--json", "--quiet"});
     return outcome.status == 0 ? nlohmann::json::parse(outcome.out)["methods"]["store"]["raw"]["psnr"].get<double>()
                                : 0;
   };
@@ -553,7 +560,7 @@ TEST_CASE(
   const auto with = [&](const Arguments& more) {
     Arguments arguments = base;
     arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = lumatlas(arguments);
+    const Outcome outcome = lumatlas_here(arguments);
     REQUIRE(outcome.status == 0);
     return options_beside(model);
   };
@@ -580,10 +587,10 @@ TEST_CASE("a folder that is not an earlier output is refused and left as it is")
   const TemporaryFolder foreign;
   (void)foreign.with_file("letter.txt", "dear");
   const std::string out = foreign.path().string();
-  check_failure(lumatlas({"synth", "apartment", "-o", out}), "will not be replaced");
-  check_failure(lumatlas({"build", made().scene, "-o", out}), "will not be replaced");
-  check_failure(lumatlas({"render", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
-  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas_here({"synth", "apartment", "-o", out}), "will not be replaced");
+  check_failure(lumatlas_here({"build", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas_here({"render", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
+  check_failure(lumatlas_here({"validate", made().model, "--views", made().scene, "-o", out}), "will not be replaced");
   CHECK(names_in(foreign.path()) == std::vector<std::string>{"letter.txt"});
 }
 
@@ -600,14 +607,14 @@ TEST_CASE("an output that would take the place of its own input is refused, and 
   const std::string part = "would be replaced, with the input ";
   for (const std::string& out : {scene, scene + "/", link, outer}) {
     CAPTURE(out);
-    check_failure(lumatlas({"build", scene, "-o", out, "--quiet"}), part + scene);
-    check_failure(lumatlas({"render", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
-    check_failure(lumatlas({"validate", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas_here({"build", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas_here({"render", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
+    check_failure(lumatlas_here({"validate", made().model, "--views", scene, "-o", out, "--quiet"}), part + scene);
   }
-  check_failure(lumatlas({"build", link, "-o", scene, "--quiet"}), part + link);
-  check_failure(lumatlas({"build", made().scene, "--mesh", scene + "/mesh.ply", "-o", outer}), part + scene);
-  check_failure(lumatlas({"render", model, "--orbit", "-o", model, "--quiet"}), part + model);
-  check_failure(lumatlas({"validate", model, "--views", scene, "-o", outer, "--quiet"}), part + model);
+  check_failure(lumatlas_here({"build", link, "-o", scene, "--quiet"}), part + link);
+  check_failure(lumatlas_here({"build", made().scene, "--mesh", scene + "/mesh.ply", "-o", outer}), part + scene);
+  check_failure(lumatlas_here({"render", model, "--orbit", "-o", model, "--quiet"}), part + model);
+  check_failure(lumatlas_here({"validate", model, "--views", scene, "-o", outer, "--quiet"}), part + model);
   CHECK(names_in(scene) == before);
   CHECK(names_in(model) == model_before);
 }
@@ -617,12 +624,12 @@ TEST_CASE("spaces, other scripts and line breaks in names are names") {
   const std::string scene = (folder / "my scene \xc3\xbc \xe2\x98\x83").string();
   const std::string model = (folder / "ein modell \xc3\xbc").string();
   fs::copy(made().scene, scene, fs::copy_options::recursive);
-  const Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
+  const Outcome build = lumatlas_here({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
   REQUIRE(build.status == 0);
   CHECK_THAT(build.out, Catch::StartsWith(model + ": "));
-  const nlohmann::json inspected = nlohmann::json::parse(lumatlas({"inspect", scene, "--json", "--quiet"}).out);
+  const nlohmann::json inspected = nlohmann::json::parse(lumatlas_here({"inspect", scene, "--json", "--quiet"}).out);
   CHECK(inspected["views"]["count"] == 12);
-  check_failure(lumatlas({"build", "no\nscene", "-o", model, "--quiet"}), "no scene: no such folder");
+  check_failure(lumatlas_here({"build", "no\nscene", "-o", model, "--quiet"}), "no scene: no such folder");
 }
 
 TEST_CASE("a photograph whose name is not UTF-8 is refused by build, which could not keep the name in a model") {
@@ -637,14 +644,14 @@ TEST_CASE("a photograph whose name is not UTF-8 is refused by build, which could
   std::string bytes = bytes_of(list);
   bytes.replace(bytes.find(name), name.size(), latin);
   std::ofstream(list, std::ios::binary) << bytes;
-  check_failure(lumatlas({"build", scene, "-o", model, "--quiet"}), latin + ": its name is not UTF-8");
+  check_failure(lumatlas_here({"build", scene, "-o", model, "--quiet"}), latin + ": its name is not UTF-8");
   CHECK_FALSE(fs::exists(model));
 }
 
 TEST_CASE("build ends with the lines to type next, unless it is to be quiet") {
   const TemporaryFolder folder;
   const std::string model = (folder / "my model.glb").string();
-  const Outcome built = lumatlas({"build", made().scene, "-o", model, "--hold", "4", "--refine", "none"});
+  const Outcome built = lumatlas_here({"build", made().scene, "-o", model, "--hold", "4", "--refine", "none"});
   REQUIRE(built.status == 0);
   const std::string look =
       "look at it: lumatlas render '" + model + "' --orbit -o '" + (folder / "my model-orbit").string();
@@ -667,11 +674,12 @@ TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
     fs::copy(made().model, model, fs::copy_options::recursive);
     const fs::path photograph = fs::path(scene) / "images/0001.png";
     std::ofstream(photograph, std::ios::binary) << bytes;
-    check_failure(lumatlas({"build", scene, "-o", out, "--quiet"}), photograph.string() + ": ");
-    check_failure(lumatlas({"inspect", scene, "--quiet"}), photograph.string() + ": ");
+    check_failure(lumatlas_here({"build", scene, "-o", out, "--quiet"}), photograph.string() + ": ");
+    check_failure(lumatlas_here({"inspect", scene, "--quiet"}), photograph.string() + ": ");
     const fs::path stored = fs::path(model) / "images/00001.png";
     std::ofstream(stored, std::ios::binary) << bytes;
-    check_failure(lumatlas({"render", model, "--orbit", "--mode", "depth", "-o", out, "--quiet"}), stored.string());
+    check_failure(lumatlas_here({"render", model, "--orbit", "--mode", "depth", "-o", out, "--quiet"}),
+                  stored.string());
   }
   CHECK_FALSE(fs::exists(out));
 }
@@ -679,15 +687,15 @@ TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
 TEST_CASE("a model that was built from every view is not validated, but built anew with advice") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  REQUIRE(lumatlas({"build", made().scene, "-o", model, "--quiet"}).status == 0);
-  check_failure(lumatlas({"validate", model, "--views", made().scene, "--quiet"}), "build it with --hold 8");
+  REQUIRE(lumatlas_here({"build", made().scene, "-o", model, "--quiet"}).status == 0);
+  check_failure(lumatlas_here({"validate", model, "--views", made().scene, "--quiet"}), "build it with --hold 8");
 }
 
 TEST_CASE("a mesh that no camera sees is named") {
   const TemporaryFolder folder;
   const fs::path mesh = folder / "far.ply";
   write_ply(mesh, {{{1e6f, 0, 0}, {1e6f, 1, 0}, {1e6f, 0, 1}}, {}, {{0, 1, 2}}});
-  check_failure(lumatlas({"build", made().scene, "--mesh", mesh.string(), "-o", (folder / "model").string()}),
+  check_failure(lumatlas_here({"build", made().scene, "--mesh", mesh.string(), "-o", (folder / "model").string()}),
                 mesh.string() + ": 12 of 12 views that were looked through see next to nothing of it");
   CHECK(names_in(folder.path()) == std::vector<std::string>{"far.ply"});
 }
@@ -800,7 +808,7 @@ TEST_CASE("charts: every sweep in data/sweeps is one that the program accepts, a
   for (const char* const scale : {"small", "medium", "full"}) {
     Arguments at_scale = chart;
     at_scale.push_back(std::string("--scale=") + scale);
-    const Outcome outcome = lumatlas(at_scale);
+    const Outcome outcome = lumatlas_here(at_scale);
     INFO(outcome.err);
     CHECK(outcome.status == 0);
     CHECK_THAT(outcome.out, Catch::Contains("cell-size: apartment/clusters/1/60"));
@@ -841,9 +849,9 @@ TEST_CASE("a driver without OpenGL 4.5, or without an extension that is part of 
 TEST_CASE("a driver without compressed textures shows a compressed model as others do, and says what it takes") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string(), report = (folder / "report").string();
-  REQUIRE(
-      lumatlas({"build", made().scene, "-o", model, "--hold", "4", "--texels", "bc3", "--refine", "none", "--quiet"})
-          .status == 0);
+  REQUIRE(lumatlas_here(
+              {"build", made().scene, "-o", model, "--hold", "4", "--texels", "bc3", "--refine", "none", "--quiet"})
+              .status == 0);
   CHECK(options_beside(model)["texels"] == "bc3");
   const auto validate = [&] {
     return lumatlas(
@@ -869,22 +877,22 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   const std::string other = (folder / "other").string();
   const std::string pictures = (folder / "pictures").string();
   const std::string report = (folder / "report").string();
-  REQUIRE(lumatlas({"synth", "apartment", "-o", other, "--photographs", "5", "--width", "40", "--height", "30",
-                    "--samples", "1", "--triangles", "2000", "--quiet"})
+  REQUIRE(lumatlas_here({"synth", "apartment", "-o", other, "--photographs", "5", "--width", "40", "--height", "30",
+                         "--samples", "1", "--triangles", "2000", "--quiet"})
               .status == 0);
-  const Outcome render = lumatlas({"render", made().model, "--views", other, "-o", pictures, "--quiet"});
+  const Outcome render = lumatlas_here({"render", made().model, "--views", other, "-o", pictures, "--quiet"});
   if (render.err.find("no OpenGL 4.5 through EGL") != std::string::npos) return skip("no GL: " + render.err);
   REQUIRE(render.status == 0);
   CHECK(render.err.empty());
   for (const char* const name : {"0000.png", "0004.png"}) CHECK(fs::file_size(fs::path(pictures) / name) > 100);
   CHECK(options_beside(pictures)["exposure"] == "nearby");
   const std::string printed = (folder / "printed").string();
-  REQUIRE(
-      lumatlas({"render", made().model, "--views", other, "-o", printed, "--weights", "printed", "--quiet"}).status ==
-      0);
+  REQUIRE(lumatlas_here({"render", made().model, "--views", other, "-o", printed, "--weights", "printed", "--quiet"})
+              .status == 0);
   CHECK(options_beside(printed)["exposure"] == "model");
-  const Outcome validate = lumatlas({"validate", made().model, "--views", made().scene + "/", "-o", report,
-                                     "--exposure", "model", "--flicker", made().scene + "/path", "--json", "--quiet"});
+  const Outcome validate =
+      lumatlas_here({"validate", made().model, "--views", made().scene + "/", "-o", report, "--exposure", "model",
+                     "--flicker", made().scene + "/path", "--json", "--quiet"});
   REQUIRE(validate.status == 0);
   CHECK(validate.err.empty());
   const nlohmann::json scores = nlohmann::json::parse(validate.out);
@@ -897,15 +905,16 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   CHECK_THAT(bytes_of(fs::path(report) / "index.html"), Catch::Contains("Validation of scene"));
   CHECK(options_beside(report)["exposure"] == "model");
   CHECK(names_in(folder.path()).size() == 4);
-  const Outcome tested = lumatlas({"validate", made().model, "--views", made().scene, "--test", made().scene + "/test",
-                                   "-o", (folder / "tested").string(), "--no-pictures", "--json", "--quiet"});
+  const Outcome tested =
+      lumatlas_here({"validate", made().model, "--views", made().scene, "--test", made().scene + "/test", "-o",
+                     (folder / "tested").string(), "--no-pictures", "--json", "--quiet"});
   REQUIRE(tested.status == 0);
   const nlohmann::json test_scores = nlohmann::json::parse(tested.out);
   CHECK(test_scores["protocol"]["test"] == made().scene + "/test");
   CHECK(test_scores["held"] == 2);
   CHECK(test_scores["methods"]["store"]["raw"]["psnr"] > 10);  // as the random views of an apartment are to be known
-  check_failure(lumatlas({"validate", made().model, "--views", made().scene, "--test", made().scene + "/.", "-o",
-                          (folder / "same").string(), "--quiet"}),
+  check_failure(lumatlas_here({"validate", made().model, "--views", made().scene, "--test", made().scene + "/.", "-o",
+                               (folder / "same").string(), "--quiet"}),
                 "name other views as a test");
   check_interrupted({"validate", made().model, "--views", made().scene, "-o", (folder / "cut").string()},
                     folder.path());
@@ -925,8 +934,8 @@ std::pair<std::uint32_t, std::uint32_t> png_size(const fs::path& path) {
 
 bool has_opengl() {
   const TemporaryFolder folder;
-  const Outcome outcome = lumatlas({"render", made().model, "--orbit", "--frames", "1", "--width", "8", "--height", "8",
-                                    "-o", (folder / "out").string(), "--quiet"});
+  const Outcome outcome = lumatlas_here({"render", made().model, "--orbit", "--frames", "1", "--width", "8", "--height",
+                                         "8", "-o", (folder / "out").string(), "--quiet"});
   if (outcome.status == 0) return true;
   skip("no GL: " + outcome.err);
   return false;
@@ -942,7 +951,7 @@ TEST_CASE("every mode is shown with its colour bar or without, from the cameras 
     CAPTURE(mode);
     const Arguments arguments{"render", made().model, "--views", made().scene, "--hold", "4",
                               "--mode", mode,         "-o",      out,          "--quiet"};
-    const Outcome barred = lumatlas(arguments);
+    const Outcome barred = lumatlas_here(arguments);
     REQUIRE(barred.status == 0);
     CHECK(barred.err.empty());
     CHECK(barred.out == out + ": 3 pictures\n");
@@ -950,11 +959,11 @@ TEST_CASE("every mode is shown with its colour bar or without, from the cameras 
     CHECK(options_beside(out)["mode"] == mode);
     Arguments bare = arguments;
     bare.emplace_back("--no-color-bar");
-    REQUIRE(lumatlas(bare).status == 0);
+    REQUIRE(lumatlas_here(bare).status == 0);
     CHECK(png_size(fs::path(out) / "0004.png") == std::pair{64u, 48u});
     Arguments numbers = arguments;
     numbers.insert(numbers.end(), {"--format", "exr"});
-    REQUIRE(lumatlas(numbers).status == 0);
+    REQUIRE(lumatlas_here(numbers).status == 0);
     CHECK(bytes_of(fs::path(out) / "0004.exr").starts_with("\x76\x2f\x31\x01"));
   }
 }
@@ -973,7 +982,7 @@ TEST_CASE("every kind of path gives the frames that were asked for, at their siz
                         "--height", "30",         "--mode",   "depth",   "--range",       "0",
                         "8",        "-o",         out,        "--quiet", "--no-color-bar"};
     arguments.insert(arguments.end(), path.begin(), path.end());
-    const Outcome outcome = lumatlas(arguments);
+    const Outcome outcome = lumatlas_here(arguments);
     INFO(outcome.err);
     REQUIRE(outcome.status == 0);
     CHECK(outcome.out == out + ": 5 pictures\n");
@@ -993,13 +1002,13 @@ TEST_CASE("a video is written by the ffmpeg on PATH, and refused with a sentence
   const std::string path = std::getenv("PATH");
   const TemporaryFolder bin;
   setenv("PATH", bin.path().c_str(), 1);
-  const Outcome without = lumatlas(arguments);
+  const Outcome without = lumatlas_here(arguments);
   const fs::path fake = bin.with_file("ffmpeg", "#!/bin/sh\nfor last; do :; done\n" + std::string("PATH='") + path +
                                                     "'\nexec cat > \"${last#file:}\"\n");
   fs::permissions(fake, fs::perms::owner_all);
-  const Outcome with = lumatlas(arguments);
+  const Outcome with = lumatlas_here(arguments);
   (void)bin.with_file("ffmpeg", "#!/bin/sh\necho 'no such encoder' >&2\nexit 1\n");
-  const Outcome broken = lumatlas(arguments);
+  const Outcome broken = lumatlas_here(arguments);
   setenv("PATH", path.c_str(), 1);
   check_failure(without, "ffmpeg: PATH has no such program");
   REQUIRE(with.status == 0);
@@ -1035,7 +1044,7 @@ TEST_CASE("build --watch waits for photographs, and Ctrl-C saves the model of th
   REQUIRE(outcome.status == 0);
   CHECK(nlohmann::json::parse(outcome.out)["views"]["stored"] > 0);
   CHECK(options_beside(out)["watch"] == true);
-  CHECK(lumatlas({"inspect", out.string(), "--quiet"}).status == 0);
+  CHECK(lumatlas_here({"inspect", out.string(), "--quiet"}).status == 0);
   // What is already there when it starts, quietly, with an end of its own.
   const Outcome idle = lumatlas(
       {"build", scene.string(), "-o", out.string(), "--watch", "--idle", "1", "--refine", "none", "--json", "--quiet"});
@@ -1061,14 +1070,15 @@ TEST_CASE("a scene without a mesh: the line that build names makes one, which bu
   const std::string scene = (folder / "scene").string(), model = (folder / "model").string();
   fs::copy(made().scene, scene, fs::copy_options::recursive);
   fs::remove(folder / "scene/mesh.ply");
-  check_failure(lumatlas({"build", scene, "-o", model}), "`lumatlas mesh " + scene + " -o " + scene + "/mesh.ply`");
-  const Outcome meshed = lumatlas({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"});
+  check_failure(lumatlas_here({"build", scene, "-o", model}),
+                "`lumatlas mesh " + scene + " -o " + scene + "/mesh.ply`");
+  const Outcome meshed = lumatlas_here({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"});
   REQUIRE(meshed.status == 0);
   CHECK(meshed.err.empty());
   CHECK_THAT(meshed.out, Catch::StartsWith(scene + "/mesh.ply: ") && Catch::Contains("of the points lie on it"));
-  CHECK(lumatlas({"build", scene, "-o", model, "--quiet"}).status == 0);
+  CHECK(lumatlas_here({"build", scene, "-o", model, "--quiet"}).status == 0);
   const std::string bytes = bytes_of(scene + "/mesh.ply");
-  CHECK(lumatlas({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"}).status == 0);
+  CHECK(lumatlas_here({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"}).status == 0);
   CHECK(bytes_of(scene + "/mesh.ply") == bytes);
 }
 
@@ -1079,10 +1089,11 @@ TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that ca
   CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--spacing", "-1"}).status == 2);
   CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--noise", "nan"}).status == 2);
   const std::string mesh = scene + "/mesh.ply", bytes = bytes_of(mesh);
-  CHECK(lumatlas({"mesh", scene, "-o", mesh, "--points", mesh}).status == 1);
+  CHECK(lumatlas_here({"mesh", scene, "-o", mesh, "--points", mesh}).status == 1);
   CHECK(bytes_of(mesh) == bytes);
-  check_failure(lumatlas({"mesh", scene, "-o", (folder / "no/mesh.ply").string()}), "no");
-  check_failure(lumatlas({"mesh", (folder / "nowhere").string(), "-o", (folder / "mesh.ply").string()}), "nowhere");
+  check_failure(lumatlas_here({"mesh", scene, "-o", (folder / "no/mesh.ply").string()}), "no");
+  check_failure(lumatlas_here({"mesh", (folder / "nowhere").string(), "-o", (folder / "mesh.ply").string()}),
+                "nowhere");
   CHECK(names_in(folder.path()).empty());
 }
 
@@ -1098,7 +1109,7 @@ TEST_CASE("a mistyped command or option gets the name of the nearest one") {
   says({"render", "model", "-o", "x", "--suprsample", "3"},
        "There is no option --suprsample; did you mean --supersample?");
   CHECK_THAT(lumatlas_here({"build", "scene", "-o", "x", "--zzzzzz"}).err, !Catch::Contains("did you mean"));
-  CHECK_THAT(lumatlas({"--version"}).err, Catch::Equals(""));
+  CHECK_THAT(lumatlas_here({"--version"}).err, Catch::Equals(""));
 }
 
 TEST_CASE("inspect tells of cameras and photographs also without a mesh, and how to get one") {
@@ -1106,15 +1117,15 @@ TEST_CASE("inspect tells of cameras and photographs also without a mesh, and how
   const std::string scene = (folder / "scene").string();
   fs::copy(made().scene, scene, fs::copy_options::recursive);
   fs::remove(folder / "scene/mesh.ply");
-  const Outcome outcome = lumatlas({"inspect", scene, "--json", "--quiet"});
+  const Outcome outcome = lumatlas_here({"inspect", scene, "--json", "--quiet"});
   REQUIRE(outcome.status == 0);
   const nlohmann::json read = nlohmann::json::parse(outcome.out);
   CHECK(read["mesh"].is_null());
   CHECK(read["views"]["count"] == 12);
   CHECK(read["views"]["lenses"] == nlohmann::json{{"PINHOLE 64x48", 12}});
   CHECK_THAT(read["warnings"].at(0).get<std::string>(), Catch::Contains("`lumatlas mesh " + scene));
-  CHECK_THAT(lumatlas({"inspect", scene}).out, Catch::StartsWith("mesh       none\nviews      12, COLMAP\n"));
-  check_failure(lumatlas({"inspect", (folder / "nowhere").string()}), "nowhere");
+  CHECK_THAT(lumatlas_here({"inspect", scene}).out, Catch::StartsWith("mesh       none\nviews      12, COLMAP\n"));
+  check_failure(lumatlas_here({"inspect", (folder / "nowhere").string()}), "nowhere");
 }
 
 TEST_CASE("jpg is jpeg") {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/tools/cli/program.h"
+#include "tests/tools/cli/program_here.h"
 
 namespace lumatlas {
 namespace {
@@ -30,7 +31,7 @@ json printed_by(const Outcome& outcome, Keys& keys) {
   REQUIRE(outcome.status == 0);
   const nlohmann::ordered_json ordered = nlohmann::ordered_json::parse(outcome.out);
   CHECK(ordered.begin().key() == "lumatlas");
-  CHECK("lumatlas " + ordered["lumatlas"].get<std::string>() + "\n" == lumatlas({"--version"}).out);
+  CHECK("lumatlas " + ordered["lumatlas"].get<std::string>() + "\n" == lumatlas_here({"--version"}).out);
   const json printed = json::parse(outcome.out);
   collect_keys(printed, keys);
   return printed;
@@ -84,23 +85,23 @@ TEST_CASE("every key that build, mesh, inspect, export and synth print is on the
   for (const Arguments& of : {Arguments{"--budget", "auto"}, Arguments{"--choice", "offline"}}) {
     Arguments arguments = more;
     arguments.insert(arguments.end(), of.begin(), of.end());
-    printed_by(lumatlas(arguments), build);
-    printed_by(lumatlas({"inspect", model, "--json"}), of_model);
+    printed_by(lumatlas_here(arguments), build);
+    printed_by(lumatlas_here({"inspect", model, "--json"}), of_model);
   }
   for (const char* const empty_above : {"parsimony", "offline", "lenses"}) build.erase(empty_above);
   of_model.erase("parsimony");
-  printed_by(lumatlas({"inspect", made().scene, "--json", "--quiet"}), of_scene);
+  printed_by(lumatlas_here({"inspect", made().scene, "--json", "--quiet"}), of_scene);
   const std::string ply = (folder / "mesh.ply").string();
-  printed_by(lumatlas({"mesh", made().scene, "-o", ply, "--json", "--quiet"}), mesh);
+  printed_by(lumatlas_here({"mesh", made().scene, "-o", ply, "--json", "--quiet"}), mesh);
   const json scene = printed_by(made().synth, synth);
   CHECK(scene["photographs"] == 12);
   CHECK(scene["path_frames"] == 3);
   const json textured = printed_by(
-      lumatlas({"export", made().model, "-o", (folder / "plain.glb").string(), "--json", "--quiet"}), exported);
+      lumatlas_here({"export", made().model, "-o", (folder / "plain.glb").string(), "--json", "--quiet"}), exported);
   CHECK(textured["format"] == "glb");
   CHECK(textured["texture"]["pages"] == 1);
   const json page = printed_by(
-      lumatlas({"export", made().model, "--to", "web", "-o", (folder / "page").string(), "--json", "--quiet"}),
+      lumatlas_here({"export", made().model, "--to", "web", "-o", (folder / "page").string(), "--json", "--quiet"}),
       exported);
   CHECK(page["format"] == "web");
   CHECK(page["views"] == 9);
@@ -117,8 +118,8 @@ TEST_CASE("every key that render, validate and chart print is on the page, and n
   Keys render, validate, chart;
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
-  const Outcome drawn = lumatlas({"render", made().model, "--orbit", "--frames", "2", "--width", "32", "--height", "24",
-                                  "-o", out, "--json", "--quiet"});
+  const Outcome drawn = lumatlas_here({"render", made().model, "--orbit", "--frames", "2", "--width", "32", "--height",
+                                       "24", "-o", out, "--json", "--quiet"});
   if (drawn.err.find("no OpenGL 4.5") != std::string::npos) {
     WARN("skipped: " << drawn.err);
     return;
@@ -144,10 +145,10 @@ TEST_CASE("every key that render, validate and chart print is on the page, and n
                          "32",
                          "--frame-height",
                          "24"};
-  printed_by(lumatlas(scored), validate);
+  printed_by(lumatlas_here(scored), validate);
   Arguments tested = scored;
   tested.insert(tested.end(), {"--test", made().scene + "/test"});
-  printed_by(lumatlas(tested), validate);
+  printed_by(lumatlas_here(tested), validate);
   const auto sweep = folder.with_file("one.json", R"({
     "name": "one", "title": "One point", "expected": "It works.", "label": "references",
     "scenes": {"small": [{"name": "room", "synth": {"kind": "apartment", "photographs": 6, "width": 40, "height": 30,

@@ -16,7 +16,7 @@ nlohmann::json built_with(const Arguments& switches) {
   const std::string model = (folder / "model").string();
   Arguments arguments{"build", made().scene, "-o", model, "--hold", "4", "--max-views", "5", "--quiet"};
   arguments.insert(arguments.end(), switches.begin(), switches.end());
-  REQUIRE(lumatlas(arguments).status == 0);
+  REQUIRE(lumatlas_here(arguments).status == 0);
   return options_beside(model);
 }
 
@@ -26,7 +26,7 @@ nlohmann::json drawn_with(Arguments arguments, const Arguments& switches) {
   const std::string output = (folder / "output").string();
   arguments.insert(arguments.end(), {"-o", output, "--quiet"});
   arguments.insert(arguments.end(), switches.begin(), switches.end());
-  const Outcome outcome = lumatlas(arguments);
+  const Outcome outcome = lumatlas_here(arguments);
   if (outcome.err.find("no OpenGL 4.5") != std::string::npos) {
     WARN("skipped: " << outcome.err);
     return {};

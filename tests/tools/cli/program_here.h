@@ -6,7 +6,8 @@
 
 namespace lumatlas {
 
-// For what ends before any work begins: help and wrong usage. What main() itself does is for lumatlas() to show.
+// For what no process is needed: lumatlas() is for signals, for what main() itself does, and for a program that starts
+// itself again.
 Outcome lumatlas_here(const Arguments& arguments);
 
 }  // namespace lumatlas
