@@ -12,14 +12,14 @@ namespace lumatlas {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_snapshot(const std::string& why) {
   throw std::invalid_argument("snapshot: " + why);
 }
 
 void require_count(const char* field, std::size_t count, std::size_t expected, const char* of_each) {
   if (count == expected) return;
-  refuse(std::string(field) + " has " + std::to_string(count) + " entries, must have one per " + of_each + ", " +
-         std::to_string(expected));
+  refuse_snapshot(std::string(field) + " has " + std::to_string(count) + " entries, must have one per " + of_each +
+                  ", " + std::to_string(expected));
 }
 
 std::string entry(const char* field, std::size_t index) {
@@ -30,16 +30,18 @@ void check_references(const Snapshot& snapshot) {
   const ReferenceTable& table = snapshot.references;
   const std::size_t cells = snapshot.surface->cells.cells.size();
   if (table.offsets.size() != cells + 1) {
-    refuse("references.offsets has " + std::to_string(table.offsets.size()) +
-           " entries, must have one more than there are cells, " + std::to_string(cells + 1));
+    refuse_snapshot("references.offsets has " + std::to_string(table.offsets.size()) +
+                    " entries, must have one more than there are cells, " + std::to_string(cells + 1));
   }
   if (table.offsets.front() != 0 || table.offsets.back() != table.views.size() ||
       !std::is_sorted(table.offsets.begin(), table.offsets.end())) {
-    refuse("references.offsets must rise from 0 to the number of references, " + std::to_string(table.views.size()));
+    refuse_snapshot("references.offsets must rise from 0 to the number of references, " +
+                    std::to_string(table.views.size()));
   }
   for (std::size_t i = 0; i < table.views.size(); ++i) {
     if (table.views[i] < snapshot.views.size() && snapshot.views[table.views[i]]) continue;
-    refuse(entry("references.views", i) + " is " + std::to_string(table.views[i]) + ", must be a slot with a view");
+    refuse_snapshot(entry("references.views", i) + " is " + std::to_string(table.views[i]) +
+                    ", must be a slot with a view");
   }
 }
 
@@ -47,28 +49,28 @@ void check_tiles(const Snapshot& snapshot) {
   const TileTable& tiles = snapshot.tiles;
   if (tiles.whole_views()) return;
   check(tiles.options);
-  if (tiles.options.whole_views()) refuse("tiles.options.tile_px is 0, must be above 0 where there are tiles");
+  if (tiles.options.whole_views()) refuse_snapshot("tiles.options.tile_px is 0, must be above 0 where there are tiles");
   const std::size_t slots = snapshot.views.size();
   if (tiles.first_tile.size() != slots + 1) {
-    refuse("tiles.first_tile has " + std::to_string(tiles.first_tile.size()) +
-           " entries, must have one more than views, " + std::to_string(slots + 1));
+    refuse_snapshot("tiles.first_tile has " + std::to_string(tiles.first_tile.size()) +
+                    " entries, must have one more than views, " + std::to_string(slots + 1));
   }
   for (std::size_t slot = 0; slot < slots; ++slot) {
     const StoredView* const view = snapshot.views[slot].get();
     const std::uint64_t count =
         view ? TileGrid(view->camera.width, view->camera.height, tiles.options.tile_px).tiles() : 0;
     if (tiles.first_tile[slot] + count == tiles.first_tile[slot + 1]) continue;
-    refuse(entry("tiles.first_tile", slot + 1) + " is " + std::to_string(tiles.first_tile[slot + 1]) + ", must be " +
-           std::to_string(tiles.first_tile[slot] + count) + " for the " + std::to_string(count) + " tiles of slot " +
-           std::to_string(slot));
+    refuse_snapshot(entry("tiles.first_tile", slot + 1) + " is " + std::to_string(tiles.first_tile[slot + 1]) +
+                    ", must be " + std::to_string(tiles.first_tile[slot] + count) + " for the " +
+                    std::to_string(count) + " tiles of slot " + std::to_string(slot));
   }
-  if (tiles.first_tile.front() != 0) refuse("tiles.first_tile[0] is not 0");
+  if (tiles.first_tile.front() != 0) refuse_snapshot("tiles.first_tile[0] is not 0");
   require_count("tiles.slots", tiles.slots.size(), tiles.first_tile.back(), "tile");
   for (std::size_t tile = 0; tile < tiles.slots.size(); ++tile) {
     const std::uint32_t slot = tiles.slots[tile];
     if (slot == kNotResident || slot < kMostTileSlots) continue;
-    refuse(entry("tiles.slots", tile) + " is " + std::to_string(slot) + ", must be below " +
-           std::to_string(kMostTileSlots) + " or kNotResident");
+    refuse_snapshot(entry("tiles.slots", tile) + " is " + std::to_string(slot) + ", must be below " +
+                    std::to_string(kMostTileSlots) + " or kNotResident");
   }
 }
 
@@ -108,13 +110,13 @@ void check_gains(const Snapshot& snapshot) {
     for (int channel = 0; channel < 3; ++channel) {
       const double gain = snapshot.gains[slot][channel];
       if (gain >= kLeastExposureGain && gain <= kMostExposureGain) continue;
-      refuse(entry("gains", slot) + " has a channel of " + number_text(gain) + ", must be in [1e-6, 1e6]");
+      refuse_snapshot(entry("gains", slot) + " has a channel of " + number_text(gain) + ", must be in [1e-6, 1e6]");
     }
   }
 }
 
 void check(const Snapshot& snapshot) {
-  if (!snapshot.surface) refuse("surface is null");
+  if (!snapshot.surface) refuse_snapshot("surface is null");
   check(*snapshot.surface);
   for (const auto& view : snapshot.views) {
     if (view) check(*view);
@@ -129,7 +131,8 @@ void check(const Snapshot& snapshot) {
   for (std::size_t cell = 0; cell < snapshot.cell_coverage.size(); ++cell) {
     const float coverage = snapshot.cell_coverage[cell];
     if (std::isfinite(coverage) && coverage >= 0) continue;
-    refuse(entry("cell_coverage", cell) + " is " + number_text(coverage) + ", must be finite and not negative");
+    refuse_snapshot(entry("cell_coverage", cell) + " is " + number_text(coverage) +
+                    ", must be finite and not negative");
   }
 }
 

@@ -8,19 +8,19 @@ namespace lumatlas {
 
 namespace {
 
-[[noreturn]] void refuse(const std::string& why) {
+[[noreturn]] void refuse_surface(const std::string& why) {
   throw std::invalid_argument("surface: " + why);
 }
 
 void check_cells(const Cells& cells, std::size_t faces) {
   if (cells.cell_of_face.size() != faces) {
-    refuse("cells.cell_of_face has " + std::to_string(cells.cell_of_face.size()) +
-           " entries, must have one per face, " + std::to_string(faces));
+    refuse_surface("cells.cell_of_face has " + std::to_string(cells.cell_of_face.size()) +
+                   " entries, must have one per face, " + std::to_string(faces));
   }
   for (std::size_t face = 0; face < faces; ++face) {
     if (cells.cell_of_face[face] < cells.cells.size()) continue;
-    refuse("cells.cell_of_face[" + std::to_string(face) + "] is " + std::to_string(cells.cell_of_face[face]) +
-           ", must be below the number of cells, " + std::to_string(cells.cells.size()));
+    refuse_surface("cells.cell_of_face[" + std::to_string(face) + "] is " + std::to_string(cells.cell_of_face[face]) +
+                   ", must be below the number of cells, " + std::to_string(cells.cells.size()));
   }
 }
 
@@ -29,8 +29,8 @@ void check_cells(const Cells& cells, std::size_t faces) {
 void check(const Surface& surface) {
   const Mesh& mesh = surface.mesh;
   if (!mesh.colors.empty() && mesh.colors.size() != mesh.positions.size()) {
-    refuse("mesh.colors has " + std::to_string(mesh.colors.size()) + " entries, must have one per vertex, " +
-           std::to_string(mesh.positions.size()) + ", or none");
+    refuse_surface("mesh.colors has " + std::to_string(mesh.colors.size()) + " entries, must have one per vertex, " +
+                   std::to_string(mesh.positions.size()) + ", or none");
   }
   check_faces(mesh);
   check_cells(surface.cells, mesh.faces.size());

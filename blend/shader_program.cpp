@@ -39,12 +39,12 @@ std::string definitions(const ProgramKey& key) {
   return text;
 }
 
-struct Source {
+struct ProgramSource {
   const char* name;
   std::string_view vertex, fragment;
 };
 
-Source source_of(Pass pass) {
+ProgramSource source_of(Pass pass) {
   switch (pass) {
     case Pass::surface:
       return {"surface", k_surface_vert, k_surface_frag};
@@ -84,7 +84,7 @@ std::string shared_definitions() {
 
 GLuint ShaderPrograms::get(const ProgramKey& key) {
   if (const auto found = programs_.find(key); found != programs_.end()) return found->second.get();
-  const Source source = source_of(key.pass);
+  const ProgramSource source = source_of(key.pass);
   const std::string names = definitions(key);
   GlProgram program = make_program(source.name, defined(source.vertex, names), defined(source.fragment, names));
   if (const GLuint block = glGetUniformBlockIndex(program.get(), "Picture"); block != GL_INVALID_INDEX) {

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <stdexcept>
-#include <string>
 
-#include "mesh/base/number_text.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -29,13 +27,10 @@ glm::dvec3 Camera::ray(const glm::dvec2& image) const {
 
 namespace {
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (holds) return;
-  throw std::invalid_argument("camera: " + std::string(field) + " is " + number_text(value) + ", must be " + rule);
-}
+constexpr Requirement camera_requires{"camera"};
 
 void require_some(const char* field, std::uint32_t pixels) {
-  require(pixels > 0, field, pixels, "above 0");
+  camera_requires(pixels > 0, field, pixels, "above 0");
 }
 
 }  // namespace
@@ -70,23 +65,24 @@ Camera Camera::shrunk_to(std::uint32_t pixels) const {
 
 void check(const Camera& camera) {
   constexpr std::uint32_t kMaxSize = 65536;
-  require(camera.width >= 1 && camera.width <= kMaxSize, "width", camera.width, "in [1, 65536]");
-  require(camera.height >= 1 && camera.height <= kMaxSize, "height", camera.height, "in [1, 65536]");
-  require(std::isfinite(camera.fx) && camera.fx > 0, "fx", camera.fx, "finite and positive");
-  require(std::isfinite(camera.fy) && camera.fy > 0, "fy", camera.fy, "finite and positive");
-  require(std::isfinite(camera.cx), "cx", camera.cx, "finite");
-  require(std::isfinite(camera.cy), "cy", camera.cy, "finite");
+  camera_requires(camera.width >= 1 && camera.width <= kMaxSize, "width", camera.width, "in [1, 65536]");
+  camera_requires(camera.height >= 1 && camera.height <= kMaxSize, "height", camera.height, "in [1, 65536]");
+  camera_requires(std::isfinite(camera.fx) && camera.fx > 0, "fx", camera.fx, "finite and positive");
+  camera_requires(std::isfinite(camera.fy) && camera.fy > 0, "fy", camera.fy, "finite and positive");
+  camera_requires(std::isfinite(camera.cx), "cx", camera.cx, "finite");
+  camera_requires(std::isfinite(camera.cy), "cy", camera.cy, "finite");
   const glm::dmat3 product = glm::transpose(camera.cam_from_world_rotation) * camera.cam_from_world_rotation;
   for (int column = 0; column < 3; ++column) {
     const double t = camera.cam_from_world_translation[column];
-    require(std::isfinite(t), "translation", t, "finite");
+    camera_requires(std::isfinite(t), "translation", t, "finite");
     for (int row = 0; row < 3; ++row) {
       const double expected = row == column ? 1.0 : 0.0;
-      require(std::abs(product[column][row] - expected) < 1e-6, "rotation", product[column][row], "orthonormal");
+      camera_requires(std::abs(product[column][row] - expected) < 1e-6, "rotation", product[column][row],
+                      "orthonormal");
     }
   }
   const double determinant = glm::determinant(camera.cam_from_world_rotation);
-  require(determinant > 0, "rotation's determinant", determinant, "positive");
+  camera_requires(determinant > 0, "rotation's determinant", determinant, "positive");
 }
 
 }  // namespace lumatlas

@@ -10,9 +10,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <span>
-#include <sstream>
 #include <stdexcept>
 
+#include "mesh/base/requirement.h"
 #include "mesh/face_geometry.h"
 #include "mesh/partitions.h"
 #include "mesh/scene_extent.h"
@@ -21,12 +21,7 @@ namespace lumatlas {
 
 namespace {
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (holds) return;
-  std::ostringstream message;
-  message << "cells: " << field << " is " << value << ", must be " << rule;
-  throw std::invalid_argument(message.str());
-}
+constexpr Requirement cells_require{"cells"};
 
 // Numbers the labels that occur by their first face; returns how many there are.
 std::uint32_t number_by_first_face(std::vector<std::uint32_t>& labels) {
@@ -141,9 +136,9 @@ double size_for(const Mesh& mesh, std::span<const FaceGeometry> geometry, const 
 }  // namespace
 
 void check(const CellOptions& options) {
-  require(std::isfinite(options.size) && options.size >= 0, "size", options.size, "finite and not negative");
-  require(std::isfinite(options.normal_weight) && options.normal_weight >= 0, "normal_weight", options.normal_weight,
-          "finite and not negative");
+  cells_require(std::isfinite(options.size) && options.size >= 0, "size", options.size, "finite and not negative");
+  cells_require(std::isfinite(options.normal_weight) && options.normal_weight >= 0, "normal_weight",
+                options.normal_weight, "finite and not negative");
 }
 
 double automatic_cell_size(const Mesh& mesh) {
@@ -152,7 +147,7 @@ double automatic_cell_size(const Mesh& mesh) {
 
 Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size) {
   check(mesh);
-  require(std::isfinite(size) && size >= 0, "size", size, "finite and not negative");
+  cells_require(std::isfinite(size) && size >= 0, "size", size, "finite and not negative");
   if (cell_of_face.size() != mesh.faces.size()) {
     throw std::invalid_argument("cells: cell_of_face has " + std::to_string(cell_of_face.size()) +
                                 " entries, must have one per face, " + std::to_string(mesh.faces.size()));

@@ -4,30 +4,26 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <sstream>
-#include <stdexcept>
+
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
 namespace {
 
-void require(bool holds, const char* field, double value, const char* rule) {
-  if (holds) return;
-  std::ostringstream message;
-  message << "lens correction: " << field << " is " << value << ", must be " << rule;
-  throw std::invalid_argument(message.str());
-}
+constexpr Requirement lens_correction_requires{"lens correction"};
 
 }  // namespace
 
 void check(const LensCorrection& correction) {
-  require(std::isfinite(correction.focal) && correction.focal > 0, "focal", correction.focal, "finite and positive");
-  require(std::isfinite(correction.principal.x), "principal.x", correction.principal.x, "finite");
-  require(std::isfinite(correction.principal.y), "principal.y", correction.principal.y, "finite");
-  require(std::isfinite(correction.k1), "k1", correction.k1, "finite");
-  require(std::isfinite(correction.k2), "k2", correction.k2, "finite");
-  require(std::isfinite(correction.p1), "p1", correction.p1, "finite");
-  require(std::isfinite(correction.p2), "p2", correction.p2, "finite");
+  lens_correction_requires(std::isfinite(correction.focal) && correction.focal > 0, "focal", correction.focal,
+                           "finite and positive");
+  lens_correction_requires(std::isfinite(correction.principal.x), "principal.x", correction.principal.x, "finite");
+  lens_correction_requires(std::isfinite(correction.principal.y), "principal.y", correction.principal.y, "finite");
+  lens_correction_requires(std::isfinite(correction.k1), "k1", correction.k1, "finite");
+  lens_correction_requires(std::isfinite(correction.k2), "k2", correction.k2, "finite");
+  lens_correction_requires(std::isfinite(correction.p1), "p1", correction.p1, "finite");
+  lens_correction_requires(std::isfinite(correction.p2), "p2", correction.p2, "finite");
 }
 
 glm::dvec2 uncorrected(const LensCorrection& correction, const Camera& camera, const glm::dvec2& image) {

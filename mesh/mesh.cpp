@@ -5,11 +5,12 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <glm/common.hpp>
 #include <stdexcept>
 #include <string>
+
+#include "mesh/finite.h"
 
 namespace lumatlas {
 
@@ -49,10 +50,7 @@ void check_count(const char* field, std::size_t count) {
 }
 
 void check_finite(const std::vector<glm::vec3>& positions) {
-  const auto is_wrong = [&](std::size_t i) {
-    const glm::vec3& p = positions[i];
-    return !(std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z));
-  };
+  const auto is_wrong = [&](std::size_t i) { return !is_finite(positions[i]); };
   const std::size_t wrong = first_wrong(positions.size(), is_wrong);
   if (wrong == positions.size()) return;
   const glm::vec3& p = positions[wrong];

@@ -23,6 +23,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/fans.h"
+#include "mesh/finite.h"
 
 namespace lumatlas {
 
@@ -70,10 +71,6 @@ void check(const TriangleSoup& soup, const glm::dvec3& offset) {
     throw std::invalid_argument("offset: coordinate " + std::to_string(axis) + " is " + std::to_string(offset[axis]) +
                                 ", must be finite");
   }
-}
-
-bool is_finite(const glm::vec3& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
 }
 
 WorkingSoup finite_part(const TriangleSoup& soup, const glm::dvec3& offset, RepairReport& report) {

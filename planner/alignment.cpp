@@ -14,8 +14,8 @@
 
 #include "atlas/srgb.h"
 #include "mesh/base/median.h"
+#include "mesh/base/requirement.h"
 #include "planner/photometry.h"
-#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -359,7 +359,7 @@ std::optional<double> correlation(const Camera& camera, const glm::dvec3& gain, 
   return *quartile;
 }
 
-constexpr Requirement require{"alignment"};
+constexpr Requirement alignment_requires{"alignment"};
 
 void solve(Disagreement& cost, Eigen::VectorXd& parameters, std::uint32_t max_iterations) {
   cost.estimate_noise(parameters);
@@ -439,36 +439,39 @@ void check_input(const Camera& given, const Camera& start, const glm::dvec3& gai
   check(given);
   check(start);
   const Photograph& finest = photograph.level(0);
-  require(given.width == finest.width, "given.width", given.width, "the photograph's");
-  require(given.height == finest.height, "given.height", given.height, "the photograph's");
-  require(start.width == given.width, "start.width", start.width, "given.width");
-  require(start.height == given.height, "start.height", start.height, "given.height");
-  require(start.fx == given.fx, "start.fx", start.fx, "given.fx");
-  require(start.fy == given.fy, "start.fy", start.fy, "given.fy");
-  require(start.cx == given.cx, "start.cx", start.cx, "given.cx");
-  require(start.cy == given.cy, "start.cy", start.cy, "given.cy");
+  alignment_requires(given.width == finest.width, "given.width", given.width, "the photograph's");
+  alignment_requires(given.height == finest.height, "given.height", given.height, "the photograph's");
+  alignment_requires(start.width == given.width, "start.width", start.width, "given.width");
+  alignment_requires(start.height == given.height, "start.height", start.height, "given.height");
+  alignment_requires(start.fx == given.fx, "start.fx", start.fx, "given.fx");
+  alignment_requires(start.fy == given.fy, "start.fy", start.fy, "given.fy");
+  alignment_requires(start.cx == given.cx, "start.cx", start.cx, "given.cx");
+  alignment_requires(start.cy == given.cy, "start.cy", start.cy, "given.cy");
   for (int channel = 0; channel < 3; ++channel) {
-    require(std::isfinite(gain[channel]) && gain[channel] > 0, "gain", gain[channel], "finite and positive");
+    alignment_requires(std::isfinite(gain[channel]) && gain[channel] > 0, "gain", gain[channel], "finite and positive");
   }
-  require.has_size(targets.colors.size(), photograph.levels(), "targets.colors", "the number of the pyramid's levels");
+  alignment_requires.has_size(targets.colors.size(), photograph.levels(), "targets.colors",
+                              "the number of the pyramid's levels");
   for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
     if (!needs_level(options, photograph, level) && targets.colors[level].empty()) continue;
-    require.has_size(targets.colors[level].size(), targets.positions.size(), "a level of targets.colors",
-                     "the number of the positions");
+    alignment_requires.has_size(targets.colors[level].size(), targets.positions.size(), "a level of targets.colors",
+                                "the number of the positions");
   }
 }
 
 }  // namespace
 
 void check(const AlignmentOptions& options) {
-  require(std::isfinite(options.max_move) && options.max_move > 0, "max_move", options.max_move, "finite and positive");
-  require(std::isfinite(options.prior) && options.prior >= 0, "prior", options.prior, "finite and not negative");
-  require(options.least_improvement >= 0 && options.least_improvement < 1, "least_improvement",
-          options.least_improvement, "in [0, 1)");
-  require(std::isfinite(options.least_move_px) && options.least_move_px >= 0, "least_move_px", options.least_move_px,
-          "finite and not negative");
-  require(options.levels >= 1, "levels", options.levels, "at least 1");
-  require(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
+  alignment_requires(std::isfinite(options.max_move) && options.max_move > 0, "max_move", options.max_move,
+                     "finite and positive");
+  alignment_requires(std::isfinite(options.prior) && options.prior >= 0, "prior", options.prior,
+                     "finite and not negative");
+  alignment_requires(options.least_improvement >= 0 && options.least_improvement < 1, "least_improvement",
+                     options.least_improvement, "in [0, 1)");
+  alignment_requires(std::isfinite(options.least_move_px) && options.least_move_px >= 0, "least_move_px",
+                     options.least_move_px, "finite and not negative");
+  alignment_requires(options.levels >= 1, "levels", options.levels, "at least 1");
+  alignment_requires(options.max_iterations >= 1, "max_iterations", options.max_iterations, "at least 1");
 }
 
 bool needs_level(const AlignmentOptions& options, const Pyramid& photograph, std::uint32_t level) {

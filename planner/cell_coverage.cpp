@@ -8,27 +8,27 @@
 #include <string>
 #include <utility>
 
+#include "mesh/base/requirement.h"
 #include "planner/direction_coverage.h"
 #include "planner/paper_coverage.h"
-#include "planner/requirement.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr Requirement require{"coverage"};
+constexpr Requirement cell_coverage_requires{"coverage"};
 
 }  // namespace
 
 CellCoverage::CellCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain)
     : slots_of_(cells, 0) {
   check(options);
-  require(std::isfinite(min_reference_gain) && min_reference_gain >= 0, "min_reference_gain", min_reference_gain,
-          "finite and not negative");
+  cell_coverage_requires(std::isfinite(min_reference_gain) && min_reference_gain >= 0, "min_reference_gain",
+                         min_reference_gain, "finite and not negative");
 }
 
 void CellCoverage::require_cell(std::uint32_t cell) const {
-  require.is_below(cell, slots_of_.size(), "cell", "the number of cells");
+  cell_coverage_requires.is_below(cell, slots_of_.size(), "cell", "the number of cells");
 }
 
 void CellCoverage::require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const {
@@ -47,14 +47,14 @@ double CellCoverage::gain(std::uint32_t cell, const Contribution& part, std::spa
                           std::span<double> corrections) const {
   require_cell(cell);
   check(part);
-  require.has_size(corrections.size(), victims.size(), "corrections", "that of victims");
+  cell_coverage_requires.has_size(corrections.size(), victims.size(), "corrections", "that of victims");
   if (!victims.empty()) require_list_by_slot(cell, victims.size(), "victims");
   return do_gain(cell, part, victims, corrections);
 }
 
 void CellCoverage::add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
   require_cell(cell);
-  require(std::isfinite(factor), "factor", factor, "finite");
+  cell_coverage_requires(std::isfinite(factor), "factor", factor, "finite");
   require_list_by_slot(cell, losses.size(), "losses");
   do_add_losses(cell, factor, losses);
 }
@@ -80,7 +80,8 @@ double CellCoverage::weight(std::uint32_t cell) const {
 
 void CellCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
   require_cell(cell);
-  require.is_below(slot, std::numeric_limits<std::uint32_t>::max(), "slot", "the largest number that is no slot");
+  cell_coverage_requires.is_below(slot, std::numeric_limits<std::uint32_t>::max(), "slot",
+                                  "the largest number that is no slot");
   check(part);
   if (is_member(cell, slot)) {
     throw std::invalid_argument("coverage: slot is " + std::to_string(slot) + ", must not be a member of cell " +
@@ -120,9 +121,11 @@ ReferenceService CellCoverage::reference_service(std::uint32_t cell) const {
 }
 
 void CellCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
-  require.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell", "the number of cells");
+  cell_coverage_requires.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell",
+                                  "the number of cells");
   for (const std::uint32_t previous : previous_cell) {
-    if (previous != kNoCell) require.is_below(previous, cells(), "previous_cell", "the number of old cells");
+    if (previous != kNoCell)
+      cell_coverage_requires.is_below(previous, cells(), "previous_cell", "the number of old cells");
   }
   do_follow(surface, previous_cell);
   std::vector<std::uint32_t> slots_of(previous_cell.size(), 0);

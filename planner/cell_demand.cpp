@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -16,7 +16,7 @@ constexpr double kPicture = 1 << 24;
 constexpr double kOctave = 1 << 8;
 constexpr double kStepsPerOctave = 8;
 
-constexpr Requirement require{"demand"};
+constexpr Requirement cell_demand_requires{"demand"};
 
 }  // namespace
 
@@ -31,7 +31,7 @@ void CellDemand::count(const Contribution& part, int sign) {
 }
 
 double CellDemand::weight(double prior) const {
-  require(std::isfinite(prior) && prior >= 0, "prior", prior, "finite and not negative");
+  cell_demand_requires(std::isfinite(prior) && prior >= 0, "prior", prior, "finite and not negative");
   return views_ > 0 ? static_cast<double>(shares_) / kPicture / (static_cast<double>(views_) + prior) : 0;
 }
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -17,7 +17,7 @@ double max_cell_coverage(const CoverageOptions& options) {
   return options.max_cell_coverage > 0 ? options.max_cell_coverage : options.max_references / 2.0;
 }
 
-constexpr Requirement require{"coverage"};
+constexpr Requirement coverage_requires{"coverage"};
 
 // pix_total of section 3.2. There A_px is the area of one pixel at unit distance, 1 / (fx fy), and A_cell that of one
 // side of a voxel, here the square of the cell size.
@@ -59,41 +59,43 @@ CoverageOptions CoverageOptions::printed() {
 }
 
 void check(const CoverageOptions& options) {
-  require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
-  require(std::isfinite(options.ideal_distance) && options.ideal_distance > 0, "ideal_distance", options.ideal_distance,
-          "finite and above 0");
-  require(std::isfinite(options.distance_sigma) && options.distance_sigma >= 0, "distance_sigma",
-          options.distance_sigma, "finite and not negative");
-  require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
-  require(std::isfinite(options.max_cell_coverage) && options.max_cell_coverage >= 0, "max_cell_coverage",
-          options.max_cell_coverage, "finite and not negative");
-  require(std::isfinite(options.demand_prior) && options.demand_prior >= 0, "demand_prior", options.demand_prior,
-          "finite and not negative");
-  require(options.directions >= 1, "directions", options.directions, "at least 1");
-  require(options.direction_width > 0 && options.direction_width <= 180, "direction_width", options.direction_width,
-          "above 0 and at most 180");
-  require(options.reference_width > 0 && options.reference_width <= 180, "reference_width", options.reference_width,
-          "above 0 and at most 180");
-  require(options.reference_lambda >= 0 && options.reference_lambda <= 1, "reference_lambda", options.reference_lambda,
-          "in [0, 1]");
-  require(options.views_per_direction >= 1 && options.views_per_direction <= CoverageOptions::kMostViewsPerDirection,
-          "views_per_direction", options.views_per_direction, "in [1, 8]");
+  coverage_requires(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
+  coverage_requires(std::isfinite(options.ideal_distance) && options.ideal_distance > 0, "ideal_distance",
+                    options.ideal_distance, "finite and above 0");
+  coverage_requires(std::isfinite(options.distance_sigma) && options.distance_sigma >= 0, "distance_sigma",
+                    options.distance_sigma, "finite and not negative");
+  coverage_requires(options.max_references >= 1, "max_references", options.max_references, "at least 1");
+  coverage_requires(std::isfinite(options.max_cell_coverage) && options.max_cell_coverage >= 0, "max_cell_coverage",
+                    options.max_cell_coverage, "finite and not negative");
+  coverage_requires(std::isfinite(options.demand_prior) && options.demand_prior >= 0, "demand_prior",
+                    options.demand_prior, "finite and not negative");
+  coverage_requires(options.directions >= 1, "directions", options.directions, "at least 1");
+  coverage_requires(options.direction_width > 0 && options.direction_width <= 180, "direction_width",
+                    options.direction_width, "above 0 and at most 180");
+  coverage_requires(options.reference_width > 0 && options.reference_width <= 180, "reference_width",
+                    options.reference_width, "above 0 and at most 180");
+  coverage_requires(options.reference_lambda >= 0 && options.reference_lambda <= 1, "reference_lambda",
+                    options.reference_lambda, "in [0, 1]");
+  coverage_requires(
+      options.views_per_direction >= 1 && options.views_per_direction <= CoverageOptions::kMostViewsPerDirection,
+      "views_per_direction", options.views_per_direction, "in [1, 8]");
 }
 
 void check(const Contribution& part) {
   constexpr double kRounding = 1e-4;  // of a direction that somebody else has normalised, as floats
   const auto is_share = [](double share) { return std::isfinite(share) && share >= 0; };
   const double length = glm::length(part.direction);
-  require(length == 0 || std::abs(length - 1) < kRounding, "the length of a part's direction", length, "1 or 0");
-  require(is_share(part.positional), "a part's positional", part.positional, "finite and not negative");
-  require(is_share(part.distance), "a part's distance", part.distance, "finite and not negative");
-  require(is_share(part.cell_share), "a part's cell_share", part.cell_share, "finite and not negative");
-  require(is_share(part.picture_share) && part.picture_share <= 1, "a part's picture_share", part.picture_share,
-          "in [0, 1]");
+  coverage_requires(length == 0 || std::abs(length - 1) < kRounding, "the length of a part's direction", length,
+                    "1 or 0");
+  coverage_requires(is_share(part.positional), "a part's positional", part.positional, "finite and not negative");
+  coverage_requires(is_share(part.distance), "a part's distance", part.distance, "finite and not negative");
+  coverage_requires(is_share(part.cell_share), "a part's cell_share", part.cell_share, "finite and not negative");
+  coverage_requires(is_share(part.picture_share) && part.picture_share <= 1, "a part's picture_share",
+                    part.picture_share, "in [0, 1]");
 }
 
 double tammes_cosine_bound(const CoverageOptions& options) {
-  require(options.max_references >= 1, "max_references", options.max_references, "at least 1");
+  coverage_requires(options.max_references >= 1, "max_references", options.max_references, "at least 1");
   // The area of a cap, 2 pi (1 - cos(theta / 2)), is the sphere's (printed) or the hemisphere's divided by R_max; theta
   // is the angle between the axes of two neighbouring caps. For few caps the division would exceed the whole: -1.
   const double share = (options.departures.hemisphere ? 1.0 : 2.0) / options.max_references;
@@ -109,9 +111,9 @@ double positional_coverage(double distance, double cell_share, double ideal_dist
 
 Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
                           const CoverageOptions& options) {
-  require(std::isfinite(visible_pixels) && visible_pixels >= 0, "visible_pixels", visible_pixels,
-          "finite and not negative");
-  require(std::isfinite(cell_size) && cell_size > 0, "cell_size", cell_size, "finite and above 0");
+  coverage_requires(std::isfinite(visible_pixels) && visible_pixels >= 0, "visible_pixels", visible_pixels,
+                    "finite and not negative");
+  coverage_requires(std::isfinite(cell_size) && cell_size > 0, "cell_size", cell_size, "finite and above 0");
   const glm::dvec3 to_camera = camera.center() - cell.centroid;
   const double distance = glm::length(to_camera);
   // A camera at the centroid, or so far away that its distance is no number, sees the cell from nowhere in particular.

@@ -9,7 +9,7 @@
 #include <string>
 #include <unordered_map>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -19,7 +19,7 @@ namespace {
 // that rounding is the same for any number of threads.
 constexpr std::size_t kParts = 16;
 
-constexpr Requirement require{"coverage"};
+constexpr Requirement coverage_ledger_requires{"coverage"};
 
 const CoverageOptions& checked(const CoverageOptions& options) {
   check(options);
@@ -47,11 +47,13 @@ CoverageLedger::CoverageLedger(const Surface& surface, std::uint32_t slots, cons
       loss_(slots, 0) {}
 
 void CoverageLedger::require_cells(std::span<const CellPart> parts) const {
-  for (const CellPart& entry : parts) require.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
+  for (const CellPart& entry : parts)
+    coverage_ledger_requires.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
 }
 
 void CoverageLedger::require_slots(std::span<const std::uint32_t> slots) const {
-  for (const std::uint32_t slot : slots) require.is_below(slot, stored_.size(), "slot", "the number of slots");
+  for (const std::uint32_t slot : slots)
+    coverage_ledger_requires.is_below(slot, stored_.size(), "slot", "the number of slots");
 }
 
 double CoverageLedger::gain(std::span<const CellPart> parts) const {
@@ -194,7 +196,8 @@ void CoverageLedger::erase(std::uint32_t slot) {
 }
 
 void CoverageLedger::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
-  require.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell", "the number of cells");
+  coverage_ledger_requires.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell",
+                                    "the number of cells");
   std::unordered_map<std::uint32_t, std::uint32_t> now;
   for (std::uint32_t cell = 0; cell < previous_cell.size(); ++cell) {
     if (previous_cell[cell] != kNoCell) now.emplace(previous_cell[cell], cell);

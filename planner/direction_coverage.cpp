@@ -7,7 +7,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -53,8 +53,8 @@ std::vector<CellFrame> cell_frames(const Surface& surface) {
 }
 
 std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided) {
-  constexpr Requirement require{"coverage"};
-  require(count >= 1, "count", count, "at least 1");
+  constexpr Requirement direction_coverage_requires{"coverage"};
+  direction_coverage_requires(count >= 1, "count", count, "at least 1");
   std::vector<glm::vec3> directions;
   directions.reserve(count);
   for (std::uint32_t i = 0; i < count; ++i) {

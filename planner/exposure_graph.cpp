@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -16,7 +16,7 @@ constexpr int kReweightings = 4;
 constexpr double kOutlierLog = 0.1;  // ratios off by more than this (a sixth of a stop) lose their say
 constexpr double kAnchor = 1e-3;     // e, as a share of a view's own weight of ratios
 
-constexpr Requirement require{"exposure graph"};
+constexpr Requirement exposure_graph_requires{"exposure graph"};
 
 struct Edge {
   std::uint32_t from, to;  // ln g_from - ln g_to = log_ratio
@@ -56,19 +56,20 @@ Eigen::VectorXd log_gains(const std::vector<Edge>& edges, int slots) {
 ExposureGraph::ExposureGraph(std::uint32_t slots) : ratios_(slots) {}
 
 void ExposureGraph::set(std::uint32_t slot, std::span<const ExposureRatio> ratios) {
-  require.is_below(slot, ratios_.size(), "slot", "the number of slots");
+  exposure_graph_requires.is_below(slot, ratios_.size(), "slot", "the number of slots");
   for (const ExposureRatio& ratio : ratios) {
-    require.is_below(ratio.slot, ratios_.size(), "a ratio's slot", "the number of slots");
+    exposure_graph_requires.is_below(ratio.slot, ratios_.size(), "a ratio's slot", "the number of slots");
     for (int channel = 0; channel < 3; ++channel) {
-      require(std::isfinite(ratio.log_ratio[channel]), "log_ratio", ratio.log_ratio[channel], "finite");
-      require(std::isfinite(ratio.log_luminance[channel]), "log_luminance", ratio.log_luminance[channel], "finite");
+      exposure_graph_requires(std::isfinite(ratio.log_ratio[channel]), "log_ratio", ratio.log_ratio[channel], "finite");
+      exposure_graph_requires(std::isfinite(ratio.log_luminance[channel]), "log_luminance",
+                              ratio.log_luminance[channel], "finite");
     }
   }
   ratios_[slot].assign(ratios.begin(), ratios.end());
 }
 
 void ExposureGraph::erase(std::uint32_t slot) {
-  require.is_below(slot, ratios_.size(), "slot", "the number of slots");
+  exposure_graph_requires.is_below(slot, ratios_.size(), "slot", "the number of slots");
   ratios_[slot].clear();
   for (std::vector<ExposureRatio>& ratios : ratios_) {
     std::erase_if(ratios, [slot](const ExposureRatio& ratio) { return ratio.slot == slot; });

@@ -9,11 +9,11 @@
 #include <utility>
 
 #include "mesh/base/median.h"
+#include "mesh/base/requirement.h"
 #include "planner/lens_equations.h"
 #include "planner/lens_problem.h"
 #include "planner/normal_equations.h"
 #include "planner/photometry.h"
-#include "planner/requirement.h"
 
 namespace lumatlas {
 
@@ -342,14 +342,15 @@ bool LensEstimates::significant() const {
 LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                               std::span<const Camera> given, std::span<const std::vector<SurfaceSample>> samples,
                               const LensOptions& options) {
-  constexpr Requirement require{"lenses"};
-  require(options.most_points >= 1, "most_points", 0, "at least 1");
-  require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
-  require.has_size(given.size(), atlas.capacity(), "given", "the atlas's capacity");
-  require.has_size(samples.size(), atlas.capacity(), "samples", "the atlas's capacity");
+  constexpr Requirement lens_estimate_requires{"lenses"};
+  lens_estimate_requires(options.most_points >= 1, "most_points", 0, "at least 1");
+  lens_estimate_requires.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  lens_estimate_requires.has_size(given.size(), atlas.capacity(), "given", "the atlas's capacity");
+  lens_estimate_requires.has_size(samples.size(), atlas.capacity(), "samples", "the atlas's capacity");
   const std::size_t faces = atlas.surface().cells.cell_of_face.size();
   for (const std::vector<SurfaceSample>& of_view : samples) {
-    for (const SurfaceSample& sample : of_view) require.is_below(sample.face, faces, "a sample's face", "the faces");
+    for (const SurfaceSample& sample : of_view)
+      lens_estimate_requires.is_below(sample.face, faces, "a sample's face", "the faces");
   }
   return Estimator(atlas, views, given, samples, options).estimate();
 }

@@ -9,7 +9,7 @@
 #include <glm/common.hpp>
 
 #include "mesh/base/median.h"
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -21,7 +21,7 @@ constexpr double kDarkest = 0.0024;           // linear light of kDarkestSample
 constexpr double kBrightest = 0.93;           // and of kBrightestSample
 constexpr std::uint32_t kFewestRatioPoints = 20;
 
-constexpr Requirement require{"median colours"};
+constexpr Requirement median_colors_requires{"median colours"};
 
 struct Observation {
   std::uint32_t slot;
@@ -166,11 +166,13 @@ std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dv
 MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
                            const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                            std::optional<std::uint32_t> except, const AlignmentOptions& alignment) {
-  require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
-  require(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
-  require(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
+  median_colors_requires.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  median_colors_requires(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
+  median_colors_requires(photograph.level(0).height == camera.height, "camera.height", camera.height,
+                         "the photograph's");
   const std::size_t faces = atlas.surface().cells.cell_of_face.size();
-  for (const SurfaceSample& sample : samples) require.is_below(sample.face, faces, "a sample's face", "the faces");
+  for (const SurfaceSample& sample : samples)
+    median_colors_requires.is_below(sample.face, faces, "a sample's face", "the faces");
   const Comparison comparison(camera, photograph, atlas, views, except, alignment);
   std::vector<PointColors> points(samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 64),

@@ -7,13 +7,13 @@
 #include <limits>
 #include <stdexcept>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr Requirement require{"coverage"};
+constexpr Requirement offered_coverage_requires{"coverage"};
 
 const CoverageOptions& by_directions(const CoverageOptions& options) {
   if (options.metric == CoverageOptions::Metric::directions) return options;
@@ -41,7 +41,7 @@ OfferedCoverage::OfferedCoverage(const Surface& surface, const CoverageOptions& 
 
 void OfferedCoverage::require_cells(std::span<const CellPart> parts) const {
   for (const CellPart& entry : parts) {
-    require.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
+    offered_coverage_requires.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
     check(entry.part);
   }
 }
@@ -75,7 +75,7 @@ double OfferedCoverage::Sum::share() const {
 }
 
 OfferedCoverage::Sum OfferedCoverage::sum_over_cells(const CoverageLedger& store) const {
-  require.has_size(store.cells(), cells_, "store", "the number of cells");
+  offered_coverage_requires.has_size(store.cells(), cells_, "store", "the number of cells");
   Sum sum;
   for (std::uint32_t cell = 0; cell < cells_; ++cell) count(store, cell, 0, 1, sum);
   return sum;
@@ -92,7 +92,7 @@ double OfferedCoverage::gap(const CoverageLedger& store, std::span<const CellPar
 }
 
 double OfferedCoverage::gap_without(const CoverageLedger& store, std::uint32_t slot) const {
-  require.is_below(slot, store.slots(), "slot", "the number of slots");
+  offered_coverage_requires.is_below(slot, store.slots(), "slot", "the number of slots");
   Sum sum = sum_over_cells(store);
   sum.missing += store.loss(slot);
   return sum.share();

@@ -10,7 +10,7 @@
 #include "atlas/texel_format.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -60,7 +60,7 @@ class PendingDemand {
   bool confirmed_ = false;
 };
 
-constexpr Requirement require{"planner"};
+constexpr Requirement planner_requires{"planner"};
 
 const PlannerOptions& checked(const PlannerOptions& options) {
   check(options);
@@ -73,19 +73,19 @@ void check(const PlannerOptions& options) {
   check(options.coverage);
   check(options.validity);
   check(options.refinement);
-  require(std::isfinite(options.min_view_gain) && options.min_view_gain >= 0, "min_view_gain", options.min_view_gain,
-          "finite and not negative");
-  require(std::isfinite(options.min_reference_gain) && options.min_reference_gain >= 0, "min_reference_gain",
-          options.min_reference_gain, "finite and not negative");
-  require(std::isfinite(options.min_exchange_gain) && options.min_exchange_gain >= 0, "min_exchange_gain",
-          options.min_exchange_gain, "finite and not negative");
+  planner_requires(std::isfinite(options.min_view_gain) && options.min_view_gain >= 0, "min_view_gain",
+                   options.min_view_gain, "finite and not negative");
+  planner_requires(std::isfinite(options.min_reference_gain) && options.min_reference_gain >= 0, "min_reference_gain",
+                   options.min_reference_gain, "finite and not negative");
+  planner_requires(std::isfinite(options.min_exchange_gain) && options.min_exchange_gain >= 0, "min_exchange_gain",
+                   options.min_exchange_gain, "finite and not negative");
   if (options.max_loss_db) {
-    require(std::isfinite(*options.max_loss_db) && *options.max_loss_db >= 0, "max_loss_db", *options.max_loss_db,
-            "finite and not negative");
-    require(options.coverage.metric == CoverageOptions::Metric::directions, "max_loss_db", *options.max_loss_db,
-            "none with Metric::paper, for which there is no law");
+    planner_requires(std::isfinite(*options.max_loss_db) && *options.max_loss_db >= 0, "max_loss_db",
+                     *options.max_loss_db, "finite and not negative");
+    planner_requires(options.coverage.metric == CoverageOptions::Metric::directions, "max_loss_db",
+                     *options.max_loss_db, "none with Metric::paper, for which there is no law");
   }
-  require(options.visibility_px >= 1, "visibility_px", options.visibility_px, "at least 1");
+  planner_requires(options.visibility_px >= 1, "visibility_px", options.visibility_px, "at least 1");
 }
 
 namespace {

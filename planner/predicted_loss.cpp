@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -15,13 +15,12 @@ constexpr double kSlope = 4.4;  // dB where the service falls to a share of 1 / 
 // service, because a small loss takes few views away, and which ones they are matters more than how many; such errors
 // grow with the root of their number. The village, which was measured later, would take 1.35.
 constexpr double kScatter = 0.9;
-// A gap below this is the rounding of qualities in single precision; one above it leaves nothing.
-constexpr double kRounding = 1e-7;
+// A larger gap leaves nothing.
 constexpr double kMostGap = 1 - 1e-9;
 // dB; above each of the 15 models that references alone were taken from, most of which lost less than half as much.
 constexpr double kReferenceScatter = 6.5;
 
-constexpr Requirement require{"predicted loss"};
+constexpr Requirement predicted_loss_requires{"predicted loss"};
 
 }  // namespace
 
@@ -32,13 +31,13 @@ CoverageOptions parsimony_coverage(CoverageOptions options) {
 }
 
 double predicted_loss_db(double gap) {
-  require(!std::isnan(gap), "gap", gap, "a number");
-  const double service_lost = -std::log1p(-std::clamp(gap - kRounding, 0.0, kMostGap));
+  predicted_loss_requires(!std::isnan(gap), "gap", gap, "a number");
+  const double service_lost = -std::log1p(-std::clamp(gap - kGapRounding, 0.0, kMostGap));
   return kSlope * service_lost + kScatter * std::sqrt(service_lost);
 }
 
 double predicted_reference_loss_db(double gap) {
-  require(!std::isnan(gap), "gap", gap, "a number");
+  predicted_loss_requires(!std::isnan(gap), "gap", gap, "a number");
   return kReferenceScatter * std::sqrt(std::clamp(gap, 0.0, 1.0));
 }
 

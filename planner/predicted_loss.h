@@ -17,6 +17,9 @@ namespace lumatlas {
 // The measure that the law is for: directions count by how near a view is to them, within 30 degrees.
 [[nodiscard]] CoverageOptions parsimony_coverage(CoverageOptions options);
 
+// Qualities have single precision, so that a gap summed from them may be off by this much.
+constexpr double kGapRounding = 1e-7;
+
 // Of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is. A gap that rounding has put
 // beyond either end counts as that end; NaN is refused (std::invalid_argument), here and below.
 [[nodiscard]] double predicted_loss_db(double gap);

@@ -10,7 +10,7 @@
 #include <glm/common.hpp>
 
 #include "atlas/srgb.h"
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -94,19 +94,19 @@ double scale_of(std::uint32_t level) {
   return 1.0 / static_cast<double>(1u << level);
 }
 
-constexpr Requirement require{"pyramid"};
+constexpr Requirement pyramid_requires{"pyramid"};
 
 void check_pixels(const Photograph& photograph) {
-  require(photograph.width >= 1, "photograph.width", photograph.width, "at least 1");
-  require(photograph.height >= 1, "photograph.height", photograph.height, "at least 1");
-  require.has_size(photograph.rgb.size(), 3 * std::size_t{photograph.width} * photograph.height, "photograph.rgb",
-                   "three times the number of pixels");
+  pyramid_requires(photograph.width >= 1, "photograph.width", photograph.width, "at least 1");
+  pyramid_requires(photograph.height >= 1, "photograph.height", photograph.height, "at least 1");
+  pyramid_requires.has_size(photograph.rgb.size(), 3 * std::size_t{photograph.width} * photograph.height,
+                            "photograph.rgb", "three times the number of pixels");
 }
 
 }  // namespace
 
 Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : photograph_(&photograph) {
-  require(coarsest_px >= 1, "coarsest_px", coarsest_px, "at least 1");
+  pyramid_requires(coarsest_px >= 1, "coarsest_px", coarsest_px, "at least 1");
   check_pixels(photograph);
   while (std::max(level(levels() - 1).width, level(levels() - 1).height) / 2 >= coarsest_px &&
          std::min(level(levels() - 1).width, level(levels() - 1).height) >= 4) {
@@ -116,8 +116,8 @@ Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : phot
 
 void Pyramid::refer_to(const Photograph& copy) {
   check_pixels(copy);
-  require(copy.width == photograph_->width, "the copy's width", copy.width, "the photograph's");
-  require(copy.height == photograph_->height, "the copy's height", copy.height, "the photograph's");
+  pyramid_requires(copy.width == photograph_->width, "the copy's width", copy.width, "the photograph's");
+  pyramid_requires(copy.height == photograph_->height, "the copy's height", copy.height, "the photograph's");
   photograph_ = &copy;
 }
 

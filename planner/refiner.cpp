@@ -13,15 +13,15 @@
 #include <utility>
 
 #include "mesh/base/median.h"
+#include "mesh/base/requirement.h"
 #include "planner/photometry.h"
-#include "planner/requirement.h"
 #include "planner/surface_samples.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr Requirement require{"refinement"};
+constexpr Requirement refiner_requires{"refinement"};
 
 glm::dvec3 world_from_cam(const Camera& camera, const glm::dvec3& cam) {
   return glm::transpose(camera.cam_from_world_rotation) * (cam - camera.cam_from_world_translation);
@@ -120,12 +120,12 @@ PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
 void check(const RefinementOptions& options) {
   check(options.alignment);
   check(options.trust);
-  require(options.samples >= 1, "samples", static_cast<double>(options.samples), "at least 1");
-  require(options.sample_px >= 1, "sample_px", options.sample_px, "at least 1");
-  require(options.polish_levels >= 1, "polish_levels", options.polish_levels, "at least 1");
-  require(options.least_correlation >= -1 && options.least_correlation <= 1, "least_correlation",
-          options.least_correlation, "in [-1, 1]");
-  require(options.least_views >= 0, "least_views", options.least_views, "not negative");
+  refiner_requires(options.samples >= 1, "samples", static_cast<double>(options.samples), "at least 1");
+  refiner_requires(options.sample_px >= 1, "sample_px", options.sample_px, "at least 1");
+  refiner_requires(options.polish_levels >= 1, "polish_levels", options.polish_levels, "at least 1");
+  refiner_requires(options.least_correlation >= -1 && options.least_correlation <= 1, "least_correlation",
+                   options.least_correlation, "in [-1, 1]");
+  refiner_requires(options.least_views >= 0, "least_views", options.least_views, "not negative");
 }
 
 Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options)
@@ -177,14 +177,15 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
 
 void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
                      const ValidityOptions& validity, std::span<const std::uint32_t> face) {
-  require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
+  refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
-  require(view != nullptr, "slot", slot, "one that holds a view");
+  refiner_requires(view != nullptr, "slot", slot, "one that holds a view");
   for (const ExposureRatio& ratio : refinement.ratios) {
-    require.is_below(ratio.slot, views_.size(), "a ratio's slot", "the atlas's capacity");
+    refiner_requires.is_below(ratio.slot, views_.size(), "a ratio's slot", "the atlas's capacity");
   }
-  if (!face.empty()) require.has_size(face.size(), view->depth.size(), "face", "the number of the view's pixels");
+  if (!face.empty())
+    refiner_requires.has_size(face.size(), view->depth.size(), "face", "the number of the view's pixels");
   const Photograph& photograph = view->photograph;
   views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   samples_[slot].reset();
@@ -215,7 +216,7 @@ void Refiner::see_with(const Visibility& visibility) {
 }
 
 void Refiner::erased(std::uint32_t slot) {
-  require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
+  refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
   samples_[slot].reset();
   seen_[slot].clear();
@@ -251,7 +252,7 @@ void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptio
 }
 
 void Refiner::replaced(std::uint32_t slot) {
-  require.is_below(slot, views_.size(), "slot", "the atlas's capacity");
+  refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
@@ -348,12 +349,12 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
 
 void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
                              const ValidityOptions& validity) {
-  require.has_size(estimates.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
+  refiner_requires.has_size(estimates.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
   std::vector<std::pair<Camera, Camera>> before_and_after;
   for (const LensEstimate& lens : estimates.lenses) {
     for (const std::uint32_t slot : lens.slots) {
-      require.is_below(slot, views_.size(), "a lens's slot", "the atlas's capacity");
-      require(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
+      refiner_requires.is_below(slot, views_.size(), "a lens's slot", "the atlas's capacity");
+      refiner_requires(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
       check(estimates.cameras[slot]);
       require_photograph_of(views_[slot]->view->name, estimates.cameras[slot], views_[slot]->view->photograph);
       if (lens.significant) before_and_after.emplace_back(views_[slot]->view->camera, estimates.cameras[slot]);

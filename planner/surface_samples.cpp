@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <limits>
 
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -17,7 +17,7 @@ namespace {
 constexpr double kFarFromWhole = 0.381966;  // of all fractions, this one's multiples are spread most evenly
 constexpr float kDepthEdge = 0.05f;         // of the nearer depth, as in the validity masks
 
-constexpr Requirement require{"surface samples"};
+constexpr Requirement surface_samples_requires{"surface samples"};
 
 // The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
 struct Grid {
@@ -115,20 +115,22 @@ bool is_exposed(const std::uint8_t* rgb) {
 }
 
 std::uint32_t sampling_px(std::uint32_t photograph_px, std::uint32_t most_px) {
-  require(photograph_px >= 1, "photograph_px", photograph_px, "at least 1");
-  require(most_px >= 1, "most_px", most_px, "at least 1");
+  surface_samples_requires(photograph_px >= 1, "photograph_px", photograph_px, "at least 1");
+  surface_samples_requires(most_px >= 1, "most_px", most_px, "at least 1");
   const double pixels = std::max(1.0, std::ceil(static_cast<double>(photograph_px) / most_px - kFarFromWhole));
   return std::max(1u, static_cast<std::uint32_t>(photograph_px / (pixels + kFarFromWhole)));
 }
 
 std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Pyramid& photograph,
                                                   const VisibilityBuffer& visible, std::size_t count) {
-  require(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
-  require(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
-  require(visible.width >= 1 && visible.height >= 1, "visible.width", visible.width, "at least 1, and so the height");
+  surface_samples_requires(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
+  surface_samples_requires(photograph.level(0).height == camera.height, "camera.height", camera.height,
+                           "the photograph's");
+  surface_samples_requires(visible.width >= 1 && visible.height >= 1, "visible.width", visible.width,
+                           "at least 1, and so the height");
   const std::size_t all_pixels = std::size_t{visible.width} * visible.height;
-  require.has_size(visible.depth.size(), all_pixels, "visible.depth", "the number of its pixels");
-  require.has_size(visible.face.size(), all_pixels, "visible.face", "the number of its pixels");
+  surface_samples_requires.has_size(visible.depth.size(), all_pixels, "visible.depth", "the number of its pixels");
+  surface_samples_requires.has_size(visible.face.size(), all_pixels, "visible.face", "the number of its pixels");
   const std::uint32_t level = photograph.level_near(std::max(visible.width, visible.height));
   const Grid grid{photograph.level(0), photograph.level(level), visible};
   const double pixels = static_cast<double>(visible.width) * visible.height;

@@ -27,9 +27,6 @@ double bound_of_views(double bound_db) {
   return bound_db - std::min(kShareOfReferences * bound_db, kMostForReferences);
 }
 
-// Qualities have single precision, so that a gap summed from them may be too small by this much.
-constexpr double kRounding = 1e-7;
-
 // The share of the service of all references, those that were given up among them, that is missing once the kept ones
 // lose `lost` more.
 double reference_gap(const ReferenceService& service, double lost) {
@@ -117,7 +114,7 @@ void Planner::give_up_references() {
   double lost = 0;
   for (const ReferenceInOrder& next : references_in_order(ledger_, given_up.size())) {
     lost += next.loss;
-    if (predicted_reference_loss_db(reference_gap(service, lost) + kRounding) > room_db) break;
+    if (predicted_reference_loss_db(reference_gap(service, lost) + kGapRounding) > room_db) break;
     given_up[next.cell].push_back(next.slot);
   }
   for (std::uint32_t cell = 0; cell < given_up.size(); ++cell) {

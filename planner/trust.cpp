@@ -12,7 +12,7 @@
 #include <glm/trigonometric.hpp>
 
 #include "mesh/base/median.h"
-#include "planner/requirement.h"
+#include "mesh/base/requirement.h"
 
 namespace lumatlas {
 
@@ -231,21 +231,21 @@ std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, con
   return mask;
 }
 
-constexpr Requirement require{"trust"};
+constexpr Requirement trust_requires{"trust"};
 
 }  // namespace
 
 void check(const TrustOptions& options) {
-  require(options.grid_px >= 8, "grid_px", options.grid_px, "at least 8");
-  require(options.least_difference > 0 && options.least_difference <= 1, "least_difference", options.least_difference,
-          "in (0, 1]");
-  require(std::isfinite(options.least_to_spread) && options.least_to_spread >= 0, "least_to_spread",
-          options.least_to_spread, "finite and not negative");
-  require(options.least_views >= 1, "least_views", options.least_views, "at least 1");
-  require(options.comparable_deg >= 0 && options.comparable_deg <= 180, "comparable_deg", options.comparable_deg,
-          "in [0, 180]");
-  require(options.highlight_deg >= 0 && options.highlight_deg <= 180, "highlight_deg", options.highlight_deg,
-          "in [0, 180]");
+  trust_requires(options.grid_px >= 8, "grid_px", options.grid_px, "at least 8");
+  trust_requires(options.least_difference > 0 && options.least_difference <= 1, "least_difference",
+                 options.least_difference, "in (0, 1]");
+  trust_requires(std::isfinite(options.least_to_spread) && options.least_to_spread >= 0, "least_to_spread",
+                 options.least_to_spread, "finite and not negative");
+  trust_requires(options.least_views >= 1, "least_views", options.least_views, "at least 1");
+  trust_requires(options.comparable_deg >= 0 && options.comparable_deg <= 180, "comparable_deg", options.comparable_deg,
+                 "in [0, 180]");
+  trust_requires(options.highlight_deg >= 0 && options.highlight_deg <= 180, "highlight_deg", options.highlight_deg,
+                 "in [0, 180]");
 }
 
 std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photograph, const glm::dvec3& gain,
@@ -253,13 +253,14 @@ std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photog
                                      std::span<const std::optional<ComparedView>> views,
                                      std::optional<std::uint32_t> self, const TrustOptions& options) {
   check(options);
-  require.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
-  require(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
-  require(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
-  require(visible.width >= 1 && visible.height >= 1, "visible.width", visible.width, "at least 1, and so the height");
+  trust_requires.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
+  trust_requires(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
+  trust_requires(photograph.level(0).height == camera.height, "camera.height", camera.height, "the photograph's");
+  trust_requires(visible.width >= 1 && visible.height >= 1, "visible.width", visible.width,
+                 "at least 1, and so the height");
   const std::size_t pixels = std::size_t{visible.width} * visible.height;
-  require.has_size(visible.depth.size(), pixels, "visible.depth", "the number of its pixels");
-  require.has_size(visible.face.size(), pixels, "visible.face", "the number of its pixels");
+  trust_requires.has_size(visible.depth.size(), pixels, "visible.depth", "the number of its pixels");
+  trust_requires.has_size(visible.face.size(), pixels, "visible.face", "the number of its pixels");
   const Grid grid = make_grid(photograph, gain, visible);
   const Judge judge(camera, photograph.level(0), visible, atlas, views, self, options);
   std::vector<Judgement> judgements(grid.size());

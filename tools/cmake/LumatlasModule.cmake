@@ -22,26 +22,26 @@ function(lumatlas_compile_options target)
   endif()
 endfunction()
 
-# lumatlas_compile_together(TARGET COUNT [SOURCES ...])
-# Where LUMATLAS_TOGETHER is set, compiles the target's sources together, so many at a time, or these sources alone, so
-# that headers that they all include are read once, and templates that they all use are compiled once. Their unnamed
-# namespaces are then one: a name that two of them give to different things is an error there.
+# lumatlas_compile_together(TARGET COUNT [ALWAYS ...])
+# Where LUMATLAS_TOGETHER is set, compiles the target's sources together, so many at a time, so that headers that they all
+# include are read once, and templates that they all use are compiled once. Their unnamed namespaces are then one: a name
+# that two of them give to different things is an error there. Without common headers a build shows what includes are
+# missing, which no module's source may hide from another: there only the sources ALWAYS are compiled together.
 option(LUMATLAS_TOGETHER "Compile many sources together: sooner from nothing, later after a change" OFF)
 
 function(lumatlas_compile_together target count)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES")
+  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "ALWAYS")
   get_target_property(type ${target} TYPE)
-  # Without common headers a build shows what includes are missing, which no module's source may hide from another.
-  if(NOT LUMATLAS_TOGETHER OR (type STREQUAL "STATIC_LIBRARY" AND NOT LUMATLAS_COMMON_HEADERS AND NOT arg_SOURCES))
+  if(NOT LUMATLAS_TOGETHER)
     return()
   endif()
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
-  if(arg_SOURCES)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD_MODE GROUP)
-    set_source_files_properties(${arg_SOURCES} PROPERTIES UNITY_GROUP together)
-  else()
+  if(LUMATLAS_COMMON_HEADERS OR NOT type STREQUAL "STATIC_LIBRARY")
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
     # GCC takes a source that is included in another for a header.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  elseif(arg_ALWAYS)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+    set_source_files_properties(${arg_ALWAYS} PROPERTIES UNITY_GROUP together)
   endif()
 endfunction()
 

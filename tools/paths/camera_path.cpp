@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/finite.h"
+
 namespace lumatlas {
 
 namespace {
@@ -80,10 +82,6 @@ T cubic(const T& from, const T& from_speed, const T& to, const T& to_speed, doub
 
 [[noreturn]] void refuse(std::size_t key, const std::string& why) {
   throw std::invalid_argument("path: key frame " + std::to_string(key) + " " + why);
-}
-
-bool is_finite(const dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 void check(const std::vector<KeyFrame>& keys) {

@@ -61,13 +61,14 @@ void check_name(std::string_view name, const Place& place) {
   }
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
   if (std::any_of(name.begin(), name.end(), is_control)) {
-    fail(place, "its name " + in_quotes(name) + " holds a control character");
+    fail(place, "its name " + escaped_in_quotes(name) + " holds a control character");
   }
   if (name.front() == '/') {
-    fail(place, "its name " + in_quotes(name) + " is an absolute path, must be relative to the folder of photographs");
+    fail(place,
+         "its name " + escaped_in_quotes(name) + " is an absolute path, must be relative to the folder of photographs");
   }
   if (has_parent_component(name)) {
-    fail(place, "its name " + in_quotes(name) + " holds '..', must not leave the folder of photographs");
+    fail(place, "its name " + escaped_in_quotes(name) + " holds '..', must not leave the folder of photographs");
   }
 }
 
@@ -103,7 +104,7 @@ void fail(const Place& place, const std::string& reason) {
   throw InputError(place.path.string() + ": " + place.unit + " " + std::to_string(place.number) + ": " + reason);
 }
 
-std::string in_quotes(std::string_view text) {
+std::string escaped_in_quotes(std::string_view text) {
   constexpr std::size_t kLongest = 100;
   std::string result = "'";
   for (const char c : text.substr(0, kLongest)) {
@@ -158,7 +159,7 @@ void check_unique(const std::vector<ColmapImage>& images, const std::filesystem:
   }
   const auto name = [](const ColmapImage& image) { return std::string_view(image.name); };
   if (const auto repetition = first_repetition(images, name)) {
-    fail_repeated(path, "images", "name " + in_quotes(images[repetition->second].name), *repetition);
+    fail_repeated(path, "images", "name " + escaped_in_quotes(images[repetition->second].name), *repetition);
   }
 }
 

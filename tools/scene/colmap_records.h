@@ -24,7 +24,7 @@ struct Place {
 [[noreturn]] void fail(const Place& place, const std::string& reason);
 
 // The text in quotes, on one line and shortened, whatever its bytes are.
-[[nodiscard]] std::string in_quotes(std::string_view text);
+[[nodiscard]] std::string escaped_in_quotes(std::string_view text);
 
 // Throws InputError unless `lens` passes check().
 void check_camera(const ColmapCamera& camera, const Place& place);

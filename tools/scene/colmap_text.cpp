@@ -18,8 +18,8 @@
 namespace lumatlas {
 namespace {
 
+using colmap::escaped_in_quotes;
 using colmap::fail;
-using colmap::in_quotes;
 using colmap::Place;
 
 bool is_blank(char c) {
@@ -108,7 +108,7 @@ class Fields {
     const std::string_view text = word(what);
     double value = 0;
     if (!parse(text, value)) {
-      fail(place_, std::string(what) + " is " + in_quotes(text) + ", must be a number");
+      fail(place_, std::string(what) + " is " + escaped_in_quotes(text) + ", must be a number");
     }
     return value;
   }
@@ -125,7 +125,7 @@ class Fields {
     const std::string_view text = word(what);
     std::uint32_t value = 0;
     if (!parse(text, value) || value < least || value > most) {
-      fail(place_, std::string(what) + " is " + in_quotes(text) + ", must be a whole number in " + range);
+      fail(place_, std::string(what) + " is " + escaped_in_quotes(text) + ", must be a whole number in " + range);
     }
     return value;
   }
@@ -157,7 +157,8 @@ ColmapCamera read_camera(std::string_view line, const Place& place) {
   const std::string_view model_name = fields.word("lens model");
   const std::optional<LensModel> model = lens_model(model_name);
   if (!model) {
-    fail(place, "lens model is " + in_quotes(model_name) + ", must be one of COLMAP's, such as PINHOLE or OPENCV");
+    fail(place,
+         "lens model is " + escaped_in_quotes(model_name) + ", must be one of COLMAP's, such as PINHOLE or OPENCV");
   }
   camera.lens.model = *model;
   camera.lens.width = fields.size("width");
@@ -212,7 +213,8 @@ void check_points(std::string_view line, const Place& place) {
   bool in_word = false;
   for (const char c : line) {
     if (!kOfNumbers[static_cast<unsigned char>(c)]) {
-      fail(place, "is " + in_quotes(line) + ", must hold the 2D points of the image in the line before, or be blank");
+      fail(place,
+           "is " + escaped_in_quotes(line) + ", must hold the 2D points of the image in the line before, or be blank");
     }
     words += in_word || is_blank(c) ? 0 : 1;
     in_word = !is_blank(c);

@@ -10,6 +10,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
+#include "mesh/finite.h"
 #include "mesh/ply_reader.h"
 #include "tools/scene/capture_forms.h"
 #include "tools/scene/colmap.h"
@@ -18,10 +19,6 @@ namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_finite(const glm::dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 glm::vec3 unit_or_zero(const glm::vec3& normal) {
   const glm::dvec3 wide(normal);

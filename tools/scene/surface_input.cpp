@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/finite.h"
 #include "mesh/holes.h"
 #include "mesh/simplification.h"
 #include "tools/base/interrupt.h"
@@ -22,10 +23,6 @@ namespace {
 
 // How many times as large as the bulk of it a mesh may be: floats at its end are then 2^-14 of the bulk apart at worst.
 constexpr double kMostStray = 1000;
-
-bool is_finite(const glm::dvec3& point) {
-  return std::isfinite(point.x) && std::isfinite(point.y) && std::isfinite(point.z);
-}
 
 // At most some hundred thousand, evenly over the faces: enough for a share of them.
 std::vector<glm::dvec3> sampled_corners(const TriangleSoup& soup) {
