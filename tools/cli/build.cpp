@@ -68,7 +68,7 @@ struct BuildFlags {
   CLI::Option* tile = nullptr;
   CLI::Option* gutter = nullptr;
   CLI::Option* photographs = nullptr;
-  CLI::Option* detail = nullptr;
+  CLI::Option* least_scale = nullptr;
   CLI::Option* seed = nullptr;
   CLI::Option* refine = nullptr;
   CLI::Option* edges = nullptr;
@@ -134,7 +134,12 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     options.tiles.tile_px = 0;
   }
   set_texels(flags, options);
-  if (flags.budget_size == kAuto) {
+  const bool automatic = flags.budget_size == kAuto;
+  const SizeBound bound = flags.budget->count() > 0 && !automatic ? size_bound(flags.budget_size) : SizeBound{};
+  if (flags.least_scale->count() > 0 && (!tiles || bound.bytes == 0)) {
+    throw CLI::ValidationError("--least-scale", "needs --layout tiles and a --budget in bytes");
+  }
+  if (automatic) {
     options.planner.max_bytes = flags.photograph_bytes;
     options.planner.max_loss_db = flags.loss_db;
     flags.coverage.apply_parsimony(options.planner);
@@ -142,7 +147,6 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     return;
   }
   if (flags.loss->count() > 0) throw CLI::ValidationError("--loss", "needs --budget auto");
-  const SizeBound bound = flags.budget->count() > 0 ? size_bound(flags.budget_size) : SizeBound{};
   const std::uint64_t budget = bytes_of(bound, options.tiles);
   if (tiles && flags.budget->count() > 0 && budget < slot_bytes(options.tiles)) {
     throw CLI::ValidationError("--budget", "is " + std::to_string(budget) + " bytes, less than the " +
@@ -150,9 +154,6 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
                                                " of a single tile: give more, or smaller tiles (--tile)");
   }
   options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
-  if (flags.detail->count() > 0 && (!tiles || bound.bytes == 0)) {
-    throw CLI::ValidationError("--detail", "needs --layout tiles and a --budget in bytes");
-  }
   if (tiles) (bound.bytes > 0 ? options.gpu_bytes : options.array_bytes) = budget;
   if (flags.max_views->count() > 0) return;
   if (tiles && bound.texels > 0 && flags.photographs->count() == 0) {
@@ -511,12 +512,13 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
                                  "levels, and 4 unless given")
                      ->type_name("PX")
                      ->transform(one_of({"1", "2", "4", "8"}));
-  flags.detail = command
-                     .add_option("--detail", flags.options.least_detail,
-                                 "With --budget in bytes, share of a photograph's width and height that all may be "
-                                 "lowered to before parts of some are given up")
-                     ->type_name("SHARE")
-                     ->check(number_between(0.1, 1));
+  flags.least_scale =
+      command
+          .add_option("--least-scale", flags.options.least_scale,
+                      "With --budget in bytes, share of a photograph's width and height that all may be "
+                      "downscaled to before parts of some are given up")
+          ->type_name("SHARE")
+          ->check(number_between(0.1, 1));
   command
       .add_option("--texels", flags.texels,
                   "How photographs are held on the GPU: rgb8, as they are, bc3, compressed to about half the bytes; "

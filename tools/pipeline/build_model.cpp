@@ -16,9 +16,9 @@
 #include "mesh/base/errors.h"
 #include "planner/tile_choice.h"
 #include "tools/base/interrupt.h"
+#include "tools/pipeline/downscaled_views.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/lens_notes.h"
-#include "tools/pipeline/lowered_detail.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
@@ -465,8 +465,8 @@ void check(const BuildOptions& options) {
   if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
     throw std::invalid_argument("build: array_bytes or gpu_bytes is given, but no tiles");
   }
-  if (!(options.least_detail > 0 && options.least_detail <= 1)) {
-    throw std::invalid_argument("build: least_detail is " + std::to_string(options.least_detail) +
+  if (!(options.least_scale > 0 && options.least_scale <= 1)) {
+    throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
                                 ", must be above 0 and at most 1");
   }
   if (options.array_bytes == 0) return;
@@ -547,8 +547,8 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
   }
-  if (budget && options.least_detail < 1) {
-    result.detail = lower_detail(atlas, *budget, *visibility, result.effective.validity, options.least_detail);
+  if (budget && options.least_scale < 1) {
+    result.scale = downscale_views(atlas, *budget, *visibility, result.effective.validity, options.least_scale);
   }
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);

@@ -89,9 +89,9 @@ struct BuildOptions {
   // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
   // room for, to choose tiles from.
   std::uint64_t gpu_bytes = 0;
-  // Of a photograph's sides, the share that gpu_bytes may lower all photographs to before it gives up parts of some,
-  // (0, 1]: see lowered_detail.h.
-  double least_detail = 0.5;
+  // Of a photograph's sides, the share that gpu_bytes may downscale all photographs to before it gives up parts of
+  // some, (0, 1]: see downscaled_views.h.
+  double least_scale = 0.5;
   std::optional<HoldOut> hold_out;  // none: every view is offered
   // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
   // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
@@ -144,7 +144,7 @@ struct Parsimony {
 struct BuildResult {
   Snapshot snapshot;
   GpuBytes gpu_bytes;                // of the snapshot, as its model file holds it
-  double detail = 1;                 // of a photograph's sides, the share that is kept, see BuildOptions::least_detail
+  double scale = 1;                  // of a photograph's sides, the share that is kept, see BuildOptions::least_scale
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given; `tiles` are those that were taken

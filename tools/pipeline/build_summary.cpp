@@ -202,8 +202,8 @@ std::string views_line(const json& s) {
   // Budgets of texels and numbers of views bound the photographs alone.
   if (s["gpu"]["sum"] <= bytes["budget"]) {
     line += "; budget " + megabytes(bytes["budget"]) + " MB";
-    const double detail = s["texels"]["detail"].get<double>();
-    return detail < 1 ? line + "; photographs at " + printed("%.0f", 100 * detail) + " % of their size" : line;
+    const double scale = s["texels"]["scale"].get<double>();
+    return scale < 1 ? line + "; photographs at " + printed("%.0f", 100 * scale) + " % of their sides" : line;
   }
   return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }
@@ -346,7 +346,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
            {{"resident", holding.texels},
             {"budget", or_null(holding.texels_budget)},
             {"format", name_of(options.tiles.texels)},
-            {"detail", result.detail}}},
+            {"scale", result.scale}}},
           {"bytes", bytes_json(result, holding)},
           {"gpu", gpu_bytes_json(result.gpu_bytes)},
           {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};
@@ -376,7 +376,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
               {"gutter", options.tiles.gutter_px},
               {"texels", name_of(options.tiles.texels)},
-              {"detail", options.least_detail},
+              {"least_scale", options.least_scale},
               {"budget", budget_of(options)},
               {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},

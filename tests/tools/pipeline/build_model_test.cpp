@@ -445,7 +445,7 @@ TEST_CASE("the texture array of tiles never takes more than its budget, and phot
 TEST_CASE("a budget bounds all that the model takes on the GPU, mesh and tables too, and is used up") {
   BuildOptions options = options_for(100);
   options.tiles = {8, 2, 0};
-  options.least_detail = 1;  // tiles alone use it up
+  options.least_scale = 1;  // tiles alone use it up
   const BuildResult all = build_model(small_scene(), options);
   const std::uint64_t fixed = all.gpu_bytes.sum() - all.gpu_bytes.photographs();
   CHECK(GpuByteCount(all.snapshot.surface).of_surface() <= fixed);
@@ -461,9 +461,9 @@ TEST_CASE("a budget bounds all that the model takes on the GPU, mesh and tables 
     CHECK(saved["gpu"] == summary(result, options)["gpu"]);
     CHECK(saved["bytes"]["budget"] == options.gpu_bytes);
   }
-  options.least_detail = 0;
-  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("least_detail is 0"));
-  options.least_detail = 1;
+  options.least_scale = 0;
+  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("least_scale is 0"));
+  options.least_scale = 1;
   options.gpu_bytes = GpuByteCount(all.snapshot.surface).of_surface();
   CHECK_THROWS_WITH(build_model(small_scene(), options),
                     Catch::Contains("the mesh and its tables alone take " + std::to_string(options.gpu_bytes)));
@@ -475,24 +475,24 @@ TEST_CASE("within a budget all photographs give up pixels before some give up pa
   BuildOptions options = options_for(100);
   options.tiles = {8, 2, 0};
   const BuildResult all = build_model(small_scene(), options);
-  CHECK(all.detail == 1);
+  CHECK(all.scale == 1);
   const std::uint64_t fixed = all.gpu_bytes.sum() - all.gpu_bytes.photographs();
   options.gpu_bytes = fixed + all.gpu_bytes.photographs() * 2 / 3;
   const BuildResult lowered = build_model(small_scene(), options);
   CHECK(lowered.gpu_bytes.sum() <= options.gpu_bytes);
-  CHECK(lowered.detail < 1);
-  CHECK(lowered.detail > 0.6);
+  CHECK(lowered.scale < 1);
+  CHECK(lowered.scale > 0.6);
   CHECK(stored(lowered) == stored(all));
   for (std::size_t slot = 0; slot < all.snapshot.views.size(); ++slot) {
     const Camera& before = all.snapshot.views[slot]->camera;
     const Camera& after = lowered.snapshot.views[slot]->camera;
-    CHECK(after.width == std::lround(lowered.detail * before.width));
+    CHECK(after.width == std::lround(lowered.scale * before.width));
     CHECK(after.fx / before.fx == Approx(static_cast<double>(after.width) / before.width));
     CHECK(same_pose(before, after));
   }
-  options.least_detail = 0.9;
+  options.least_scale = 0.9;
   options.gpu_bytes = fixed + all.gpu_bytes.photographs() / 4;
-  CHECK(build_model(small_scene(), options).detail == 0.9);
+  CHECK(build_model(small_scene(), options).scale == 0.9);
 }
 
 TEST_CASE("tiles are compressed only where a budget has no room for the photographs whole") {
@@ -516,7 +516,7 @@ TEST_CASE("tiles are compressed only where a budget has no room for the photogra
 TEST_CASE("compressed texels buy more tiles for the same budget, the same ones for any number of threads") {
   BuildOptions options = options_for(100);
   options.tiles = {8, 4, 0};
-  options.least_detail = 1;
+  options.least_scale = 1;
   const BuildResult all = build_model(small_scene(), options);
   options.gpu_bytes = all.gpu_bytes.sum() - all.gpu_bytes.photographs() * 3 / 4;
   const BuildResult plain = build_model(small_scene(), options);

@@ -9,11 +9,11 @@
 
 namespace lumatlas {
 
-// Lowers the resolution of all stored views by one factor, so that the tiles that their references need fit into the
+// Downscales all stored views by one factor, so that the tiles that their references need fit into the
 // budget, but not below `least`, in (0, 1], of a photograph's sides (std::invalid_argument); the rest is for
 // GpuBudget::fitted_snapshot(). Returns that factor: 1 where all fits as it is, and nothing was changed. Nobody else
 // may change the atlas meanwhile.
-[[nodiscard]] double lower_detail(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
-                                  const ValidityOptions& validity, double least);
+[[nodiscard]] double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
+                                     const ValidityOptions& validity, double least);
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/lowered_detail.h"
+#include "tools/pipeline/downscaled_views.h"
 
 #include <tbb/parallel_for.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 using SharedView = std::shared_ptr<const StoredView>;
 
-// As they were before anything was lowered: filtering twice would blur twice.
+// As they were before any was downscaled: filtering twice would blur twice.
 std::vector<SharedView> views_of(const Atlas& atlas) {
   std::vector<SharedView> views;
   for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) views.push_back(atlas.view(slot));
@@ -42,8 +42,8 @@ TiledView at_share(const StoredView& view, double share, const Atlas& atlas, con
                          mask_at_lower_resolution(view.trust, from, to));
 }
 
-void lower_all(Atlas& atlas, const std::vector<SharedView>& originals, double share, const Visibility& visibility,
-               const ValidityOptions& validity) {
+void downscale_all(Atlas& atlas, const std::vector<SharedView>& originals, double share, const Visibility& visibility,
+                   const ValidityOptions& validity) {
   tbb::parallel_for(std::size_t{0}, originals.size(), [&](std::size_t slot) {
     if (!originals[slot]) return;
     throw_if_interrupted();
@@ -54,10 +54,10 @@ void lower_all(Atlas& atlas, const std::vector<SharedView>& originals, double sh
 
 }  // namespace
 
-double lower_detail(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
-                    const ValidityOptions& validity, double least) {
+double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
+                       const ValidityOptions& validity, double least) {
   if (!(least > 0 && least <= 1)) {
-    throw std::invalid_argument("lowered detail: least is " + std::to_string(least) + ", must be in (0, 1]");
+    throw std::invalid_argument("downscale_views: least is " + std::to_string(least) + ", must be in (0, 1]");
   }
   constexpr int kMostTries = 3;  // tiles are whole, so that their number is not quite that of the pixels
   const std::vector<SharedView> originals = views_of(atlas);
@@ -66,7 +66,7 @@ double lower_detail(Atlas& atlas, const GpuBudget& budget, const Visibility& vis
     const double fits = budget.share_that_fits(atlas);
     if (fits >= 1) break;
     share = std::max(least, share * std::sqrt(fits));
-    lower_all(atlas, originals, share, visibility, validity);
+    downscale_all(atlas, originals, share, visibility, validity);
   }
   return share;
 }
