@@ -136,12 +136,14 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   set_texels(flags, options);
   const bool automatic = flags.budget_size == kAuto;
   const SizeBound bound = flags.budget->count() > 0 && !automatic ? size_bound(flags.budget_size) : SizeBound{};
-  if (flags.least_scale->count() > 0 && (!tiles || bound.bytes == 0)) {
-    throw CLI::ValidationError("--least-scale", "needs --layout tiles and a --budget in bytes");
+  if (flags.least_scale->count() > 0 && (!tiles || (bound.bytes == 0 && !automatic))) {
+    throw CLI::ValidationError("--least-scale", "needs --layout tiles and a --budget of auto or in bytes");
   }
   if (automatic) {
     options.planner.max_bytes = flags.photograph_bytes;
-    options.planner.max_loss_db = flags.loss_db;
+    const bool downscaled = tiles && options.least_scale < 1;
+    options.max_scale_loss_db = downscaled ? flags.loss_db / 2 : 0;
+    options.planner.max_loss_db = flags.loss_db - options.max_scale_loss_db;
     flags.coverage.apply_parsimony(options.planner);
     if (flags.max_views->count() == 0) options.max_views.reset();
     return;
@@ -515,7 +517,7 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
   flags.least_scale =
       command
           .add_option("--least-scale", flags.options.least_scale,
-                      "With --budget in bytes, share of a photograph's width and height that all may be "
+                      "With --budget auto or in bytes, share of a photograph's width and height that all may be "
                       "downscaled to before parts of some are given up")
           ->type_name("SHARE")
           ->check(number_between(0.1, 1));

@@ -12,6 +12,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "blend/egl_context.h"
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
 #include "planner/tile_choice.h"
@@ -424,6 +425,22 @@ void finish(Planner& planner, std::vector<SceneView>& views, const BuildOptions&
   result.polish_ms = ms_since(start);
 }
 
+void downscale(Atlas& atlas, const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
+  const BuildOptions& options = result.options;
+  BuildStage stage(callback, "measuring resolutions", 0);
+  try {
+    const DownscaledViews views = downscale_views_within(options.max_scale_loss_db, atlas, visibility,
+                                                         result.effective.validity, options.least_scale);
+    result.scale = views.scale;
+    result.scale_loss_db = views.loss_db;
+  } catch (const GlError& error) {
+    add_warning(
+        std::string("photographs keep their resolution, for what less would cost cannot be measured: ") + error.what(),
+        result);
+  }
+  stage.finish();
+}
+
 void check_watch(const BuildOptions& options) {
   const auto require = [](bool holds, const char* rule) {
     if (!holds) throw std::invalid_argument(std::string("build: watch is given, ") + rule);
@@ -468,6 +485,13 @@ void check(const BuildOptions& options) {
   if (!(options.least_scale > 0 && options.least_scale <= 1)) {
     throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
                                 ", must be above 0 and at most 1");
+  }
+  if (!(std::isfinite(options.max_scale_loss_db) && options.max_scale_loss_db >= 0)) {
+    throw std::invalid_argument("build: max_scale_loss_db is " + std::to_string(options.max_scale_loss_db) +
+                                ", must be finite and not negative");
+  }
+  if (options.max_scale_loss_db > 0 && !planner.max_loss_db) {
+    throw std::invalid_argument("build: max_scale_loss_db is given, planner.max_loss_db must be too");
   }
   if (options.array_bytes == 0) return;
   if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
@@ -550,6 +574,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   if (budget && options.least_scale < 1) {
     result.scale = downscale_views(atlas, *budget, *visibility, result.effective.validity, options.least_scale);
   }
+  if (options.max_scale_loss_db > 0 && options.least_scale < 1) downscale(atlas, *visibility, callback, result);
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();

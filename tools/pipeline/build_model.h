@@ -89,9 +89,12 @@ struct BuildOptions {
   // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
   // room for, to choose tiles from.
   std::uint64_t gpu_bytes = 0;
-  // Of a photograph's sides, the share that gpu_bytes may downscale all photographs to before it gives up parts of
-  // some, (0, 1]: see downscaled_views.h.
-  double least_scale = 0.5;
+  // Of a photograph's sides, the share that gpu_bytes and max_scale_loss_db may downscale all photographs to, (0, 1],
+  // the former before it gives up parts of some: see downscaled_views.h.
+  double least_scale = 0.25;
+  // With planner.max_loss_db: all photographs are downscaled as far as that costs at most so many dB, finite and >= 0,
+  // by measurement; 0: not at all.
+  double max_scale_loss_db = 0;
   std::optional<HoldOut> hold_out;  // none: every view is offered
   // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
   // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
@@ -158,6 +161,7 @@ struct BuildResult {
   PlannerOptions effective;                 // with every automatic value filled in
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline
   std::optional<Parsimony> parsimony;       // of planner.max_loss_db
+  double scale_loss_db = 0;                 // of `scale`, as measured for max_scale_loss_db
   std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them

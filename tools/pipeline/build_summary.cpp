@@ -170,8 +170,9 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
   const auto against = [](std::uint64_t stored, std::uint64_t unbounded) -> json {
     return {{"stored", stored}, {"unbounded", unbounded}};
   };
-  return {{"bound_db", *result.effective.max_loss_db},
-          {"predicted_loss_db", p.predicted.loss_db},
+  return {{"bound_db", *result.effective.max_loss_db + result.options.max_scale_loss_db},
+          {"predicted_loss_db", p.predicted.loss_db + result.scale_loss_db},
+          {"scale_loss_db", result.scale_loss_db},
           {"gap", p.predicted.gap},
           {"reference_gap", p.predicted.reference_gap},
           {"references_given_up", p.predicted.references_given_up},
@@ -198,13 +199,12 @@ std::string views_line(const json& s) {
   std::string line = views["stored"].dump() + " of " + views["offered"].dump() + " views stored (" +
                      views["replaced"].dump() + " took another's place, " + views["rejected"].dump() + " rejected, " +
                      views["outliers"].dump() + " outliers)\n  on the GPU " + gpu_bytes_text(s["gpu"]);
+  if (const double scale = s["texels"]["scale"].get<double>(); scale < 1) {
+    line += "; photographs at " + printed("%.0f", 100 * scale) + " % of their sides";
+  }
   if (bytes["budget"].is_null()) return line;
   // Budgets of texels and numbers of views bound the photographs alone.
-  if (s["gpu"]["sum"] <= bytes["budget"]) {
-    line += "; budget " + megabytes(bytes["budget"]) + " MB";
-    const double scale = s["texels"]["scale"].get<double>();
-    return scale < 1 ? line + "; photographs at " + printed("%.0f", 100 * scale) + " % of their sides" : line;
-  }
+  if (s["gpu"]["sum"] <= bytes["budget"]) return line + "; budget " + megabytes(bytes["budget"]) + " MB";
   return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }
 
@@ -295,8 +295,10 @@ std::string parsimony_text(const json& p) {
   const auto against = [&](const char* what) {
     return p[what]["stored"].dump() + " of " + p[what]["unbounded"].dump() + " " + what;
   };
+  const double by_scale = p.value("scale_loss_db", 0.0);
   std::string text =
-      "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB of at most " +
+      "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB" +
+      (by_scale != 0 ? " (" + printed("%.3f", by_scale) + " by resolution)" : "") + " of at most " +
       printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
       against("references") +
       (p.value("references_given_up", 0) > 0 ? " (" + p["references_given_up"].dump() + " of stored views given up)"
@@ -378,7 +380,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"texels", name_of(options.tiles.texels)},
               {"least_scale", options.least_scale},
               {"budget", budget_of(options)},
-              {"loss", planner.max_loss_db ? json(*planner.max_loss_db) : json()},
+              {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.max_scale_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},

@@ -14,6 +14,7 @@
 
 #include "atlas/lower_resolution.h"
 #include "tools/base/interrupt.h"
+#include "tools/pipeline/scale_loss.h"
 
 namespace lumatlas {
 
@@ -36,6 +37,10 @@ TiledView at_share(const StoredView& view, double share, const Atlas& atlas, con
                    const ValidityOptions& validity) {
   const ImageSize from{view.camera.width, view.camera.height};
   const ImageSize to{side_of(from.width, share), side_of(from.height, share)};
+  if (share == 1) {  // as it was, to the last bit
+    return make_tiled_view(view.name, view.camera, view.photograph, visibility.trace(view.camera),
+                           atlas.surface().cells, atlas.layout(), validity, view.trust);
+  }
   const Camera camera = view.camera.scaled_to(to.width, to.height);
   return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph, to.width, to.height),
                          visibility.trace(camera), atlas.surface().cells, atlas.layout(), validity,
@@ -52,13 +57,16 @@ void downscale_all(Atlas& atlas, const std::vector<SharedView>& originals, doubl
   });
 }
 
+void require_share(double least) {
+  if (least > 0 && least <= 1) return;
+  throw std::invalid_argument("downscale_views: least is " + std::to_string(least) + ", must be in (0, 1]");
+}
+
 }  // namespace
 
 double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
                        const ValidityOptions& validity, double least) {
-  if (!(least > 0 && least <= 1)) {
-    throw std::invalid_argument("downscale_views: least is " + std::to_string(least) + ", must be in (0, 1]");
-  }
+  require_share(least);
   constexpr int kMostTries = 3;  // tiles are whole, so that their number is not quite that of the pixels
   const std::vector<SharedView> originals = views_of(atlas);
   double share = 1;
@@ -69,6 +77,32 @@ double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& 
     downscale_all(atlas, originals, share, visibility, validity);
   }
   return share;
+}
+
+DownscaledViews downscale_views_within(double max_loss_db, Atlas& atlas, const Visibility& visibility,
+                                       const ValidityOptions& validity, double least) {
+  require_share(least);
+  constexpr int kSteps = 8;  // each by the same factor
+  const std::vector<SharedView> originals = views_of(atlas);
+  ScaleLoss measured(atlas.snapshot());
+  DownscaledViews best;
+  if (!measured.can_tell()) return best;
+  int fits = 0, too_far = kSteps + 1, now = 0;
+  try {
+    while (too_far - fits > 1) {
+      now = (fits + too_far) / 2;
+      const double scale = std::pow(least, static_cast<double>(now) / kSteps);
+      downscale_all(atlas, originals, scale, visibility, validity);
+      const double loss = measured.of(atlas.snapshot());
+      (loss <= max_loss_db ? fits : too_far) = now;
+      if (now == fits) best = {scale, loss};
+    }
+  } catch (const GlError&) {
+    downscale_all(atlas, originals, 1, visibility, validity);
+    throw;
+  }
+  if (now != fits) downscale_all(atlas, originals, best.scale, visibility, validity);
+  return best;
 }
 
 }  // namespace lumatlas

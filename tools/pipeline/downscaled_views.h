@@ -16,4 +16,14 @@ namespace lumatlas {
 [[nodiscard]] double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
                                      const ValidityOptions& validity, double least);
 
+struct DownscaledViews {
+  double scale = 1;    // as above
+  double loss_db = 0;  // measured, see scale_loss.h
+};
+// As far as the pictures lose at most so much, dB, > 0, by measurement, but not below `least`; in eight steps. Not at
+// all where no photograph shows what others show too. Throws GlError where there is no OpenGL to draw them with;
+// nothing was changed then.
+[[nodiscard]] DownscaledViews downscale_views_within(double max_loss_db, Atlas& atlas, const Visibility& visibility,
+                                                     const ValidityOptions& validity, double least);
+
 }  // namespace lumatlas

@@ -67,7 +67,8 @@ bool is_parsimony(const json& parsimony) {
   return has_number(parsimony, "predicted_loss_db") && has_number(parsimony, "bound_db") && is_part("views") &&
          is_part("references") && is_part("texels") && parsimony.contains("short_of_room") &&
          parsimony["short_of_room"].is_boolean() &&
-         (!parsimony.contains("references_given_up") || has_number(parsimony, "references_given_up"));
+         (!parsimony.contains("references_given_up") || has_number(parsimony, "references_given_up")) &&
+         (!parsimony.contains("scale_loss_db") || has_number(parsimony, "scale_loss_db"));
 }
 
 // Null: the plan has none. Throws InputError for a plan that `lumatlas build` did not write.

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/downscaled_views.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+#include <stdexcept>
+
+#include "atlas/photograph.h"
+#include "planner/predicted_loss.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/scale_loss.h"
+#include "tools/synth/synth.h"
+
+namespace lumatlas {
+namespace {
+
+void write_apartment(const std::filesystem::path& folder) {
+  SynthOptions options;
+  options.views = 16;
+  options.width = 96;
+  options.height = 72;
+  options.samples = 8;
+  options.triangles = 3000;
+  write_synthetic_scene(options, folder);
+}
+
+// An apartment of 16 views of 96 x 72.
+const std::filesystem::path& sharp_scene() {
+  static const TemporaryFolder folder;
+  static const bool made = (write_apartment(folder.path()), true);
+  REQUIRE(made);
+  return folder.path();
+}
+
+// The same with other photographs.
+void write_changed(const std::filesystem::path& folder, const std::function<void(Photograph&)>& change) {
+  std::filesystem::copy(sharp_scene(), folder, std::filesystem::copy_options::recursive);
+  for (const auto& file : std::filesystem::directory_iterator(folder / "images")) {
+    Photograph photograph = read_photograph(file.path());
+    change(photograph);
+    write_image(file.path(), photograph);
+  }
+}
+
+// Every value is the mean of its surroundings, five pixels wide.
+void blur(Photograph& photograph) {
+  const Photograph sharp = photograph;
+  const auto width = static_cast<int>(sharp.width), height = static_cast<int>(sharp.height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      for (int channel = 0; channel < 3; ++channel) {
+        int sum = 0;
+        for (int dy = -2; dy <= 2; ++dy) {
+          for (int dx = -2; dx <= 2; ++dx) {
+            const int row = std::clamp(y + dy, 0, height - 1), column = std::clamp(x + dx, 0, width - 1);
+            sum += sharp.rgb[static_cast<std::size_t>(3 * (row * width + column) + channel)];
+          }
+        }
+        photograph.rgb[static_cast<std::size_t>(3 * (y * width + x) + channel)] = static_cast<std::uint8_t>(sum / 25);
+      }
+    }
+  }
+}
+
+// All views are stored, and downscaled within the bound.
+BuildOptions within(double max_scale_loss_db) {
+  BuildOptions options;
+  options.max_views.reset();
+  options.refine = RefineMode::none;
+  options.planner.min_view_gain = 0;
+  options.planner.coverage = parsimony_coverage(options.planner.coverage);
+  options.planner.coverage.max_references = 64;
+  options.planner.max_loss_db = 0;
+  options.tiles = {8, 2, 0};
+  options.least_scale = 0.5;
+  options.max_scale_loss_db = max_scale_loss_db;
+  return options;
+}
+
+TEST_CASE("photographs are downscaled as far as a bound on the measured loss allows") {
+  const BuildResult full = build_model(sharp_scene(), within(0));
+  CHECK(full.scale == 1);
+  double last = 1;
+  for (const double bound : {0.5, 10.0}) {
+    const BuildResult result = build_model(sharp_scene(), within(bound));
+    CAPTURE(bound, result.scale, result.scale_loss_db);
+    CHECK(result.scale_loss_db <= bound);
+    CHECK(result.scale < last);
+    last = result.scale;
+    for (std::size_t slot = 0; slot < full.snapshot.views.size(); ++slot) {
+      const Camera& before = full.snapshot.views[slot]->camera;
+      CHECK(result.snapshot.views[slot]->camera.width == std::lround(result.scale * before.width));
+    }
+    const nlohmann::json parsimony = summary(result, result.options)["parsimony"];
+    CHECK(parsimony["bound_db"] == bound);
+    CHECK(parsimony["scale_loss_db"] == result.scale_loss_db);
+    CHECK(parsimony["predicted_loss_db"] == result.parsimony->predicted.loss_db + result.scale_loss_db);
+    CHECK_THAT(parsimony_text(parsimony), Catch::Contains(" by resolution) of at most "));
+    CHECK_THAT(summary_text(summary(result, result.options), "it"), Catch::Contains(" % of their sides\n"));
+  }
+  CHECK(last == Approx(0.5));
+}
+
+TEST_CASE("blurred photographs are downscaled further within the same bound") {
+  const TemporaryFolder folder;
+  write_changed(folder.path(), blur);
+  CHECK(build_model(folder.path(), within(0.5)).scale < build_model(sharp_scene(), within(0.5)).scale);
+}
+
+TEST_CASE("a photograph is never predicted by itself") {
+  // Of noise that no two photographs share, lower resolution makes a better guess; each by itself would be exact.
+  const TemporaryFolder folder;
+  std::mt19937 random(7);
+  write_changed(folder.path(), [&](Photograph& photograph) {
+    for (std::uint8_t& value : photograph.rgb) value = static_cast<std::uint8_t>(random() % 256);
+  });
+  const BuildResult result = build_model(folder.path(), within(0.01));
+  CHECK(result.scale == Approx(0.5));
+  CHECK(result.scale_loss_db < 0);
+}
+
+TEST_CASE("where any loss is too much, the model is the one that nobody tried to downscale") {
+  const BuildResult full = build_model(sharp_scene(), within(0)), tried = build_model(sharp_scene(), within(1e-6));
+  REQUIRE(tried.scale == 1);
+  CHECK(tried.scale_loss_db == 0);
+  CHECK(tried.snapshot.tiles.slots == full.snapshot.tiles.slots);
+  for (std::size_t slot = 0; slot < full.snapshot.views.size(); ++slot) {
+    const StoredView &before = *full.snapshot.views[slot], &after = *tried.snapshot.views[slot];
+    CHECK(after.photograph.rgb == before.photograph.rgb);
+    CHECK(after.depth == before.depth);
+    CHECK(after.validity == before.validity);
+  }
+}
+
+TEST_CASE("a store loses nothing against itself, and a single view says nothing about loss") {
+  const Snapshot full = build_model(sharp_scene(), within(0)).snapshot;
+  const Snapshot half = build_model(sharp_scene(), within(10)).snapshot;
+  ScaleLoss of_full(full);
+  CHECK(of_full.of(half) > 0.1);
+  CHECK(of_full.of(full) == Approx(0).margin(1e-3));  // its neighbouring cells may be joined or not
+  BuildOptions one = within(0.01);
+  one.max_views = 1;
+  const BuildResult alone = build_model(sharp_scene(), one);
+  CHECK(alone.scale == 1);
+  CHECK_FALSE(ScaleLoss(alone.snapshot).can_tell());
+  CHECK_THROWS_AS(ScaleLoss(alone.snapshot).of(alone.snapshot), std::logic_error);
+}
+
+TEST_CASE("bounds on the loss by resolution are checked") {
+  const auto complaint = [](double bound, bool with_loss) {
+    BuildOptions options = within(bound);
+    if (!with_loss) options.planner.max_loss_db.reset();
+    return [options] { (void)build_model("/nowhere", options); };
+  };
+  for (const double bound : {-0.1, std::numeric_limits<double>::quiet_NaN()}) {
+    CHECK_THROWS_WITH(complaint(bound, true)(), Catch::Contains("max_scale_loss_db is "));
+  }
+  CHECK_THROWS_WITH(complaint(0.1, false)(), Catch::Contains("planner.max_loss_db must be too"));
+}
+
+}  // namespace
+}  // namespace lumatlas
