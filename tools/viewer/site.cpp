@@ -21,7 +21,6 @@
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"
 #include "tools/base/html_text.h"
-#include "tools/base/output_folder.h"
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
@@ -59,6 +58,12 @@ std::string replaced(std::string text, std::string_view place, std::string_view 
   return text.replace(at, place.size(), by);
 }
 
+// Without white space, which would be a third of a scene's bytes.
+SiteFile compact_json(std::string name, const json& value) {
+  return {std::move(name), "application/json",
+          bytes_of_text(value.dump(-1, ' ', false, json::error_handler_t::replace))};
+}
+
 json json_of(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
@@ -78,21 +83,23 @@ json json_of(const BlendOptions& options) {
           {"occlusion_tolerance", options.occlusion_tolerance}};
 }
 
-json shaders() {
-  return {{"surface.vert", k_surface_vert},
-          {"surface.frag", k_surface_frag},
-          {"screen.vert", k_screen_vert},
-          {"blend.frag", k_blend_frag},
-          {"silhouettes.frag", k_silhouettes_frag},
-          {"diagnose.frag", k_diagnose_frag},
-          {"depth.frag", k_depth_frag},
-          {"photograph.frag", k_photograph_frag},
-          {"blocks.frag", k_blocks_frag},
-          {"page.frag", k_page_frag},
-          {"modes.frag", k_modes_frag},
-          {"fade.frag", k_fade_frag},
-          {"glance.frag", k_glance_frag},
-          {"needs.frag", k_needs_frag}};
+// Of every version of every model the same, so that a page fetches them once.
+SiteFile shaders_file() {
+  const json sources = {{"surface.vert", k_surface_vert},
+                        {"surface.frag", k_surface_frag},
+                        {"screen.vert", k_screen_vert},
+                        {"blend.frag", k_blend_frag},
+                        {"silhouettes.frag", k_silhouettes_frag},
+                        {"diagnose.frag", k_diagnose_frag},
+                        {"depth.frag", k_depth_frag},
+                        {"photograph.frag", k_photograph_frag},
+                        {"blocks.frag", k_blocks_frag},
+                        {"page.frag", k_page_frag},
+                        {"modes.frag", k_modes_frag},
+                        {"fade.frag", k_fade_frag},
+                        {"glance.frag", k_glance_frag},
+                        {"needs.frag", k_needs_frag}};
+  return compact_json("shaders.json", {{"definitions", shared_definitions()}, {"sources", sources}});
 }
 
 SiteFile binary(std::string name, std::vector<std::uint8_t> bytes) {
@@ -384,10 +391,8 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
   const TileOptions& tiles = snapshot_.tiles.options;
   const json scene = {
       {"lumatlas", LUMATLAS_VERSION},
-      {"format", 1},
+      {"format", 2},
       {"title", options_.title},
-      {"shaders", shaders()},
-      {"definitions", shared_definitions()},
       {"blend", json_of(options_.blend)},
       {"version", history_ ? json(history_->version) : json()},
       {"mesh", mesh},
@@ -406,7 +411,7 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
       {"first_view", first_view()},
       {"poster", history_ ? json() : json("poster.jpg")},
       {"views", std::move(views)}};
-  return {"scene.json", "application/json", bytes_of_text(json_text(scene))};
+  return compact_json("scene.json", scene);
 }
 
 void SiteWriter::write_views() {
@@ -494,7 +499,8 @@ std::vector<SiteFile> page_files(const SiteOptions& options) {
            bytes_of_text(page(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)",
                               R"(<script type="module" src="viewer.js"></script>)"))},
           {"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)},
-          {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)}};
+          {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)},
+          shaders_file()};
 }
 
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
@@ -542,12 +548,15 @@ SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const Sit
   const std::size_t place = html.find("{{data}}");
   file << html.substr(0, place);
   std::uint64_t page_bytes = html.size();
-  const auto put = [&](const SiteFile& part) {
+  const auto put = [&file](const SiteFile& part) {
     file << "<script type=\"application/octet-stream\" data-file=\"" << html_escaped(part.name) << "\" data-type=\""
          << html_escaped(part.type) << "\">";
     write_base64(file, part.bytes);
     file << "</script>\n";
   };
+  const SiteFile shaders = shaders_file();
+  page_bytes += shaders.bytes.size();
+  put(shaders);
   SiteFacts facts = SiteWriter(snapshot, options, put, tick).write();
   file << html.substr(place + 8);
   facts.page_bytes = page_bytes;

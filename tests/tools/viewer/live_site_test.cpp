@@ -43,9 +43,10 @@ class RunningLive {
   [[nodiscard]] int status(const std::string& path) const {
     return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->status;
   }
-  [[nodiscard]] json read(const std::string& path) const {
-    return json::parse(httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->body);
+  [[nodiscard]] std::string text(const std::string& path) const {
+    return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->body;
   }
+  [[nodiscard]] json read(const std::string& path) const { return json::parse(text(path)); }
 
   SiteServer server{ServerOptions{}};
 
@@ -105,6 +106,22 @@ TEST_CASE("what did not change keeps its name, and what nobody needs any more go
   const std::set<std::string> before = files_of(second);
   for (const std::string& file : files_of(first)) {
     CHECK(running.status(file) == (kept.contains(file) || before.contains(file) ? 200 : 404));
+  }
+}
+
+TEST_CASE("shaders are in a file of their own, which no version changes") {
+  RunningLive running;
+  LiveSite site(running.server, "room");
+  const std::string before = running.text("shaders.json");
+  const json shaders = json::parse(before);
+  CHECK_THAT(shaders["sources"]["blend.frag"], Catch::StartsWith("#version 300 es"));
+  for (const std::size_t views : {3, 5}) {
+    site.update(room(views), false);
+    CHECK(running.text("shaders.json") == before);
+    // What is asked for again with each version: a few hundred bytes a view.
+    const std::string scene = running.text("scene.json");
+    CHECK(scene.find("#version") == std::string::npos);
+    CHECK(scene.size() < 2000 + 800 * views);
   }
 }
 

@@ -76,6 +76,7 @@ void add_versions(std::vector<SiteFile>& files) {
     file.name = "live/" + (file.name == "scene.json" && history.version > 0 ? "second.json" : file.name);
     files.push_back(std::move(file));
   };
+  for (SiteFile& file : page_files(options)) put(std::move(file));
   Snapshot first = model();  // whose last views have not come yet
   const std::uint32_t first_missing = first.tiles.first_tile[kViews - 4];
   for (std::size_t tile = first_missing; tile < first.tiles.slots.size(); ++tile)

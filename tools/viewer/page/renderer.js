@@ -20,9 +20,9 @@ const PART_PX = 320;
 const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
 
 export class Renderer {
-  constructor(gl, scene) {
+  constructor(gl, scene, shaders) {
     Object.assign(this, {gl, scene});
-    this.programs = new Programs(gl, scene);
+    this.programs = new Programs(gl, shaders, scene.blend.views);
     this.glances = new Glances(this);
     this.targets = new Map();  // by what they are for
     this.block = gl.createBuffer();

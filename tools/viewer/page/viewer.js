@@ -5,7 +5,7 @@ import {cameraAt} from './camera.js';
 import {Controls} from './controls.js';
 import {Interface} from './interface.js';
 import {makeLayout} from './layout.js';
-import {loadColors, loadMesh, loadScene, loadTables} from './model.js';
+import {loadColors, loadMesh, loadScene, loadShaders, loadTables} from './model.js';
 import {Navigation} from './navigation.js';
 import {texelForm} from './photograph_forms.js';
 import {Photographs} from './photographs.js';
@@ -62,9 +62,10 @@ export class Viewer {
 
   async open() {
     while (this.live && (await this.files.json(this.live)).version === 0) await sleep(ASK_AGAIN_MS);
-    this.scene = await loadScene(this.files);
+    const [scene, shaders] = await Promise.all([loadScene(this.files), loadShaders(this.files)]);
+    this.scene = scene;
     this.navigation = new Navigation(this.scene);
-    this.renderer = new Renderer(this.gl, this.scene);
+    this.renderer = new Renderer(this.gl, this.scene, shaders);
     this.resize();
     const start = this.navigation.poseOfView(this.scene.first_view, this.canvas.width, this.canvas.height);
     this.navigation.set(start.pose, start.fov);
