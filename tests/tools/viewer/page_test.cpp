@@ -188,6 +188,17 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(std::stoi(said.at("tight-fetched")) > 8);
   CHECK(said.at("tight-again") == "0");
 
+  // A model that does not fit at all says so in one sentence.
+  REQUIRE(said.contains("notice-helped"));
+  CHECK_THAT(
+      said.at("notice"),
+      Catch::Matches("complete true This model takes up to [1-9][0-9]* MiB of the GPU's memory, [0-9]+ of them for its "
+                     "mesh, and this page is to take at most 0.5: build the model with fewer faces \\(lumatlas "
+                     "build --faces\\), or add \\?memory=[1-9][0-9]* to this page's address\\."));
+  CHECK(said.at("notice-true") == "true");
+  CHECK(said.at("notice-closed") == "true");
+  CHECK(said.at("notice-helped") == "false true");
+
   REQUIRE(said.contains("screenshot"));
   CHECK(said.at("state") == "complete");
   CHECK(said.at("photographs") == "12/12");

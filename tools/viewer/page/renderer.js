@@ -98,10 +98,16 @@ export class Renderer {
     return MOST_GLANCE_BYTES + width * height * (PICTURE_BYTES + 4) + ofPart;
   }
 
+  // Of the mesh, with its references.
+  modelBytes() {
+    let sum = this.meshBytes;
+    for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
+    return sum;
+  }
+
   // Bytes on the GPU, as they were asked for.
   bytes() {
-    let sum = this.meshBytes + (this.photographs ? this.photographs.bytes : 0);
-    for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
+    let sum = this.modelBytes() + (this.photographs ? this.photographs.bytes : 0);
     for (const target of this.targets.values()) sum += target.bytes;
     return sum;
   }

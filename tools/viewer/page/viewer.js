@@ -56,6 +56,7 @@ export class Viewer {
     this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
     this.changed = () => {};  // after each change of the view
     this.progressed = () => {};
+    this.crowded = () => {};  // told what overrun() says of each version
     this.failed = (error) => console.error(error);
     this.shown = {};
   }
@@ -107,6 +108,7 @@ export class Viewer {
     this.navigation.follow(scene);
     this.room ??= {bytes: this.forPhotographs(tables.resident.length), scale: this.shownScale()};
     const layout = makeLayout(scene, this.form, this.room.bytes, this.room.scale);
+    this.crowded(this.overrun(layout, tables.resident.length));
     if (!renderer.photographs?.follow(scene, layout, tables.resident)) {
       renderer.photographs?.release();
       renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
@@ -133,13 +135,28 @@ export class Viewer {
     }
   }
 
-  // Of the memory, bytes: what is left by the mesh, by what pictures are drawn to, and by what photographs with so many
-  // tiles take while they come.
-  forPhotographs(tiles) {
+  // Of the memory, bytes: what pictures are drawn to, and what photographs with so many tiles take while they come.
+  besides(tiles) {
     const {canvas, renderer} = this;
-    const besides = renderer.bytesToDraw(canvas.width, canvas.height) +
+    return renderer.bytesToDraw(canvas.width, canvas.height) +
         Photographs.bytesBesides(this.scene, this.form, tiles);
-    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - besides);
+  }
+
+  // What is left by these and the mesh.
+  forPhotographs(tiles) {
+    const left = this.memory * MEBIBYTE - this.renderer.bytes() - this.besides(tiles);
+    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, left);
+  }
+
+  // MiB, where more is needed than is allowed: all of it, what of it is the mesh, and what would have to be allowed,
+  // of which photographs take their least share. Null: all has room.
+  overrun(layout, tiles) {
+    const mesh = this.renderer.modelBytes() / MEBIBYTE;
+    const others = mesh + this.besides(tiles) / MEBIBYTE;
+    const all = others + layout.bytes / MEBIBYTE;
+    if (all <= this.memory) return null;
+    const share = LEAST_FOR_PHOTOGRAPHS / MEBIBYTE;
+    return {all, mesh, allowed: this.memory, enough: Math.ceil(Math.max(all, others / (1 - share)))};
   }
 
   // Of photographs that have as many pixels as the canvas.
@@ -398,6 +415,12 @@ function linkAddress(viewer, page) {
   });
 }
 
+function memoryNotice({all, mesh, allowed, enough}) {
+  return `This model takes up to ${Math.ceil(all)} MiB of the GPU's memory, ${Math.round(mesh)} of them for its mesh, ` +
+      `and this page is to take at most ${allowed}: build the model with fewer faces (\`lumatlas build --faces\`), or ` +
+      `add \`?memory=${enough}\` to this page's address.`;
+}
+
 function connect(viewer) {
   const page = new Interface({
     mode: (mode) => {
@@ -427,6 +450,7 @@ function connect(viewer) {
       page.showOrbits(viewer.navigation.orbits);
     },
   });
+  viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(overrun) : '');
   viewer.progressed = () => {
     const {done, total} = viewer.residents.progress();
     const scale = viewer.renderer.photographs.layout.scale;
