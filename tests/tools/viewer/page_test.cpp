@@ -196,6 +196,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
                      "mesh, and this page is to take at most 0.5: build the model with fewer faces \\(lumatlas "
                      "build --faces\\), or add \\?memory=[1-9][0-9]* to this page's address\\."));
   CHECK(said.at("notice-true") == "true");
+  CHECK(said.at("misplaced") == "");
   CHECK(said.at("notice-closed") == "true");
   CHECK(said.at("notice-helped") == "false true");
 
