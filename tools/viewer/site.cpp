@@ -158,7 +158,9 @@ class SiteWriter {
 
   void write_surface();
   void write_mesh_version();
-  json write_arrays_version(const char* name, const PackedArrays& arrays);
+  json write_arrays_version(const std::string& name, const PackedArrays& arrays);
+  [[nodiscard]] std::vector<std::uint32_t> resident_tiles() const;
+  [[nodiscard]] PackedArrays tables(const ZoneCells& zones) const;
   void note_view_version(std::size_t slot);
   [[nodiscard]] SiteFile scene_file(const json& mesh, const json& coarse, const json& tables, const json& colors) const;
   void write_views();
@@ -251,17 +253,6 @@ std::vector<std::uint8_t> tiles_there(const Snapshot& snapshot, std::size_t slot
   return there;
 }
 
-// The same of all views.
-std::vector<std::uint32_t> resident_tiles(const Snapshot& snapshot, std::uint32_t tile_px) {
-  std::vector<std::uint32_t> resident;
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (!snapshot.views[slot]) continue;
-    const std::vector<std::uint8_t> there = tiles_there(snapshot, slot, tile_px);
-    resident.insert(resident.end(), there.begin(), there.end());
-  }
-  return resident;
-}
-
 template <typename Records>
 std::vector<std::uint32_t> flat(const Records& records, int components) {
   std::vector<std::uint32_t> values;
@@ -271,13 +262,24 @@ std::vector<std::uint32_t> flat(const Records& records, int components) {
   return values;
 }
 
-PackedArrays tables_of(const Snapshot& snapshot, const ZoneCells& zones, std::uint32_t tile_px) {
-  const ZoneReferences lists = zone_references(zones, snapshot.references, snapshot.cell_seen);
+// Of the views that the page has, as it numbers their tiles.
+std::vector<std::uint32_t> SiteWriter::resident_tiles() const {
+  std::vector<std::uint32_t> resident;
+  for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
+    if (!is_known(slot)) continue;
+    const std::vector<std::uint8_t> there = tiles_there(snapshot_, slot, tile_px_);
+    resident.insert(resident.end(), there.begin(), there.end());
+  }
+  return resident;
+}
+
+PackedArrays SiteWriter::tables(const ZoneCells& zones) const {
+  const ZoneReferences lists = zone_references(zones, snapshot_.references, snapshot_.cell_seen);
   PackedArrays tables;
   tables.add("zones", flat(lists.zones, 3), 3, PackedCoding::difference);
   tables.add("cells", flat(lists.cells, 3), 3, PackedCoding::difference);
   tables.add("references", lists.references, 1, PackedCoding::difference);
-  tables.add("resident", resident_tiles(snapshot, tile_px), 1, PackedCoding::plain);
+  tables.add("resident", resident_tiles(), 1, PackedCoding::plain);
   return tables;
 }
 
@@ -296,7 +298,7 @@ void SiteWriter::write_surface() {
   if (width > 0) shares = joined(std::move(shares), first_of_same_references(snapshot_.references));
   const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors, surface.cells.cell_of_face, shares);
   const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
-  const PackedArrays tables = tables_of(snapshot_, mesh.zone_cells, tile_px_);
+  const PackedArrays tables = this->tables(mesh.zone_cells);
   const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
   const bool has_coarse = coarse.corner_counts[0] > 0;
   const json described{{"file", "tables.bin"}, {"arrays", tables.description()}};
@@ -333,11 +335,18 @@ void SiteWriter::write_mesh_version() {
   put(binary(name, packed.arrays.deflated(DeflateEffort::least)), facts_.mesh_bytes);
 }
 
-json SiteWriter::write_arrays_version(const char* name, const PackedArrays& arrays) {
-  const std::string file = versioned(name, history_->version, ".bin");
-  note(file);
-  put(binary(file, arrays.deflated(DeflateEffort::least)), facts_.table_bytes);
-  return {{"file", file}, {"arrays", arrays.description()}};
+// Arrays that are as they were stay in the file that they are in.
+json SiteWriter::write_arrays_version(const std::string& name, const PackedArrays& arrays) {
+  SiteHistory::Arrays& known = history_->arrays[name];
+  std::vector<std::uint8_t> packed = arrays.deflated(DeflateEffort::least);
+  const json description = arrays.description();
+  if (known.packed != packed || known.described.value("arrays", json()) != description) {
+    const std::string file = versioned(name, history_->version, ".bin");
+    known = {{{"file", file}, {"arrays", description}}, std::move(packed)};
+    put(binary(file, known.packed), facts_.table_bytes);
+  }
+  note(known.described["file"]);
+  return known.described;
 }
 
 // Which files of a view are as they were.
@@ -365,7 +374,6 @@ std::vector<std::string> SiteWriter::write_version() {
   }
   colors.add("colors", values, 3, PackedCoding::difference);
   const json described_colors = write_arrays_version("colors", colors);
-  const json described = write_arrays_version("tables", tables_of(snapshot_, history_->zone_cells, tile_px_));
   const auto until = std::chrono::steady_clock::now() + options_.time_for_views;
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
     step();
@@ -377,6 +385,7 @@ std::vector<std::string> SiteWriter::write_version() {
     }
     if (is_known(slot)) write_view(slot, *snapshot_.views[slot]);
   }
+  const json described = write_arrays_version("tables", tables(history_->zone_cells));
   put(scene_file(history_->mesh, json(), described, described_colors), facts_.scene_bytes);
   return std::move(names_);
 }

@@ -101,12 +101,46 @@ TEST_CASE("what did not change keeps its name, and what nobody needs any more go
   // Somebody may still be fetching the version before.
   for (const std::string& file : files_of(first)) CHECK(running.status(file) == 200);
   for (const std::string& file : files_of(second)) CHECK(running.status(file) == 200);
+  CHECK(second["tables"] != first["tables"]);
   site.update(moved, false);
+  const json third = running.read("scene.json");
+  CHECK(third["version"] == 3);
+  CHECK(third["tables"] == second["tables"]);
+  CHECK(third["colors"] == second["colors"]);
+  moved.vertex_colors.front().r ^= 1;
+  site.update(moved, false);
+  CHECK(running.read("scene.json")["colors"]["file"] == "colors-4.bin");
   const std::set<std::string> kept = files_of(running.read("scene.json"));
-  const std::set<std::string> before = files_of(second);
+  const std::set<std::string> before = files_of(third);
   for (const std::string& file : files_of(first)) {
     CHECK(running.status(file) == (kept.contains(file) || before.contains(file) ? 200 : 404));
   }
+}
+
+TEST_CASE("of views that there was no time for, a page is told no tiles") {
+  const Snapshot all = room(3);
+  Snapshot some = all;
+  const std::uint32_t first = some.tiles.first_tile[1], last = some.tiles.first_tile[2];
+  for (std::uint32_t tile = first; tile < last; ++tile) some.tiles.slots[tile] = kNotResident;
+  leave_out_views_without_tiles(some);
+  REQUIRE_FALSE(some.views[1]);
+  SiteOptions options;
+  SiteHistory history;
+  json scene;
+  const auto put = [&](const SiteFile& file) {
+    if (file.name == "scene.json") scene = json::parse(file.bytes);
+  };
+  const auto tiles = [&] { return scene["tables"]["arrays"].back()["entries"].get<std::size_t>(); };
+  write_site_version(some, options, history, put);
+  CHECK(tiles() == all.tiles.slots.size() - (last - first));
+  options.time_for_views = std::chrono::seconds(-1);
+  write_site_version(all, options, history, put);
+  CHECK(scene["views"][1].is_null());
+  CHECK(tiles() == all.tiles.slots.size() - (last - first));
+  options.time_for_views = std::chrono::hours(1);
+  write_site_version(all, options, history, put);
+  CHECK(scene["views"][1].is_object());
+  CHECK(tiles() == all.tiles.slots.size());
 }
 
 TEST_CASE("shaders are in a file of their own, which no version changes") {

@@ -177,7 +177,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(followed > compressed - 0.5);
   CHECK(agreement(expected, said, "followed-", kFollowed).other < 0.002);
   CHECK(said.at("fetched-again") ==
-        "views/00008-2.png views/00008-2.bin views/00009-2.png views/00009-2.bin "
+        "tables-2.bin views/00008-2.png views/00008-2.bin views/00009-2.png views/00009-2.bin "
         "views/00010-2.png views/00010-2.bin views/00011-2.png views/00011-2.bin");
   CHECK(said.at("own-shares") == "12");
   // With room for eight of twelve photographs, what is thrown away is what pictures do not need.

@@ -94,24 +94,31 @@ export class Viewer {
     await this.residents.provide(this.camera());
   }
 
-  // All that a picture needs but photographs, at once, so that none is drawn of two versions.
+  // All that a picture needs but photographs, at once, so that none is drawn of two versions. What is in the file that
+  // it was in before is there already.
   async takeTables(scene, mesh = null) {
     const {files, gl, renderer} = this;
-    const [tables, colors] = await Promise.all([loadTables(files, scene), loadColors(files, scene)]);
+    const isNew = (part) => mesh || !this.taken || scene[part]?.file !== this.taken[part]?.file;
+    const [tables, colors] = await Promise.all([
+      isNew('tables') ? loadTables(files, scene) : null, isNew('colors') ? loadColors(files, scene) : null,
+    ]);
     if (mesh) {
       renderer.setMesh(mesh);
       this.residents.forget();  // depths are drawn from the mesh
     }
     if (colors) renderer.setColors(colors);
-    renderer.setTables(tables);
-    this.scene = this.renderer.scene = scene;
+    if (tables) {
+      renderer.setTables(tables);
+      this.resident = tables.resident;
+    }
+    this.taken = this.scene = this.renderer.scene = scene;
     this.navigation.follow(scene);
-    this.room ??= {bytes: this.forPhotographs(tables.resident.length), scale: this.shownScale()};
+    this.room ??= {bytes: this.forPhotographs(this.resident.length), scale: this.shownScale()};
     const layout = makeLayout(scene, this.form, this.room.bytes, this.room.scale);
-    this.crowded(this.overrun(layout, tables.resident.length));
-    if (!renderer.photographs?.follow(scene, layout, tables.resident)) {
+    this.crowded(this.overrun(layout, this.resident.length));
+    if (!renderer.photographs?.follow(scene, layout, this.resident)) {
       renderer.photographs?.release();
-      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
+      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, this.resident);
       this.residents.forget();
     }
     this.invalidate();
