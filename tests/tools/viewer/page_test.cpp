@@ -180,6 +180,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
         "tables-2.bin views/00008-2.png views/00008-2.bin views/00009-2.png views/00009-2.bin "
         "views/00010-2.png views/00010-2.bin views/00011-2.png views/00011-2.bin");
   CHECK(said.at("own-shares") == "12");
+  CHECK(said.at("filled") == "1.000000 1.000000 1.000000");
   // With room for eight of twelve photographs, what is thrown away is what pictures do not need.
   const double tight = agreement(expected, said, "tight-", kStored).psnr;
   std::cout << "room for eight photographs: PSNR " << tight << " dB, " << said.at("tight-fetched") << " fetched\n";
