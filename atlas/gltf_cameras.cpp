@@ -29,13 +29,28 @@ json rotation_json(const glm::dmat3& rotation) {
   return {q.x, q.y, q.z, q.w};
 }
 
+// How many times as wide a picture must be that has the camera's principal point in its middle, the shape of the
+// camera's picture, and all of that in it. >= 1.
+double centred_size(const Camera& camera) {
+  const auto of_side = [](double principal, double size) {
+    return std::max(principal, size - principal) / (0.5 * size);
+  };
+  return std::max(of_side(camera.cx, camera.width), of_side(camera.cy, camera.height));
+}
+
 json camera_json(const StoredView& view, double near) {
   const Camera& camera = view.camera;
   const double half_width = 0.5 * camera.width / camera.fx, half_height = 0.5 * camera.height / camera.fy;
   return {{"name", unicode_name(view.name)},
           {"type", "perspective"},
           {"perspective",
-           {{"yfov", 2 * std::atan(half_height)}, {"aspectRatio", half_width / half_height}, {"znear", near}}}};
+           {{"yfov", 2 * std::atan(centred_size(camera) * half_height)},
+            {"aspectRatio", half_width / half_height},
+            {"znear", near}}},
+          {"extras",
+           {{"imageSize", {camera.width, camera.height}},
+            {"focalLength", {camera.fx, camera.fy}},
+            {"principalPoint", {camera.cx, camera.cy}}}}};
 }
 
 json node_json(const StoredView& view, std::size_t camera) {

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include "atlas/glb_file.h"
+#include "atlas/gltf_cameras.h"
 #include "atlas/gltf_mesh.h"
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
@@ -472,10 +473,46 @@ TEST_CASE("the file stands upright for other programs, and has a camera for each
     CHECK(root.at("children").at(i) == 1 + i);
     CHECK(node.at("name") == snapshot.views[i]->name);
     const nlohmann::json& perspective = gltf.at("cameras").at(node.at("camera").get<std::size_t>()).at("perspective");
-    CHECK(perspective.at("yfov").get<double>() == Approx(2 * std::atan(0.5 * camera.height / camera.fy)));
     CHECK_FALSE(perspective.contains("zfar"));
     const glm::dvec3 world = camera.center() + 3.0 * camera.ray(camera.image_from_cam({1, 2, 3}));
     CHECK(glm::distance(placed(node, {1, -2, -3}), world) < 1e-9);
+  }
+}
+
+// Where glTF (3.10.3) has a camera show a point of its own frame: 1 is the right and the upper border.
+glm::dvec2 shown_at(const nlohmann::json& perspective, const glm::dvec3& point) {
+  const double half_height = std::tan(0.5 * perspective.at("yfov").get<double>());
+  const double half_width = half_height * perspective.at("aspectRatio").get<double>();
+  return glm::dvec2(point.x / half_width, point.y / half_height) / -point.z;
+}
+
+TEST_CASE("a camera of the file shows the whole photograph, wherever that has its principal point") {
+  Snapshot snapshot = compacted(small_snapshot());
+  auto view = std::make_shared<StoredView>(*snapshot.views[0]);
+  Camera& camera = view->camera;
+  const glm::dvec2 size(camera.width, camera.height);
+  camera.fy = 1.25 * camera.fx;
+  for (const glm::dvec2 share : {glm::dvec2(0.5, 0.5), {0.6, 0.5}, {0.5, 0.3}, {0.42, 0.56}, {-0.1, 1.2}}) {
+    camera.cx = share.x * size.x;
+    camera.cy = share.y * size.y;
+    nlohmann::json gltf{{"nodes", {nlohmann::json::object()}}};
+    snapshot.views[0] = view;
+    add_cameras(gltf, snapshot, glm::dmat3(1));
+    const nlohmann::json& written = gltf.at("cameras").at(0);
+    const nlohmann::json& perspective = written.at("perspective");
+    double outermost = 0;
+    for (const glm::dvec2 corner : {glm::dvec2(0, 0), {size.x, 0}, {0, size.y}, size}) {
+      const glm::dvec2 ray = (corner - glm::dvec2(camera.cx, camera.cy)) / glm::dvec2(camera.fx, camera.fy);
+      const glm::dvec2 at = glm::abs(shown_at(perspective, {ray.x, -ray.y, -1}));
+      outermost = std::max({outermost, at.x, at.y});
+    }
+    INFO("principal point at " << share.x << ", " << share.y);
+    CHECK(outermost == Approx(1));  // all of it is there, and no more than needed
+    CHECK(perspective.at("aspectRatio").get<double>() ==
+          Approx(size.x / camera.fx / (size.y / camera.fy)));  // the shape of the photograph, as it is seen
+    CHECK(written.at("extras").at("principalPoint") == nlohmann::json{camera.cx, camera.cy});
+    CHECK(written.at("extras").at("focalLength") == nlohmann::json{camera.fx, camera.fy});
+    CHECK(written.at("extras").at("imageSize") == nlohmann::json{camera.width, camera.height});
   }
 }
 

@@ -21,7 +21,6 @@
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"
 #include "tools/base/html_text.h"
-#include "tools/base/output_folder.h"
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
@@ -59,6 +58,12 @@ std::string replaced(std::string text, std::string_view place, std::string_view 
   return text.replace(at, place.size(), by);
 }
 
+// Without white space, which would be a third of a scene's bytes.
+SiteFile compact_json(std::string name, const json& value) {
+  return {std::move(name), "application/json",
+          bytes_of_text(value.dump(-1, ' ', false, json::error_handler_t::replace))};
+}
+
 json json_of(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
@@ -78,21 +83,23 @@ json json_of(const BlendOptions& options) {
           {"occlusion_tolerance", options.occlusion_tolerance}};
 }
 
-json shaders() {
-  return {{"surface.vert", k_surface_vert},
-          {"surface.frag", k_surface_frag},
-          {"screen.vert", k_screen_vert},
-          {"blend.frag", k_blend_frag},
-          {"silhouettes.frag", k_silhouettes_frag},
-          {"diagnose.frag", k_diagnose_frag},
-          {"depth.frag", k_depth_frag},
-          {"photograph.frag", k_photograph_frag},
-          {"blocks.frag", k_blocks_frag},
-          {"page.frag", k_page_frag},
-          {"modes.frag", k_modes_frag},
-          {"fade.frag", k_fade_frag},
-          {"glance.frag", k_glance_frag},
-          {"needs.frag", k_needs_frag}};
+// Of every version of every model the same, so that a page fetches them once.
+SiteFile shaders_file() {
+  const json sources = {{"surface.vert", k_surface_vert},
+                        {"surface.frag", k_surface_frag},
+                        {"screen.vert", k_screen_vert},
+                        {"blend.frag", k_blend_frag},
+                        {"silhouettes.frag", k_silhouettes_frag},
+                        {"diagnose.frag", k_diagnose_frag},
+                        {"depth.frag", k_depth_frag},
+                        {"photograph.frag", k_photograph_frag},
+                        {"blocks.frag", k_blocks_frag},
+                        {"page.frag", k_page_frag},
+                        {"modes.frag", k_modes_frag},
+                        {"fade.frag", k_fade_frag},
+                        {"glance.frag", k_glance_frag},
+                        {"needs.frag", k_needs_frag}};
+  return compact_json("shaders.json", {{"definitions", shared_definitions()}, {"sources", sources}});
 }
 
 SiteFile binary(std::string name, std::vector<std::uint8_t> bytes) {
@@ -151,7 +158,9 @@ class SiteWriter {
 
   void write_surface();
   void write_mesh_version();
-  json write_arrays_version(const char* name, const PackedArrays& arrays);
+  json write_arrays_version(const std::string& name, const PackedArrays& arrays);
+  [[nodiscard]] std::vector<std::uint32_t> resident_tiles() const;
+  [[nodiscard]] PackedArrays tables(const ZoneCells& zones) const;
   void note_view_version(std::size_t slot);
   [[nodiscard]] SiteFile scene_file(const json& mesh, const json& coarse, const json& tables, const json& colors) const;
   void write_views();
@@ -244,17 +253,6 @@ std::vector<std::uint8_t> tiles_there(const Snapshot& snapshot, std::size_t slot
   return there;
 }
 
-// The same of all views.
-std::vector<std::uint32_t> resident_tiles(const Snapshot& snapshot, std::uint32_t tile_px) {
-  std::vector<std::uint32_t> resident;
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (!snapshot.views[slot]) continue;
-    const std::vector<std::uint8_t> there = tiles_there(snapshot, slot, tile_px);
-    resident.insert(resident.end(), there.begin(), there.end());
-  }
-  return resident;
-}
-
 template <typename Records>
 std::vector<std::uint32_t> flat(const Records& records, int components) {
   std::vector<std::uint32_t> values;
@@ -264,13 +262,24 @@ std::vector<std::uint32_t> flat(const Records& records, int components) {
   return values;
 }
 
-PackedArrays tables_of(const Snapshot& snapshot, const ZoneCells& zones, std::uint32_t tile_px) {
-  const ZoneReferences lists = zone_references(zones, snapshot.references, snapshot.cell_seen);
+// Of the views that the page has, as it numbers their tiles.
+std::vector<std::uint32_t> SiteWriter::resident_tiles() const {
+  std::vector<std::uint32_t> resident;
+  for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
+    if (!is_known(slot)) continue;
+    const std::vector<std::uint8_t> there = tiles_there(snapshot_, slot, tile_px_);
+    resident.insert(resident.end(), there.begin(), there.end());
+  }
+  return resident;
+}
+
+PackedArrays SiteWriter::tables(const ZoneCells& zones) const {
+  const ZoneReferences lists = zone_references(zones, snapshot_.references, snapshot_.cell_seen);
   PackedArrays tables;
   tables.add("zones", flat(lists.zones, 3), 3, PackedCoding::difference);
   tables.add("cells", flat(lists.cells, 3), 3, PackedCoding::difference);
   tables.add("references", lists.references, 1, PackedCoding::difference);
-  tables.add("resident", resident_tiles(snapshot, tile_px), 1, PackedCoding::plain);
+  tables.add("resident", resident_tiles(), 1, PackedCoding::plain);
   return tables;
 }
 
@@ -289,7 +298,7 @@ void SiteWriter::write_surface() {
   if (width > 0) shares = joined(std::move(shares), first_of_same_references(snapshot_.references));
   const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors, surface.cells.cell_of_face, shares);
   const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
-  const PackedArrays tables = tables_of(snapshot_, mesh.zone_cells, tile_px_);
+  const PackedArrays tables = this->tables(mesh.zone_cells);
   const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
   const bool has_coarse = coarse.corner_counts[0] > 0;
   const json described{{"file", "tables.bin"}, {"arrays", tables.description()}};
@@ -326,11 +335,18 @@ void SiteWriter::write_mesh_version() {
   put(binary(name, packed.arrays.deflated(DeflateEffort::least)), facts_.mesh_bytes);
 }
 
-json SiteWriter::write_arrays_version(const char* name, const PackedArrays& arrays) {
-  const std::string file = versioned(name, history_->version, ".bin");
-  note(file);
-  put(binary(file, arrays.deflated(DeflateEffort::least)), facts_.table_bytes);
-  return {{"file", file}, {"arrays", arrays.description()}};
+// Arrays that are as they were stay in the file that they are in.
+json SiteWriter::write_arrays_version(const std::string& name, const PackedArrays& arrays) {
+  SiteHistory::Arrays& known = history_->arrays[name];
+  std::vector<std::uint8_t> packed = arrays.deflated(DeflateEffort::least);
+  const json description = arrays.description();
+  if (known.packed != packed || known.described.value("arrays", json()) != description) {
+    const std::string file = versioned(name, history_->version, ".bin");
+    known = {{{"file", file}, {"arrays", description}}, std::move(packed)};
+    put(binary(file, known.packed), facts_.table_bytes);
+  }
+  note(known.described["file"]);
+  return known.described;
 }
 
 // Which files of a view are as they were.
@@ -358,7 +374,6 @@ std::vector<std::string> SiteWriter::write_version() {
   }
   colors.add("colors", values, 3, PackedCoding::difference);
   const json described_colors = write_arrays_version("colors", colors);
-  const json described = write_arrays_version("tables", tables_of(snapshot_, history_->zone_cells, tile_px_));
   const auto until = std::chrono::steady_clock::now() + options_.time_for_views;
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
     step();
@@ -370,6 +385,7 @@ std::vector<std::string> SiteWriter::write_version() {
     }
     if (is_known(slot)) write_view(slot, *snapshot_.views[slot]);
   }
+  const json described = write_arrays_version("tables", tables(history_->zone_cells));
   put(scene_file(history_->mesh, json(), described, described_colors), facts_.scene_bytes);
   return std::move(names_);
 }
@@ -384,10 +400,8 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
   const TileOptions& tiles = snapshot_.tiles.options;
   const json scene = {
       {"lumatlas", LUMATLAS_VERSION},
-      {"format", 1},
+      {"format", 2},
       {"title", options_.title},
-      {"shaders", shaders()},
-      {"definitions", shared_definitions()},
       {"blend", json_of(options_.blend)},
       {"version", history_ ? json(history_->version) : json()},
       {"mesh", mesh},
@@ -406,7 +420,7 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
       {"first_view", first_view()},
       {"poster", history_ ? json() : json("poster.jpg")},
       {"views", std::move(views)}};
-  return {"scene.json", "application/json", bytes_of_text(json_text(scene))};
+  return compact_json("scene.json", scene);
 }
 
 void SiteWriter::write_views() {
@@ -494,7 +508,8 @@ std::vector<SiteFile> page_files(const SiteOptions& options) {
            bytes_of_text(page(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)",
                               R"(<script type="module" src="viewer.js"></script>)"))},
           {"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)},
-          {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)}};
+          {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)},
+          shaders_file()};
 }
 
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
@@ -542,12 +557,15 @@ SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const Sit
   const std::size_t place = html.find("{{data}}");
   file << html.substr(0, place);
   std::uint64_t page_bytes = html.size();
-  const auto put = [&](const SiteFile& part) {
+  const auto put = [&file](const SiteFile& part) {
     file << "<script type=\"application/octet-stream\" data-file=\"" << html_escaped(part.name) << "\" data-type=\""
          << html_escaped(part.type) << "\">";
     write_base64(file, part.bytes);
     file << "</script>\n";
   };
+  const SiteFile shaders = shaders_file();
+  page_bytes += shaders.bytes.size();
+  put(shaders);
   SiteFacts facts = SiteWriter(snapshot, options, put, tick).write();
   file << html.substr(place + 8);
   facts.page_bytes = page_bytes;

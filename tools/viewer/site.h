@@ -41,7 +41,7 @@ struct SiteFile {
 
 // What became of a model.
 struct SiteFacts {
-  std::uint64_t page_bytes = 0;   // HTML, script, style
+  std::uint64_t page_bytes = 0;   // HTML, script, style, shaders
   std::uint64_t scene_bytes = 0;  // what the scene says of itself, and a coarse mesh: the first picture
   std::uint64_t mesh_bytes = 0;
   std::uint64_t table_bytes = 0;       // references
@@ -63,7 +63,7 @@ struct SiteFacts {
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
 
-// The page's own files: HTML, script, style.
+// The page's own files, of all models alike but for the title: HTML, script, style, shaders.
 [[nodiscard]] std::vector<SiteFile> page_files(const SiteOptions& options);
 
 // The rest of the site, as far as it is not as it was written last; the scene's own file, which names the others, comes

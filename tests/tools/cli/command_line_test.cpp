@@ -220,7 +220,8 @@ TEST_CASE("a page for browsers is a folder or one file, and replaces nothing but
   INFO(written.err);
   REQUIRE(written.status == 0);
   CHECK_THAT(written.out, Catch::Contains("9 photographs"));
-  for (const char* name : {"index.html", "viewer.js", "scene.json", "mesh.bin", "views/00000.jpg", "views/00000.bin"}) {
+  for (const char* name :
+       {"index.html", "viewer.js", "shaders.json", "scene.json", "mesh.bin", "views/00000.jpg", "views/00000.bin"}) {
     INFO(name);
     CHECK(fs::exists(site / name));
   }

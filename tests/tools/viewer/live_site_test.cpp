@@ -43,9 +43,10 @@ class RunningLive {
   [[nodiscard]] int status(const std::string& path) const {
     return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->status;
   }
-  [[nodiscard]] json read(const std::string& path) const {
-    return json::parse(httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->body);
+  [[nodiscard]] std::string text(const std::string& path) const {
+    return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->body;
   }
+  [[nodiscard]] json read(const std::string& path) const { return json::parse(text(path)); }
 
   SiteServer server{ServerOptions{}};
 
@@ -100,11 +101,61 @@ TEST_CASE("what did not change keeps its name, and what nobody needs any more go
   // Somebody may still be fetching the version before.
   for (const std::string& file : files_of(first)) CHECK(running.status(file) == 200);
   for (const std::string& file : files_of(second)) CHECK(running.status(file) == 200);
+  CHECK(second["tables"] != first["tables"]);
   site.update(moved, false);
+  const json third = running.read("scene.json");
+  CHECK(third["version"] == 3);
+  CHECK(third["tables"] == second["tables"]);
+  CHECK(third["colors"] == second["colors"]);
+  moved.vertex_colors.front().r ^= 1;
+  site.update(moved, false);
+  CHECK(running.read("scene.json")["colors"]["file"] == "colors-4.bin");
   const std::set<std::string> kept = files_of(running.read("scene.json"));
-  const std::set<std::string> before = files_of(second);
+  const std::set<std::string> before = files_of(third);
   for (const std::string& file : files_of(first)) {
     CHECK(running.status(file) == (kept.contains(file) || before.contains(file) ? 200 : 404));
+  }
+}
+
+TEST_CASE("of views that there was no time for, a page is told no tiles") {
+  const Snapshot all = room(3);
+  Snapshot some = all;
+  const std::uint32_t first = some.tiles.first_tile[1], last = some.tiles.first_tile[2];
+  for (std::uint32_t tile = first; tile < last; ++tile) some.tiles.slots[tile] = kNotResident;
+  leave_out_views_without_tiles(some);
+  REQUIRE_FALSE(some.views[1]);
+  SiteOptions options;
+  SiteHistory history;
+  json scene;
+  const auto put = [&](const SiteFile& file) {
+    if (file.name == "scene.json") scene = json::parse(file.bytes);
+  };
+  const auto tiles = [&] { return scene["tables"]["arrays"].back()["entries"].get<std::size_t>(); };
+  write_site_version(some, options, history, put);
+  CHECK(tiles() == all.tiles.slots.size() - (last - first));
+  options.time_for_views = std::chrono::seconds(-1);
+  write_site_version(all, options, history, put);
+  CHECK(scene["views"][1].is_null());
+  CHECK(tiles() == all.tiles.slots.size() - (last - first));
+  options.time_for_views = std::chrono::hours(1);
+  write_site_version(all, options, history, put);
+  CHECK(scene["views"][1].is_object());
+  CHECK(tiles() == all.tiles.slots.size());
+}
+
+TEST_CASE("shaders are in a file of their own, which no version changes") {
+  RunningLive running;
+  LiveSite site(running.server, "room");
+  const std::string before = running.text("shaders.json");
+  const json shaders = json::parse(before);
+  CHECK_THAT(shaders["sources"]["blend.frag"], Catch::StartsWith("#version 300 es"));
+  for (const std::size_t views : {3, 5}) {
+    site.update(room(views), false);
+    CHECK(running.text("shaders.json") == before);
+    // What is asked for again with each version: a few hundred bytes a view.
+    const std::string scene = running.text("scene.json");
+    CHECK(scene.find("#version") == std::string::npos);
+    CHECK(scene.size() < 2000 + 800 * views);
   }
 }
 

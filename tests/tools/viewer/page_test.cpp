@@ -76,6 +76,7 @@ void add_versions(std::vector<SiteFile>& files) {
     file.name = "live/" + (file.name == "scene.json" && history.version > 0 ? "second.json" : file.name);
     files.push_back(std::move(file));
   };
+  for (SiteFile& file : page_files(options)) put(std::move(file));
   Snapshot first = model();  // whose last views have not come yet
   const std::uint32_t first_missing = first.tiles.first_tile[kViews - 4];
   for (std::size_t tile = first_missing; tile < first.tiles.slots.size(); ++tile)
@@ -176,9 +177,10 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(followed > compressed - 0.5);
   CHECK(agreement(expected, said, "followed-", kFollowed).other < 0.002);
   CHECK(said.at("fetched-again") ==
-        "views/00008-2.png views/00008-2.bin views/00009-2.png views/00009-2.bin "
+        "tables-2.bin views/00008-2.png views/00008-2.bin views/00009-2.png views/00009-2.bin "
         "views/00010-2.png views/00010-2.bin views/00011-2.png views/00011-2.bin");
   CHECK(said.at("own-shares") == "12");
+  CHECK(said.at("filled") == "1.000000 1.000000 1.000000");
   // With room for eight of twelve photographs, what is thrown away is what pictures do not need.
   const double tight = agreement(expected, said, "tight-", kStored).psnr;
   std::cout << "room for eight photographs: PSNR " << tight << " dB, " << said.at("tight-fetched") << " fetched\n";
@@ -186,6 +188,18 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(said.at("tight-memory") == "true 8/8");
   CHECK(std::stoi(said.at("tight-fetched")) > 8);
   CHECK(said.at("tight-again") == "0");
+
+  // A model that does not fit at all says so in one sentence.
+  REQUIRE(said.contains("notice-helped"));
+  CHECK_THAT(
+      said.at("notice"),
+      Catch::Matches("complete true This model takes up to [1-9][0-9]* MiB of the GPU's memory, [0-9]+ of them for its "
+                     "mesh, and this page is to take at most 0.5: build the model with fewer faces \\(lumatlas "
+                     "build --faces\\), or add \\?memory=[1-9][0-9]* to this page's address\\."));
+  CHECK(said.at("notice-true") == "true");
+  CHECK(said.at("misplaced") == "");
+  CHECK(said.at("notice-closed") == "true");
+  CHECK(said.at("notice-helped") == "false true");
 
   REQUIRE(said.contains("screenshot"));
   CHECK(said.at("state") == "complete");

@@ -27,6 +27,9 @@ export class Interface {
       element('memory').textContent = actions.memory();
       element('keys').showModal();
     });
+    element('understood').addEventListener('click', () => {
+      element('notice').hidden = true;
+    });
     element('full').hidden = !document.fullscreenEnabled;
   }
 
@@ -94,6 +97,19 @@ export class Interface {
 
   showNote(text) {
     element('status').textContent = text;
+  }
+
+  // Until it is understood; '': there is nothing to say any more. What is to be typed stands between ` and `.
+  showNotice(text) {
+    if (this.notice === text) return;
+    this.notice = text;
+    const parts = text.split('`').map((part, i) => {
+      const shown = document.createElement(i % 2 ? 'code' : 'span');
+      shown.textContent = part;
+      return shown;
+    });
+    element('notice-text').replaceChildren(...parts);
+    element('notice').hidden = text === '';
   }
 
   showPoster(address) {

@@ -2,7 +2,7 @@
 // A site's scene: what it says of itself at once, its mesh and tables when they are asked for.
 import {inflated, unpack} from './packed_arrays.js';
 
-export const FORMAT = 1;
+export const FORMAT = 2;
 
 export async function loadScene(files) {
   const scene = await files.json('scene.json');
@@ -11,6 +11,9 @@ export async function loadScene(files) {
   }
   return scene;
 }
+
+// {definitions, sources}; the page's own, whatever becomes of the scene.
+export const loadShaders = (files) => files.json('shaders.json');
 
 // Arrays as the renderer takes them. `mesh`: the scene's own, or its coarse one.
 export async function loadMesh(files, mesh) {

@@ -57,10 +57,12 @@ export class Navigation {
     return true;
   }
 
-  // A stored photograph fills the window from here.
+  // A stored photograph fills the window from here, all of it, although the window's middle is its principal point.
   poseOfView(slot, width, height) {
     const view = this.scene.views[slot];
-    const focal = Math.min(width * view.fx / view.width, height * view.fy / view.height);
+    const right = Math.max(view.cx, view.width - view.cx) / view.fx;
+    const down = Math.max(view.cy, view.height - view.cy) / view.fy;
+    const focal = Math.min(width / 2 / right, height / 2 / down);
     return {pose: poseOf(view), fov: 2 * Math.atan(height / 2 / focal) * 180 / Math.PI};
   }
 

@@ -26,9 +26,11 @@ const PASSES = {
 
 // Compiled in the background where the browser can; a pass whose program is not ready() is not drawn yet.
 export class Programs {
-  constructor(gl, scene) {
+  // `views`: how many are blended at a pixel.
+  constructor(gl, shaders, views) {
     this.gl = gl;
-    this.scene = scene;
+    this.shaders = shaders;
+    this.views = views;
     this.parallel = gl.getExtension('KHR_parallel_shader_compile');
     this.programs = new Map();
   }
@@ -54,14 +56,15 @@ export class Programs {
   }
 
   started(pass, cells) {
-    const {gl, scene} = this;
+    const {gl} = this;
+    const {definitions: ofAll, sources} = this.shaders;
     const {vertex = 'screen.vert', fragment, defines = ''} = PASSES[pass];
-    const definitions = scene.definitions + `#define BLENDED_VIEWS ${scene.blend.views}\n` +
+    const definitions = ofAll + `#define BLENDED_VIEWS ${this.views}\n` +
         (cells ? `#define CELLS ${cells}\n` : '') + defines;
     const program = gl.createProgram();
     const shaders = [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]].map(([type, name]) => {
       const shader = gl.createShader(type);
-      gl.shaderSource(shader, scene.shaders[name].replace('\n', '\n' + definitions));  // after the version
+      gl.shaderSource(shader, sources[name].replace('\n', '\n' + definitions));  // after the version
       gl.compileShader(shader);
       gl.attachShader(program, shader);
       return shader;

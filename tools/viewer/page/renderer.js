@@ -20,9 +20,9 @@ const PART_PX = 320;
 const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
 
 export class Renderer {
-  constructor(gl, scene) {
+  constructor(gl, scene, shaders) {
     Object.assign(this, {gl, scene});
-    this.programs = new Programs(gl, scene);
+    this.programs = new Programs(gl, shaders, scene.blend.views);
     this.glances = new Glances(this);
     this.targets = new Map();  // by what they are for
     this.block = gl.createBuffer();
@@ -98,10 +98,16 @@ export class Renderer {
     return MOST_GLANCE_BYTES + width * height * (PICTURE_BYTES + 4) + ofPart;
   }
 
+  // Of the mesh, with its references.
+  modelBytes() {
+    let sum = this.meshBytes;
+    for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
+    return sum;
+  }
+
   // Bytes on the GPU, as they were asked for.
   bytes() {
-    let sum = this.meshBytes + (this.photographs ? this.photographs.bytes : 0);
-    for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
+    let sum = this.modelBytes() + (this.photographs ? this.photographs.bytes : 0);
     for (const target of this.targets.values()) sum += target.bytes;
     return sum;
   }

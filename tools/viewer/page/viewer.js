@@ -5,7 +5,7 @@ import {cameraAt} from './camera.js';
 import {Controls} from './controls.js';
 import {Interface} from './interface.js';
 import {makeLayout} from './layout.js';
-import {loadColors, loadMesh, loadScene, loadTables} from './model.js';
+import {loadColors, loadMesh, loadScene, loadShaders, loadTables} from './model.js';
 import {Navigation} from './navigation.js';
 import {texelForm} from './photograph_forms.js';
 import {Photographs} from './photographs.js';
@@ -56,15 +56,17 @@ export class Viewer {
     this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
     this.changed = () => {};  // after each change of the view
     this.progressed = () => {};
+    this.crowded = () => {};  // told what overrun() says of each version
     this.failed = (error) => console.error(error);
     this.shown = {};
   }
 
   async open() {
     while (this.live && (await this.files.json(this.live)).version === 0) await sleep(ASK_AGAIN_MS);
-    this.scene = await loadScene(this.files);
+    const [scene, shaders] = await Promise.all([loadScene(this.files), loadShaders(this.files)]);
+    this.scene = scene;
     this.navigation = new Navigation(this.scene);
-    this.renderer = new Renderer(this.gl, this.scene);
+    this.renderer = new Renderer(this.gl, this.scene, shaders);
     this.resize();
     const start = this.navigation.poseOfView(this.scene.first_view, this.canvas.width, this.canvas.height);
     this.navigation.set(start.pose, start.fov);
@@ -92,23 +94,31 @@ export class Viewer {
     await this.residents.provide(this.camera());
   }
 
-  // All that a picture needs but photographs, at once, so that none is drawn of two versions.
+  // All that a picture needs but photographs, at once, so that none is drawn of two versions. What is in the file that
+  // it was in before is there already.
   async takeTables(scene, mesh = null) {
     const {files, gl, renderer} = this;
-    const [tables, colors] = await Promise.all([loadTables(files, scene), loadColors(files, scene)]);
+    const isNew = (part) => mesh || !this.taken || scene[part]?.file !== this.taken[part]?.file;
+    const [tables, colors] = await Promise.all([
+      isNew('tables') ? loadTables(files, scene) : null, isNew('colors') ? loadColors(files, scene) : null,
+    ]);
     if (mesh) {
       renderer.setMesh(mesh);
       this.residents.forget();  // depths are drawn from the mesh
     }
     if (colors) renderer.setColors(colors);
-    renderer.setTables(tables);
-    this.scene = this.renderer.scene = scene;
+    if (tables) {
+      renderer.setTables(tables);
+      this.resident = tables.resident;
+    }
+    this.taken = this.scene = this.renderer.scene = scene;
     this.navigation.follow(scene);
-    this.room ??= {bytes: this.forPhotographs(tables.resident.length), scale: this.shownScale()};
+    this.room ??= {bytes: this.forPhotographs(this.resident.length), scale: this.shownScale()};
     const layout = makeLayout(scene, this.form, this.room.bytes, this.room.scale);
-    if (!renderer.photographs?.follow(scene, layout, tables.resident)) {
+    this.crowded(this.overrun(layout, this.resident.length));
+    if (!renderer.photographs?.follow(scene, layout, this.resident)) {
       renderer.photographs?.release();
-      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, tables.resident);
+      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, this.resident);
       this.residents.forget();
     }
     this.invalidate();
@@ -132,13 +142,28 @@ export class Viewer {
     }
   }
 
-  // Of the memory, bytes: what is left by the mesh, by what pictures are drawn to, and by what photographs with so many
-  // tiles take while they come.
-  forPhotographs(tiles) {
+  // Of the memory, bytes: what pictures are drawn to, and what photographs with so many tiles take while they come.
+  besides(tiles) {
     const {canvas, renderer} = this;
-    const besides = renderer.bytesToDraw(canvas.width, canvas.height) +
+    return renderer.bytesToDraw(canvas.width, canvas.height) +
         Photographs.bytesBesides(this.scene, this.form, tiles);
-    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, this.memory * MEBIBYTE - renderer.bytes() - besides);
+  }
+
+  // What is left by these and the mesh.
+  forPhotographs(tiles) {
+    const left = this.memory * MEBIBYTE - this.renderer.bytes() - this.besides(tiles);
+    return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, left);
+  }
+
+  // MiB, where more is needed than is allowed: all of it, what of it is the mesh, and what would have to be allowed,
+  // of which photographs take their least share. Null: all has room.
+  overrun(layout, tiles) {
+    const mesh = this.renderer.modelBytes() / MEBIBYTE;
+    const others = mesh + this.besides(tiles) / MEBIBYTE;
+    const all = others + layout.bytes / MEBIBYTE;
+    if (all <= this.memory) return null;
+    const share = LEAST_FOR_PHOTOGRAPHS / MEBIBYTE;
+    return {all, mesh, allowed: this.memory, enough: Math.ceil(Math.max(all, others / (1 - share)))};
   }
 
   // Of photographs that have as many pixels as the canvas.
@@ -397,6 +422,12 @@ function linkAddress(viewer, page) {
   });
 }
 
+function memoryNotice({all, mesh, allowed, enough}) {
+  return `This model takes up to ${Math.ceil(all)} MiB of the GPU's memory, ${Math.round(mesh)} of them for its mesh, ` +
+      `and this page is to take at most ${allowed}: build the model with fewer faces (\`lumatlas build --faces\`), or ` +
+      `add \`?memory=${enough}\` to this page's address.`;
+}
+
 function connect(viewer) {
   const page = new Interface({
     mode: (mode) => {
@@ -426,6 +457,7 @@ function connect(viewer) {
       page.showOrbits(viewer.navigation.orbits);
     },
   });
+  viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(overrun) : '');
   viewer.progressed = () => {
     const {done, total} = viewer.residents.progress();
     const scale = viewer.renderer.photographs.layout.scale;
