@@ -82,10 +82,9 @@ std::string shortfall_sentence(const Report& report) {
   if (std::abs(moved) < kLeastTold) {
     return sentence.append("fewer photographs and references cost all of it, refined poses nothing.");
   }
-  std::snprintf(text, sizeof(text),
-                "fewer photographs and references %s %.2f dB, and refined poses %s %.2f dB, for those of the "
-                "photographs left out stay as they were given.",
-                budget < 0 ? "gain" : "cost", std::abs(budget), moved < 0 ? "gain" : "cost", std::abs(moved));
+  std::snprintf(text, sizeof(text), "fewer photographs and references %s %.2f dB, refined poses %s %.2f dB%s.",
+                budget < 0 ? "gain" : "cost", std::abs(budget), moved < 0 ? "gain" : "cost", std::abs(moved),
+                moved < 0 ? "" : ", for those of the photographs left out stay as they were given");
   return sentence.append(text);
 }
 
