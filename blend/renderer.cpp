@@ -383,10 +383,12 @@ void Renderer::load(const Snapshot& snapshot) {
   const GlStateGuard guard;
   State& state = *state_;
   state.loaded = false;
+  if (state.surface != snapshot.surface) {
+    const Bounds box = bounds(snapshot.surface->mesh);
+    state.near_depth = kNearShare * glm::length(box.max - box.min);
+  }
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  const Bounds box = bounds(snapshot.surface->mesh);
-  state.near_depth = kNearShare * glm::length(box.max - box.min);
   state.photographs.load(snapshot);
   state.views = table_of(kVectors, view_table(snapshot, state.photographs), "numbers of its views");
   state.nearby_exposure = NearbyExposure(snapshot);
