@@ -379,11 +379,16 @@ void Renderer::take_steps(const RendererOptions& steps) {
 }
 
 void Renderer::load(const Snapshot& snapshot) {
-  check(snapshot);
+  const bool same_surface = snapshot.surface && state_->surface == snapshot.surface;
+  if (same_surface) {
+    check_but_surface(snapshot);
+  } else {
+    check(snapshot);
+  }
   const GlStateGuard guard;
   State& state = *state_;
   state.loaded = false;
-  if (state.surface != snapshot.surface) {
+  if (!same_surface) {
     const Bounds box = bounds(snapshot.surface->mesh);
     state.near_depth = kNearShare * glm::length(box.max - box.min);
   }

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -243,11 +244,16 @@ void print_loads(const Loads& loads) {
 
 // Of a renderer that draws a picture after each snapshot, as one that follows a store does. The first copies
 // everything, and after the second cells are not joined any more: these two are not counted.
-Loads time_loads(const std::vector<std::vector<bool>>& kept, const Snapshot& model, const Flags& flags) {
+// A view that comes is a new one, also where an earlier snapshot had it: what the GPU still holds of it is of no use.
+Loads time_loads(const std::vector<std::vector<bool>>& kept, Snapshot model, const Flags& flags) {
   const std::vector<Camera> cameras = cameras_between_views(model, 1, {flags.width, flags.height});
   Renderer renderer;
   Loads loads;
   for (std::size_t i = 0; i < kept.size(); ++i) {
+    for (std::size_t slot = 0; i > 0 && slot < kept[i].size(); ++slot) {
+      if (kept[i][slot] && !kept[i - 1][slot])
+        model.views[slot] = std::make_shared<const StoredView>(*model.views[slot]);
+    }
     const Snapshot next = keeping(model, kept[i]);
     const PictureTime time = time_load(renderer, next);
     (void)time_picture(renderer, cameras.front(), {});
