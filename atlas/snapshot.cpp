@@ -118,6 +118,11 @@ void check_gains(const Snapshot& snapshot) {
 void check(const Snapshot& snapshot) {
   if (!snapshot.surface) refuse_snapshot("surface is null");
   check(*snapshot.surface);
+  check_but_surface(snapshot);
+}
+
+void check_but_surface(const Snapshot& snapshot) {
+  if (!snapshot.surface) refuse_snapshot("surface is null");
   for (const auto& view : snapshot.views) {
     if (view) check(*view);
   }

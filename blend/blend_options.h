@@ -79,7 +79,7 @@ struct BlendOptions {
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();
-  // In a third of the time or less: linear sampling, one sample a pixel, cells that do not fade into each other.
+  // In half to a third of the time: linear sampling, one sample a pixel, cells that do not fade into each other.
   [[nodiscard]] static BlendOptions draft();
 };
 

@@ -50,6 +50,49 @@ void require_limits(const ArrayShape& shape, bool whole_views) {
                 whole_views ? "build it with fewer (--max-views)" : "build it with a smaller --budget");
 }
 
+ArrayShape with_pages(ArrayShape shape, std::uint32_t pages) {
+  shape.pages = pages;
+  return shape;
+}
+
+// An array stays where as many pages or fewer are needed, unless more than half of it would be of no use.
+bool suffices(const ArrayShape& there, const ArrayShape& needed) {
+  return with_pages(needed, there.pages) == there && needed.pages <= there.pages && there.pages <= 2 * needed.pages;
+}
+
+// What a store that grows view by view gets in place of an array that has become too small: a quarter more, so that
+// what is copied for all its views together is a few times what they take.
+ArrayShape grown(const ArrayShape& there, const ArrayShape& needed) {
+  const std::uint32_t most = std::max(limits_of_driver().pages, needed.pages);
+  return with_pages(needed, std::clamp(there.pages + there.pages / 4, needed.pages, most));
+}
+
+bool driver_copies_textures() {
+  return epoxy_gl_version() >= (epoxy_is_desktop_gl() ? 43 : 32);
+}
+
+// The photographs, sRGB with validity, and their depths.
+GlTexture make_photographs(const ArrayShape& shape) {
+  const GLenum format = shape.format == TexelFormat::bc3 ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_SRGB8_ALPHA8;
+  return make_texture_array(format, static_cast<GLsizei>(shape.columns * shape.slot_width),
+                            static_cast<GLsizei>(shape.rows * shape.slot_height), static_cast<GLsizei>(shape.pages),
+                            GL_LINEAR, static_cast<GLsizei>(shape.levels));
+}
+
+GlTexture make_depths(const ArrayShape& shape) {
+  return make_texture_array(GL_RGBA32UI, static_cast<GLsizei>(shape.columns * shape.depth_columns),
+                            static_cast<GLsizei>(shape.rows * shape.depth_rows), static_cast<GLsizei>(shape.pages),
+                            GL_NEAREST);
+}
+
+// All pages of one level of an array that another one has as its first.
+void copy_level(const GlTexture& from, const GlTexture& to, GLint level, std::uint32_t width, std::uint32_t height,
+                std::uint32_t pages) {
+  glCopyImageSubData(from.get(), GL_TEXTURE_2D_ARRAY, level, 0, 0, 0, to.get(), GL_TEXTURE_2D_ARRAY, level, 0, 0, 0,
+                     static_cast<GLsizei>(width >> level), static_cast<GLsizei>(height >> level),
+                     static_cast<GLsizei>(pages));
+}
+
 bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const StoredView>& b) {
   return !a.owner_before(b) && !b.owner_before(a);
 }
@@ -116,20 +159,41 @@ std::uint32_t PhotographArray::columns_of(const StoredView& view) const {
   return (view.camera.width + tile_width_ - 1) / tile_width_;
 }
 
+// A larger one beside the one that is there, with what that one holds. False if the driver cannot do that.
+bool PhotographArray::grow(const ArrayShape& needed) {
+  const bool only_more = photographs_.get() != 0 && with_pages(needed, shape_.pages) == shape_;
+  if (!only_more || needed.pages < shape_.pages || !driver_copies_textures()) return false;
+  const ArrayShape shape = grown(shape_, needed);
+  if (const auto available = free_gl_memory(); available && shape.bytes() > *available) return false;
+  try {
+    GlTexture photographs = make_photographs(shape);
+    GlTexture depths = make_depths(shape);
+    for (std::uint32_t level = 0; level < shape_.levels; ++level) {
+      copy_level(photographs_, photographs, static_cast<GLint>(level), shape_.columns * shape_.slot_width,
+                 shape_.rows * shape_.slot_height, shape_.pages);
+    }
+    copy_level(depths_, depths, 0, shape_.columns * shape_.depth_columns, shape_.rows * shape_.depth_rows,
+               shape_.pages);
+    check_gl("copying photographs");
+    photographs_ = std::move(photographs);
+    depths_ = std::move(depths);
+  } catch (const GlError&) {  // there is no room for both
+    return false;
+  }
+  shape_ = shape;
+  return true;
+}
+
 void PhotographArray::allocate(const ArrayShape& shape) {
-  if (shape == shape_ && photographs_.get() != 0) return;
+  if (photographs_.get() != 0 && suffices(shape_, shape)) return;
+  if (grow(shape)) return;
   held_.clear();
   photographs_ = {};  // give the earlier ones back before asking for more
   depths_ = {};
   require_gl_memory(shape.bytes(), free_gl_memory(), "its photographs",
                     "build it with fewer views or a smaller --budget");
-  const auto width = static_cast<GLsizei>(shape.columns * shape.slot_width);
-  const auto height = static_cast<GLsizei>(shape.rows * shape.slot_height);
-  const auto pages = static_cast<GLsizei>(shape.pages);
-  const GLenum format = shape.format == TexelFormat::bc3 ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_SRGB8_ALPHA8;
-  photographs_ = make_texture_array(format, width, height, pages, GL_LINEAR, static_cast<GLsizei>(shape.levels));
-  depths_ = make_texture_array(GL_RGBA32UI, static_cast<GLsizei>(shape.columns * shape.depth_columns),
-                               static_cast<GLsizei>(shape.rows * shape.depth_rows), pages, GL_NEAREST);
+  photographs_ = make_photographs(shape);
+  depths_ = make_depths(shape);
   shape_ = shape;
 }
 
@@ -144,7 +208,7 @@ void PhotographArray::load(const Snapshot& snapshot) {
   tile_width_ = whole_views ? shape.slot_width : tiles.options.tile_px;
   tile_height_ = whole_views ? shape.slot_height : tiles.options.tile_px;
   gutter_ = whole_views ? 0 : tiles.options.gutter_px;
-  held_.resize(std::size_t{shape.columns} * shape.rows * shape.pages);
+  held_.resize(std::size_t{shape_.columns} * shape_.rows * shape_.pages);
   std::vector<std::uint32_t> slots = tiles.slots;
   first_tile_ = tiles.first_tile;
   if (whole_views) {

@@ -58,7 +58,8 @@ struct ArrayLimits {
 
 class PhotographArray {
  public:
-  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched.
+  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched. An
+  // array that becomes too small makes place for one with a quarter more pages, where the driver copies textures.
   // Throws GlError if a limit of the driver is exceeded, naming the limit, the number and what to do; what was there is
   // then gone.
   void load(const Snapshot& snapshot);
@@ -90,6 +91,7 @@ class PhotographArray {
   };
 
   void allocate(const ArrayShape& shape);
+  [[nodiscard]] bool grow(const ArrayShape& needed);
   void measure_depths(const Snapshot& snapshot);
   // A tile for a slot, and what is copied there.
   struct Upload {

@@ -122,6 +122,8 @@ struct Renderer::State {
 
   void take_tables(const Snapshot& snapshot);
   void load_references();
+  // How many levels of the photographs are, the finest first.
+  [[nodiscard]] std::uint32_t sampled_cubic(const BlendOptions& options) const;
   void renew_colors() const;
   void load_zones(double width);
   void load_mesh(const ZoneMesh& copy);
@@ -216,6 +218,10 @@ void Renderer::State::load_mesh(const ZoneMesh& copy) {
   check_gl("loading the mesh");
 }
 
+std::uint32_t Renderer::State::sampled_cubic(const BlendOptions& options) const {
+  return options.sampling == BlendOptions::Sampling::cubic ? cubic_levels : 0;
+}
+
 // For all passes of a picture.
 void Renderer::State::describe(const Camera& camera, const BlendOptions& options) const {
   PictureBlock block{};
@@ -229,8 +235,7 @@ void Renderer::State::describe(const Camera& camera, const BlendOptions& options
   block.departures = {options.position == BlendOptions::Position::printed, options.rims, options.fade_last,
                       options.consistent};
   const ArrayShape& shape = photographs.shape();
-  const bool cubic = options.sampling == BlendOptions::Sampling::cubic;
-  block.sampling = {cubic ? static_cast<int>(cubic_levels) : 0, static_cast<int>(shape.levels), options.prefilter,
+  block.sampling = {static_cast<int>(sampled_cubic(options)), static_cast<int>(shape.levels), options.prefilter,
                     steps.skip_losers};
   block.tiles = glm::ivec4(glm::ivec2(photographs.tile_size()), photographs.gutter(), shape.columns);
   block.samples = {static_cast<int>(shape.rows), static_cast<int>(options.supersample),
@@ -303,9 +308,12 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
   for (std::size_t i = 0; i < kCellsOfShader.size(); ++i) {
     if (index_counts.at(i) == 0) continue;
     glStencilFunc(GL_EQUAL, static_cast<GLint>(i) + 1, 0xFF);
-    draw_screen(
-        programs.get({.pass = Pass::blend, .views = options.views, .cells = kCellsOfShader.at(i), .linear = linear}),
-        targets.middles);
+    draw_screen(programs.get({.pass = Pass::blend,
+                              .views = options.views,
+                              .cells = kCellsOfShader.at(i),
+                              .linear = linear,
+                              .cubic = sampled_cubic(options) > 0}),
+                targets.middles);
   }
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
@@ -326,7 +334,11 @@ void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptio
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
   glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glStencilMask(0);
-  draw_screen(programs.get({.pass = Pass::samples, .views = options.views, .cells = 4, .linear = linear}),
+  draw_screen(programs.get({.pass = Pass::samples,
+                            .views = options.views,
+                            .cells = 4,
+                            .linear = linear,
+                            .cubic = sampled_cubic(options) > 0}),
               targets.samples);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilMask(0xFF);
@@ -367,14 +379,21 @@ void Renderer::take_steps(const RendererOptions& steps) {
 }
 
 void Renderer::load(const Snapshot& snapshot) {
-  check(snapshot);
+  const bool same_surface = snapshot.surface && state_->surface == snapshot.surface;
+  if (same_surface) {
+    check_but_surface(snapshot);
+  } else {
+    check(snapshot);
+  }
   const GlStateGuard guard;
   State& state = *state_;
   state.loaded = false;
+  if (!same_surface) {
+    const Bounds box = bounds(snapshot.surface->mesh);
+    state.near_depth = kNearShare * glm::length(box.max - box.min);
+  }
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  const Bounds box = bounds(snapshot.surface->mesh);
-  state.near_depth = kNearShare * glm::length(box.max - box.min);
   state.photographs.load(snapshot);
   state.views = table_of(kVectors, view_table(snapshot, state.photographs), "numbers of its views");
   state.nearby_exposure = NearbyExposure(snapshot);

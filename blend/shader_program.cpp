@@ -36,6 +36,7 @@ std::string definitions(const ProgramKey& key) {
   if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
   if (key.pass == Pass::samples) text += "#define SAMPLES\n";
   if (key.linear) text += "#define LINEAR\n";
+  if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;
 }
 

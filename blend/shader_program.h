@@ -26,6 +26,7 @@ struct ProgramKey {
   std::uint32_t views = 0;  // K
   std::uint32_t cells = 0;  // of a zone: 1, 2 or 4
   bool linear = false;      // linear light in place of sRGB
+  bool cubic = false;       // some level of the photographs is sampled so
 
   [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;
 };

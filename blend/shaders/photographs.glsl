@@ -92,13 +92,22 @@ vec4 linear_shares(float f) {
   return vec4(0.0, 1.0 - f, f, 0.0);
 }
 
+// Which of four rows and columns are fetched. Where the picture is sampled linearly at all levels, which the variant
+// LINEAR_SAMPLING is for, the outer ones count nothing. (Pairs of them by GL's own filter would be fewer fetches, but
+// drivers weigh them in steps of 1/256, and llvmpipe takes one level for 2 x 2 pixels of the picture.)
+#ifdef LINEAR_SAMPLING
+const int kFirstOfFour = 1, kLastOfFour = 2;
+#else
+const int kFirstOfFour = 0, kLastOfFour = 3;
+#endif
+
 // The colour in one level; beyond the image's border its pixels are repeated.
 vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprint) {
   float scale = exp2(-float(level));
   vec2 at = image * scale - 0.5;
   vec2 first = floor(at);
   vec2 f = at - first;
-  bool cubic = level < sampling.x;
+  bool cubic = kLastOfFour == 3 && level < sampling.x;
   vec4 across = cubic ? cubic_shares(f.x, footprint * scale) : linear_shares(f.x);
   vec4 down = cubic ? cubic_shares(f.y, footprint * scale) : linear_shares(f.y);
   int unit = 1 << (sampling.y - 1);  // a level is of a photograph rounded up to that
@@ -108,11 +117,11 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
   ivec4 columns = clamp(ivec4(first.x) + ivec4(-1, 0, 1, 2), 0, last.x) + texel_from_pixel.x;
   ivec4 rows = clamp(ivec4(first.y) + ivec4(-1, 0, 1, 2), 0, last.y) + texel_from_pixel.y;
   vec3 sum = vec3(0.0);
-  for (int y = 0; y < 4; ++y) {
-    vec3 of_row = across.x * texelFetch(photographs, ivec3(columns.x, rows[y], page), level).rgb +
-                  across.y * texelFetch(photographs, ivec3(columns.y, rows[y], page), level).rgb +
-                  across.z * texelFetch(photographs, ivec3(columns.z, rows[y], page), level).rgb +
-                  across.w * texelFetch(photographs, ivec3(columns.w, rows[y], page), level).rgb;
+  for (int y = kFirstOfFour; y <= kLastOfFour; ++y) {
+    vec3 of_row = vec3(0.0);
+    for (int x = kFirstOfFour; x <= kLastOfFour; ++x) {
+      of_row += across[x] * texelFetch(photographs, ivec3(columns[x], rows[y], page), level).rgb;
+    }
     sum += down[y] * of_row;
   }
   return max(sum, vec3(0.0));  // beside bright detail it may fall below

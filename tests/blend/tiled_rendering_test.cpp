@@ -201,6 +201,46 @@ TEST_CASE("what stays resident is not copied again") {
   CHECK(array.uploaded_slots() == tiles_of_view);
 }
 
+// The first views of a snapshot in tiles.
+Snapshot first_views(Snapshot snapshot, std::size_t count) {
+  const auto tiles = snapshot.tiles.slots.begin();
+  std::fill(tiles + snapshot.tiles.first_tile[count], snapshot.tiles.slots.end(), kNotResident);
+  leave_out_views_without_tiles(snapshot);
+  return snapshot;
+}
+
+TEST_CASE("a store that grows view by view is copied once: an array that is too small hands over what it holds") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  for (const TileOptions layout : {TileOptions{16, 2, 0}, TileOptions{16, 4, 0, TexelFormat::bc3}}) {
+    if (!driver_takes(layout.texels)) continue;
+    const Snapshot all = room_snapshot(9, {}, layout);
+    PhotographArray array;
+    Renderer renderer;
+    std::uint32_t before = 0, pages = 0, grown = 0;
+    for (std::size_t views = 3; views <= 9; ++views) {
+      CAPTURE(views);
+      const Snapshot snapshot = first_views(all, views);
+      array.load(snapshot);
+      const std::uint32_t resident = snapshot.tiles.resident_tiles();
+      CHECK(array.uploaded_slots() == resident - before);
+      before = resident;
+      grown += array.shape().pages > pages;
+      pages = array.shape().pages;
+      renderer.load(snapshot);
+      Renderer fresh({.join_cells = false});
+      fresh.load(snapshot);
+      const Rendering made = fresh.render(room_camera(views), {});
+      CHECK(share_different(renderer.render(room_camera(views), {}), made, views == 3 ? 1 : 0) == 0);
+    }
+    CHECK(grown >= 3);                // the first time from nothing
+    CHECK(grown < 7);                 // not with every view
+    array.load(first_views(all, 2));  // most of it would be of no use
+    CHECK(array.shape().pages < pages);
+    CHECK(array.uploaded_slots() == first_views(all, 2).tiles.resident_tiles());
+  }
+}
+
 // One view straight at a wall, everywhere in one cell, with a photograph of the caller's.
 template <typename Grey>
 Snapshot wall_with(const Camera& camera, const TileOptions& layout, const Grey& grey) {

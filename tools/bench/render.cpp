@@ -1,18 +1,24 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Benchmark of rendering: milliseconds a picture for so many references per cell, and what each step that is there for
 // speed, and each that costs some, changes of that, beside the straightforward loops over a cell's references and over
-// every stored view. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
+// every stored view; with --load, milliseconds to load the next snapshot of a store in which one view has taken
+// another's place. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
 // lumatlas itself.
+#include <epoxy/gl.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Error.hpp>
 #include <CLI/Formatter.hpp>
 #include <CLI/Validators.hpp>
+
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <ctime>
 #include <filesystem>
 #include <iomanip>
 #include <iostream>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -38,6 +44,7 @@ struct Flags {
   std::uint32_t repeats = 3;
   double border_width = BlendOptions{}.border_width;
   std::string compare = "processor";
+  bool load = false;
 };
 
 // By cell, the stored views that see it, those with the most pixels on it first.
@@ -183,9 +190,116 @@ void measure_model(const std::filesystem::path& path, const Flags& flags) {
   print(name, every, every, clock);
 }
 
+// The model with nothing in the slots that are not kept, and averaged colours of its own.
+Snapshot keeping(const Snapshot& model, const std::vector<bool>& kept) {
+  Snapshot rest = model;
+  rest.references = {};
+  rest.references.offsets.assign(1, 0);
+  for (std::uint32_t cell = 0; cell + 1 < model.references.offsets.size(); ++cell) {
+    for (const std::uint32_t slot : model.references.of_cell(cell)) {
+      if (kept[slot]) rest.references.views.push_back(slot);
+    }
+    rest.references.offsets.push_back(static_cast<std::uint32_t>(rest.references.views.size()));
+  }
+  if (!rest.tiles.whole_views()) rest.tiles.slots.clear();
+  for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
+    if (!kept[slot]) rest.views[slot].reset();
+    if (rest.tiles.whole_views()) continue;
+    const auto tiles = model.tiles.slots.begin();
+    if (kept[slot]) {
+      rest.tiles.slots.insert(rest.tiles.slots.end(), tiles + model.tiles.first_tile[slot],
+                              tiles + model.tiles.first_tile[slot + 1]);
+    }
+    rest.tiles.first_tile[slot + 1] = static_cast<std::uint32_t>(rest.tiles.slots.size());
+  }
+  rest.vertex_colors.front() = glm::u8vec3(std::hash<std::vector<bool>>{}(kept) % 256);
+  return rest;
+}
+
+std::vector<std::uint32_t> slots_with_views(const Snapshot& model) {
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
+    if (model.views[slot]) slots.push_back(slot);
+  }
+  return slots;
+}
+
+PictureTime time_load(Renderer& renderer, const Snapshot& snapshot) {
+  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t processor_start = std::clock();
+  renderer.load(snapshot);
+  glFinish();
+  return {std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(),
+          1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
+}
+
+struct Loads {
+  std::vector<double> wall, processor;
+};
+
+void print_loads(const Loads& loads) {
+  std::cout << " | " << percentile(loads.wall, 0.5) << " / " << percentile(loads.processor, 0.5) << " | "
+            << percentile(loads.wall, 0.95) << " / " << percentile(loads.processor, 0.95);
+}
+
+// Of a renderer that draws a picture after each snapshot, as one that follows a store does. The first copies
+// everything, and after the second cells are not joined any more: these two are not counted.
+// A view that comes is a new one, also where an earlier snapshot had it: what the GPU still holds of it is of no use.
+Loads time_loads(const std::vector<std::vector<bool>>& kept, Snapshot model, const Flags& flags) {
+  const std::vector<Camera> cameras = cameras_between_views(model, 1, {flags.width, flags.height});
+  Renderer renderer;
+  Loads loads;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    for (std::size_t slot = 0; i > 0 && slot < kept[i].size(); ++slot) {
+      if (kept[i][slot] && !kept[i - 1][slot])
+        model.views[slot] = std::make_shared<const StoredView>(*model.views[slot]);
+    }
+    const Snapshot next = keeping(model, kept[i]);
+    const PictureTime time = time_load(renderer, next);
+    (void)time_picture(renderer, cameras.front(), {});
+    if (i < 2) continue;
+    loads.wall.push_back(time.wall);
+    loads.processor.push_back(time.processor);
+  }
+  return loads;
+}
+
+void measure_loads(const std::filesystem::path& path, const Flags& flags) {
+  const Snapshot model = read_model(path).snapshot;
+  const std::vector<std::uint32_t> slots = slots_with_views(model);
+  const std::size_t count = std::size_t{flags.pictures} * flags.repeats;
+  if (slots.size() < count + 3) {
+    throw std::invalid_argument(path.string() + ": stores " + std::to_string(slots.size()) + " views, for " +
+                                std::to_string(count) + " snapshots it must be at least " + std::to_string(count + 3));
+  }
+  std::vector<std::vector<bool>> others, more;
+  for (std::size_t i = 0; i < count + 2; ++i) {
+    others.emplace_back(model.views.size(), true)[slots[i]] = false;
+    std::vector<bool>& fewer = more.emplace_back(model.views.size(), true);
+    for (std::size_t left_out = i + 1; left_out < count + 2; ++left_out) {
+      fewer[slots[slots.size() - 1 - (left_out - i - 1)]] = false;
+    }
+  }
+  const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  std::cout << "| " << name << " | " << slots.size() << std::fixed << std::setprecision(1);
+  print_loads(time_loads(others, model, flags));
+  print_loads(time_loads(more, model, flags));
+  std::cout << " |" << std::endl;
+}
+
+void run_loads(const Flags& flags, const std::string& context) {
+  std::cout
+      << "Loading the next snapshot of a store, medians and 95th percentiles over " << flags.pictures * flags.repeats
+      << " of them on " << context
+      << ". Milliseconds: wall / processor.\n\n| model | views | one in place of another, median | 95 % | one more, "
+         "median | 95 % |\n|---|---|---|---|---|---|\n";
+  for (const std::filesystem::path& model : flags.models) measure_loads(model, flags);
+}
+
 void run(const Flags& flags) {
   const EglContext context;
   std::cerr << context.description() << '\n';
+  if (flags.load) return run_loads(flags, context.description());
   std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
             << " of them, " << flags.repeats << " times each, on " << context.description()
             << ". Milliseconds: wall / processor. Shares of " << flags.compare
@@ -218,6 +332,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1u, 100000u));
   program.add_option("--compare", flags.compare, "Which time the shares are of: processor, or wall, for a GPU")
       ->check(CLI::IsMember({"processor", "wall"}));
+  program.add_flag("--load", flags.load,
+                   "Time no pictures but --pictures times --repeats snapshots, each with another view");
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });

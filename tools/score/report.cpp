@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/score/report.h"
 
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -75,12 +76,16 @@ std::string shortfall_sentence(const Report& report) {
   if (!report.shortfall) return "";
   const auto [moved, budget] = *report.shortfall;
   if (!(moved + budget >= kLeastTold)) return "";
-  char text[300];
-  std::snprintf(text, sizeof(text),
-                "The store is %.2f dB (fitted) below the unbounded baseline: %+.2f dB of that are the budget's, %+.2f "
-                "dB come from poses that were refined while those of the photographs left out stay as they were given.",
-                moved + budget, budget, moved);
-  return text;
+  char text[400];
+  std::snprintf(text, sizeof(text), "The store is %.2f dB (fitted) below the unbounded baseline: ", moved + budget);
+  std::string sentence = text;
+  if (std::abs(moved) < kLeastTold) {
+    return sentence.append("fewer photographs and references cost all of it, refined poses nothing.");
+  }
+  std::snprintf(text, sizeof(text), "fewer photographs and references %s %.2f dB, refined poses %s %.2f dB%s.",
+                budget < 0 ? "gain" : "cost", std::abs(budget), moved < 0 ? "gain" : "cost", std::abs(moved),
+                moved < 0 ? "" : ", for those of the photographs left out stay as they were given");
+  return sentence.append(text);
 }
 
 void write_report(const std::filesystem::path& path, const Report& report) {

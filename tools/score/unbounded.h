@@ -28,8 +28,8 @@ namespace lumatlas {
 // Only the vertex colours of a snapshot: nothing is textured.
 [[nodiscard]] Snapshot without_views(const Snapshot& snapshot);
 
-// The views of a snapshot back at the poses that the scene gives them; they keep their gains. None if no view of it was
-// moved. The difference to the snapshot is what refining poses has done.
+// The views of a snapshot back at the poses that the scene gives them; they keep their gains and their trust. None if
+// no view of it was moved. The difference to the snapshot is what refining poses has done.
 [[nodiscard]] std::optional<Snapshot> with_given_poses(const Snapshot& snapshot, const std::vector<SceneView>& views,
                                                        const Visibility& visibility, const ValidityOptions& options);
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
+#include "tests/support/small_scenes.h"
 #include "tests/support/wall_scenes.h"
 #include "tools/base/progress.h"
 #include "tools/score/frame_time.h"
@@ -20,6 +23,34 @@ TEST_CASE("a baseline of all views needs a surface that is whole, and ranks of v
   CHECK_THROWS_WITH(unbounded_lumigraph(surface, {}, {}, options, progress), Catch::Contains("cell_of_face"));
   surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 5);
   CHECK_THROWS_WITH(unbounded_lumigraph(surface, {}, {0}, options, progress), Catch::Contains("a rank is 0"));
+}
+
+TEST_CASE("views back at their given poses are trusted as they were, so that masks count as no moved pose") {
+  const ValidityOptions options;
+  Snapshot model = room_snapshot(3, options);
+  const auto visibility = make_ray_visibility(model.surface->mesh);
+  std::vector<SceneView> given(3);
+  for (std::size_t slot = 0; slot < 3; ++slot) {
+    given[slot].name = model.views[slot]->name;
+    given[slot].camera = model.views[slot]->camera;
+  }
+  CHECK_FALSE(with_given_poses(model, given, *visibility, options));
+  const StoredView& stored = *model.views[1];
+  std::vector<std::uint8_t> trust(stored.depth.size(), 255);
+  std::fill_n(trust.begin(), trust.size() / 2, std::uint8_t{0});
+  Camera refined = stored.camera;
+  refined.cam_from_world_translation.x += 0.01;
+  model.views[1] = std::make_shared<const StoredView>(
+      make_stored_view(stored.name, refined, stored.photograph, visibility->trace(refined), options, trust));
+  const std::optional<Snapshot> unmoved = with_given_poses(model, given, *visibility, options);
+  REQUIRE(unmoved);
+  const StoredView& back = *unmoved->views[1];
+  CHECK(same_pose(back.camera, given[1].camera));
+  CHECK(back.trust == trust);
+  const StoredView expected = make_stored_view(stored.name, given[1].camera, back.photograph,
+                                               visibility->trace(given[1].camera), options, trust);
+  CHECK(back.validity == expected.validity);
+  CHECK(unmoved->views[0] == model.views[0]);  // was not moved
 }
 
 TEST_CASE("a picture that is timed has pixels") {
