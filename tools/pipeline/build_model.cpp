@@ -575,6 +575,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
     result.scale = downscale_views(atlas, *budget, *visibility, result.effective.validity, options.least_scale);
   }
   if (options.max_scale_loss_db > 0 && options.least_scale < 1) downscale(atlas, *visibility, callback, result);
+  result.effective.validity = validity_at_scale(result.effective.validity, result.scale);
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();

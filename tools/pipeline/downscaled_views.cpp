@@ -33,6 +33,14 @@ std::uint32_t side_of(std::uint32_t side, double share) {
   return std::clamp(static_cast<std::uint32_t>(std::lround(share * side)), 1u, side);
 }
 
+// What is masked beside depth edges is as much narrower as all else, but never narrower on the surface than it was.
+ValidityOptions at_share(ValidityOptions validity, double share) {
+  const auto narrowed = [&](std::uint32_t px) { return static_cast<std::uint32_t>(std::ceil(share * px)); };
+  validity.edge_radius_px = narrowed(validity.edge_radius_px);
+  validity.fade_px = narrowed(validity.fade_px);
+  return validity;
+}
+
 TiledView at_share(const StoredView& view, double share, const Atlas& atlas, const Visibility& visibility,
                    const ValidityOptions& validity) {
   const ImageSize from{view.camera.width, view.camera.height};
@@ -43,7 +51,7 @@ TiledView at_share(const StoredView& view, double share, const Atlas& atlas, con
   }
   const Camera camera = view.camera.scaled_to(to.width, to.height);
   return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph, to.width, to.height),
-                         visibility.trace(camera), atlas.surface().cells, atlas.layout(), validity,
+                         visibility.trace(camera), atlas.surface().cells, atlas.layout(), at_share(validity, share),
                          mask_at_lower_resolution(view.trust, from, to));
 }
 
@@ -63,6 +71,11 @@ void require_share(double least) {
 }
 
 }  // namespace
+
+ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale) {
+  require_share(scale);
+  return at_share(validity, scale);
+}
 
 double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
                        const ValidityOptions& validity, double least) {

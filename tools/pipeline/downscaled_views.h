@@ -16,6 +16,10 @@ namespace lumatlas {
 [[nodiscard]] double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
                                      const ValidityOptions& validity, double least);
 
+// How the depth edges of views are masked that are downscaled by `scale`, (0, 1] (std::invalid_argument): as wide on
+// the surface as before, rounded up to a pixel.
+[[nodiscard]] ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale);
+
 struct DownscaledViews {
   double scale = 1;    // as above
   double loss_db = 0;  // measured, see scale_loss.h

@@ -12,11 +12,13 @@
 #include <random>
 #include <stdexcept>
 
+#include "atlas/model_file.h"
 #include "atlas/photograph.h"
 #include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/save_model.h"
 #include "tools/pipeline/scale_loss.h"
 #include "tools/synth/synth.h"
 
@@ -153,6 +155,28 @@ TEST_CASE("a store loses nothing against itself, and a single view says nothing 
   CHECK(alone.scale == 1);
   CHECK_FALSE(ScaleLoss(alone.snapshot).can_tell());
   CHECK_THROWS_AS(ScaleLoss(alone.snapshot).of(alone.snapshot), std::logic_error);
+}
+
+TEST_CASE("what is masked beside depth edges is never narrower on the surface, and the model remembers it") {
+  ValidityOptions validity;
+  validity.edge_radius_px = 2;
+  validity.fade_px = 3;
+  CHECK(validity_at_scale(validity, 1).edge_radius_px == 2);
+  CHECK(validity_at_scale(validity, 0.55).edge_radius_px == 2);
+  CHECK(validity_at_scale(validity, 0.5).edge_radius_px == 1);
+  CHECK(validity_at_scale(validity, 0.5).fade_px == 2);
+  validity.edge_radius_px = 0;
+  CHECK(validity_at_scale(validity, 0.5).edge_radius_px == 0);
+  CHECK_THROWS_AS(validity_at_scale(validity, 0), std::invalid_argument);
+
+  const BuildResult half = build_model(sharp_scene(), within(10));
+  const TemporaryFolder folder;
+  (void)save_model(half, folder / "model");
+  const Model read = read_model(folder / "model");
+  CHECK(read.validity.edge_radius_px == 1);
+  for (std::size_t slot = 0; slot < half.snapshot.views.size(); ++slot) {
+    CHECK(read.snapshot.views[slot]->validity == half.snapshot.views[slot]->validity);
+  }
 }
 
 TEST_CASE("bounds on the loss by resolution are checked") {
