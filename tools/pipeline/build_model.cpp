@@ -493,6 +493,9 @@ void check(const BuildOptions& options) {
   if (options.max_scale_loss_db > 0 && !planner.max_loss_db) {
     throw std::invalid_argument("build: max_scale_loss_db is given, planner.max_loss_db must be too");
   }
+  if (options.max_scale_loss_db > 0 && options.gpu_bytes > 0) {
+    throw std::invalid_argument("build: both max_scale_loss_db and gpu_bytes are given, one alone downscales");
+  }
   if (options.array_bytes == 0) return;
   if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
   if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {

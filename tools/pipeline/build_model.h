@@ -92,8 +92,8 @@ struct BuildOptions {
   // Of a photograph's sides, the share that gpu_bytes and max_scale_loss_db may downscale all photographs to, (0, 1],
   // the former before it gives up parts of some: see downscaled_views.h.
   double least_scale = 0.25;
-  // With planner.max_loss_db: all photographs are downscaled as far as that costs at most so many dB, finite and >= 0,
-  // by measurement; 0: not at all.
+  // With planner.max_loss_db, not with gpu_bytes: all photographs are downscaled as far as that costs at most so many
+  // dB, finite and >= 0, by measurement; 0: not at all.
   double max_scale_loss_db = 0;
   std::optional<HoldOut> hold_out;  // none: every view is offered
   // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,

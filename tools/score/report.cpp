@@ -80,10 +80,10 @@ std::string shortfall_sentence(const Report& report) {
   std::snprintf(text, sizeof(text), "The store is %.2f dB (fitted) below the unbounded baseline: ", moved + budget);
   std::string sentence = text;
   if (std::abs(moved) < kLeastTold) {
-    return sentence.append("fewer photographs and references cost all of it, refined poses nothing.");
+    return sentence.append("the budget costs all of it, refined poses nothing.");
   }
-  std::snprintf(text, sizeof(text), "fewer photographs and references %s %.2f dB, refined poses %s %.2f dB%s.",
-                budget < 0 ? "gain" : "cost", std::abs(budget), moved < 0 ? "gain" : "cost", std::abs(moved),
+  std::snprintf(text, sizeof(text), "the budget %s %.2f dB, refined poses %s %.2f dB%s.",
+                budget < 0 ? "gains" : "costs", std::abs(budget), moved < 0 ? "gain" : "cost", std::abs(moved),
                 moved < 0 ? "" : ", for those of the photographs left out stay as they were given");
   return sentence.append(text);
 }

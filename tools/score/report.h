@@ -53,7 +53,7 @@ struct ReportMethod {
 // By how much the store's mean fitted PSNR is below the unbounded baseline's, dB; either part may be below 0.
 struct ReportShortfall {
   double moved = 0;   // because the poses of its photographs were refined, and those of the scored ones were not
-  double budget = 0;  // the rest: fewer photographs and references
+  double budget = 0;  // the rest: fewer photographs, references and texels
 };
 
 struct Report {

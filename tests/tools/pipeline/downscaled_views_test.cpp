@@ -189,6 +189,9 @@ TEST_CASE("bounds on the loss by resolution are checked") {
     CHECK_THROWS_WITH(complaint(bound, true)(), Catch::Contains("max_scale_loss_db is "));
   }
   CHECK_THROWS_WITH(complaint(0.1, false)(), Catch::Contains("planner.max_loss_db must be too"));
+  BuildOptions both = within(0.1);
+  both.gpu_bytes = 1000000;
+  CHECK_THROWS_WITH(build_model("/nowhere", both), Catch::Contains("both max_scale_loss_db and gpu_bytes"));
 }
 
 }  // namespace

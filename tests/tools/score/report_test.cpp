@@ -127,7 +127,7 @@ TEST_CASE("seams and flicker appear where they were measured, on the page and in
   CHECK(!json["methods"]["vertex"].contains("flicker"));
 }
 
-TEST_CASE("what the store lacks is told apart into fewer photographs and refined poses, each with its sign in words") {
+TEST_CASE("what the store lacks is told apart into budget and refined poses, each with its sign in words") {
   Report report = small_report();
   const auto told = [&](double moved, double budget) {
     report.shortfall = ReportShortfall{moved, budget};
@@ -140,10 +140,10 @@ TEST_CASE("what the store lacks is told apart into fewer photographs and refined
   CHECK(told(0.2, -0.3).empty());
   const std::string below = "The store is 0.70 dB (fitted) below the unbounded baseline: ";
   const std::string given = " dB, for those of the photographs left out stay as they were given.";
-  CHECK(told(0, 0.7) == below + "fewer photographs and references cost all of it, refined poses nothing.");
-  CHECK(told(0.2, 0.5) == below + "fewer photographs and references cost 0.50 dB, refined poses cost 0.20" + given);
-  CHECK(told(-0.2, 0.9) == below + "fewer photographs and references cost 0.90 dB, refined poses gain 0.20 dB.");
-  CHECK(told(0.9, -0.2) == below + "fewer photographs and references gain 0.20 dB, refined poses cost 0.90" + given);
+  CHECK(told(0, 0.7) == below + "the budget costs all of it, refined poses nothing.");
+  CHECK(told(0.2, 0.5) == below + "the budget costs 0.50 dB, refined poses cost 0.20" + given);
+  CHECK(told(-0.2, 0.9) == below + "the budget costs 0.90 dB, refined poses gain 0.20 dB.");
+  CHECK(told(0.9, -0.2) == below + "the budget gains 0.20 dB, refined poses cost 0.90" + given);
 }
 
 TEST_CASE("each protocol is told in a sentence") {
