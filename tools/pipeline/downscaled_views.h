@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a model's photographs give up first where a budget has no room for them: pixels of all alike, before parts of
-// some. Blended from three photographs, and by poses that are never exact, a picture shows less detail than each has.
+// What a model's photographs give up first where a budget has no room for them, or where a bound on the loss allows
+// it: pixels of all alike, before parts of some. Blended from three photographs, and by poses that are never exact, a
+// picture shows less detail than each has.
 #pragma once
 
 #include "atlas/atlas.h"
@@ -9,8 +10,8 @@
 
 namespace lumatlas {
 
-// Downscales all stored views by one factor, so that the tiles that their references need fit into the
-// budget, but not below `least`, in (0, 1], of a photograph's sides (std::invalid_argument); the rest is for
+// Downscales all stored views by one factor, so that the tiles that their references need fit into the budget, but not
+// below `least`, in (0, 1], of a photograph's sides (std::invalid_argument); the rest is for
 // GpuBudget::fitted_snapshot(). Returns that factor: 1 where all fits as it is, and nothing was changed. Nobody else
 // may change the atlas meanwhile.
 [[nodiscard]] double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
@@ -21,7 +22,7 @@ namespace lumatlas {
 [[nodiscard]] ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale);
 
 struct DownscaledViews {
-  double scale = 1;    // as above
+  double scale = 1;    // of a photograph's sides, the share that is kept
   double loss_db = 0;  // measured, see scale_loss.h
 };
 // As far as the pictures lose at most so much, dB, > 0, by measurement, but not below `least`; in eight steps. Not at

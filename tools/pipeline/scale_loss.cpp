@@ -17,7 +17,7 @@ constexpr std::size_t kMostParts = 24;
 constexpr std::uint32_t kPartPx = 192;       // side
 constexpr std::uint8_t kLeastTrust = 128;    // of StoredView::trust
 constexpr double kLeastShare = 0.2;          // of a part's pixels that must be comparable
-constexpr double kLeastSquaredError = 1e-3;  // levels, so that equal pictures have a PSNR
+constexpr double kLeastSquaredError = 1e-3;  // squared 8-bit levels, so that equal pictures have a PSNR
 
 // The fractional parts of multiples of an irrational number are spread evenly however many they are.
 double spread(std::size_t index, double step) {

@@ -22,8 +22,8 @@ class ScaleLoss {
   [[nodiscard]] bool can_tell() const { return !parts_.empty(); }
 
   // By how much the PSNR of `reduced`, dB, falls short of that of `full`, in the mean over the parts; below 0: it is
-  // better. `reduced` has the slots, surface and references of `full`. Throws std::logic_error unless can_tell(), and
-  // GlError as above.
+  // better. Pixels count that views of the store are blended for and that the photograph's own mask trusts. `reduced`
+  // has the slots, surface and references of `full`. Throws std::logic_error unless can_tell(), and GlError as above.
   [[nodiscard]] double of(const Snapshot& reduced);
 
  private:
