@@ -27,6 +27,7 @@ endfunction()
 # include are read once, and templates that they all use are compiled once. Their unnamed namespaces are then one: a name
 # that two of them give to different things is an error there. Without common headers a build shows what includes are
 # missing, which no module's source may hide from another: there only the sources ALWAYS are compiled together.
+# Comes after everything else that is said of the sources: those with options of their own are compiled alone.
 option(LUMATLAS_TOGETHER "Compile many sources together: sooner from nothing, later after a change" OFF)
 
 function(lumatlas_compile_together target count)
@@ -36,13 +37,52 @@ function(lumatlas_compile_together target count)
     return()
   endif()
   if(LUMATLAS_COMMON_HEADERS OR NOT type STREQUAL "STATIC_LIBRARY")
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${count})
-    # GCC takes a source that is included in another for a header.
-    target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+    get_target_property(candidates ${target} SOURCES)
   elseif(arg_ALWAYS)
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
-    set_source_files_properties(${arg_ALWAYS} PROPERTIES UNITY_GROUP together)
+    set(candidates ${arg_ALWAYS})
+  else()
+    return()
   endif()
+  lumatlas_sources_without_options(together ${candidates})
+  lumatlas_join_sources(${target} ${count} ${together})
+  # GCC takes a source that is included in another for a header.
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endfunction()
+
+# lumatlas_sources_without_options(RESULT SOURCES ...)
+# Sets RESULT to those of the sources that lie in this folder or below and that nothing is said of.
+function(lumatlas_sources_without_options result)
+  set(plain "")
+  foreach(source IN LISTS ARGN)
+    get_source_file_property(options ${source} COMPILE_OPTIONS)
+    get_source_file_property(apart ${source} SKIP_UNITY_BUILD_INCLUSION)
+    if(source MATCHES "\\.cpp$" AND NOT IS_ABSOLUTE ${source} AND NOT options AND NOT apart)
+      list(APPEND plain ${source})
+    endif()
+  endforeach()
+  set(${result} ${plain} PARENT_SCOPE)
+endfunction()
+
+# lumatlas_join_sources(TARGET COUNT SOURCES ...)
+# Puts files that include so many of the sources each in their place. CMake's own UNITY_BUILD would name them by where
+# the checkout lies, and ccache would not know them in the next checkout.
+function(lumatlas_join_sources target count)
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  get_target_property(sources ${target} SOURCES)
+  list(REMOVE_ITEM sources ${ARGN})
+  set(joined ${ARGN})
+  set(index 0)
+  while(joined)
+    list(SUBLIST joined 0 ${count} some)
+    list(REMOVE_ITEM joined ${some})
+    list(TRANSFORM some REPLACE "(.+)" "#include \"${folder}/\\1\"\n")
+    list(JOIN some "" content)
+    set(file ${CMAKE_CURRENT_BINARY_DIR}/${target}_${index}.cpp)
+    file(CONFIGURE OUTPUT ${file} CONTENT "${content}" @ONLY)
+    list(APPEND sources ${file})
+    math(EXPR index "${index} + 1")
+  endwhile()
+  set_target_properties(${target} PROPERTIES SOURCES "${sources}")
 endfunction()
 
 # lumatlas_compile_quickly(TARGET)
