@@ -13,13 +13,13 @@
 #include <thread>
 #include <utility>
 
-#include "tools/base/child_process.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/coverage_flags.h"
 #include "tools/cli/json_output.h"
+#include "tools/cli/next_steps.h"
 #include "tools/cli/option_rules.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
@@ -254,21 +254,6 @@ BuildCallback progress_of(const BuildFlags& flags) {
   };
 }
 
-// The lines to type next, each after what it is for.
-std::string next_lines(const BuildFlags& flags) {
-  std::filesystem::path pictures = flags.output;
-  if (!pictures.has_filename()) pictures = pictures.parent_path();  // of "model/"
-  if (pictures.extension() == ".glb") pictures.replace_extension();
-  pictures += "-orbit";
-  const std::string model = flags.output.string();
-  std::string lines =
-      "look at it: " + shell_line("lumatlas", {"render", model, "--orbit", "-o", pictures.string()}) + '\n';
-  if (flags.hold.protocol()) {
-    lines += "score it:   " + shell_line("lumatlas", {"validate", model, "--views", flags.scene.string()}) + '\n';
-  }
-  return lines;
-}
-
 // A warning where no photograph was stored, with what became of them; empty where one was.
 std::string nothing_stored_warning(const BuildResult& result) {
   const auto& views = result.snapshot.views;
@@ -381,7 +366,9 @@ void run(const BuildFlags& flags) {
   } else {
     std::cout << summary_text(totals, flags.output.string()) << "  on disk " << file_bytes_text(totals["file"]) << '\n';
   }
-  if (!flags.quiet && totals["views"]["stored"] > 0) std::cerr << next_lines(flags);
+  if (!flags.quiet && totals["views"]["stored"] > 0) {
+    std::cerr << next_steps(flags.output, flags.hold.protocol() ? flags.scene : std::filesystem::path());
+  }
   std::cout.flush();
   const bool asked_to_end = end_request && end_request->made();
   end_request.reset();
@@ -405,9 +392,7 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
            "COLMAP workspace: sparse/ and images/, with a mesh; with --watch one that fills up")
       ->required();
   begin_group(command, "Files");
-  add_file(command, "-o,--output", flags.output, "MODEL",
-           "Folder, or one file that ends in .glb; an earlier model there is replaced")
-      ->required();
+  add_model_output(command, flags.output);
   add_file(command, "--mesh", flags.mesh, "FILE",
            "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   add_choice(command, "--image", flags.photograph_coding.format,

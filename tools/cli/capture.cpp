@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "tools/base/child_process.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
+#include "tools/cli/next_steps.h"
 #include "tools/cli/option_rules.h"
 #include "tools/cli/stage_bars.h"
 #include "tools/pipeline/build_summary.h"
@@ -31,10 +31,10 @@ struct CaptureFlags {
 };
 
 // "office-capture" beside "office", "office/" and "office.glb".
-std::filesystem::path beside_model(std::filesystem::path model, const char* ending) {
+std::filesystem::path capture_beside(std::filesystem::path model) {
   if (!model.has_filename()) model = model.parent_path();
   if (model.extension() == ".glb") model.replace_extension();
-  model += ending;
+  model += "-capture";
   return model;
 }
 
@@ -55,19 +55,8 @@ json result_json(const CaptureResult& result, const CaptureFlags& flags) {
           {"warnings", result.warnings}};
 }
 
-std::string advice(const CaptureFlags& flags) {
-  const std::string model = flags.output.string();
-  std::string lines =
-      "look at it: " +
-      shell_line("lumatlas", {"render", model, "--orbit", "-o", beside_model(flags.output, "-orbit").string()}) + '\n';
-  if (flags.hold.protocol()) {
-    lines += "score it:   " + shell_line("lumatlas", {"validate", model, "--views", flags.work.string()}) + '\n';
-  }
-  return lines;
-}
-
 void run(CaptureFlags flags) {
-  if (flags.work.empty()) flags.work = beside_model(flags.output, "-capture");
+  if (flags.work.empty()) flags.work = capture_beside(flags.output);
   flags.options.build.hold_out = flags.hold.protocol();
   check_usage(flags.options);
   check_apart(flags.output, std::array{flags.photographs, flags.work});
@@ -83,7 +72,7 @@ void run(CaptureFlags flags) {
     return;
   }
   if (result.summary.is_object()) std::cout << summary_text(result.summary, flags.output.string());
-  if (!quiet) std::cerr << advice(flags);
+  if (!quiet) std::cerr << next_steps(flags.output, flags.hold.protocol() ? flags.work : std::filesystem::path());
 }
 
 }  // namespace
@@ -95,9 +84,7 @@ void add_capture_command(CLI::App& program) {
   add_file(*command, "PHOTOGRAPHS", flags->photographs, "PHOTOGRAPHS", "Folder of overlapping photographs of a place")
       ->required();
   begin_group(*command, "Files");
-  add_file(*command, "-o,--output", flags->output, "MODEL",
-           "Folder, or one file that ends in .glb; an earlier model there is replaced")
-      ->required();
+  add_model_output(*command, flags->output);
   add_file(*command, "--work", flags->work, "DIR",
            "Poses, mesh and COLMAP's logs, which other commands read as a SCENE; what is done there is not done again; "
            "MODEL-capture unless given");

@@ -44,6 +44,14 @@ inline CLI::Option* add_file(CLI::App& command, const std::string& option, std::
   return command.add_option(option, path, description)->type_name(placeholder)->check(file_name())->default_str("");
 }
 
+// -o of the commands that make a model.
+inline void add_model_output(CLI::App& command, std::filesystem::path& model) {
+  add_file(command, "-o,--output", model, "MODEL",
+           "Folder, or one file that ends in .glb; an earlier model there is replaced")
+      ->required()
+      ->check(model_name());
+}
+
 // --quiet and --json mean the same in every command.
 inline void add_json(CLI::App& command, bool& json) {
   command.add_flag("--json", json, "Print the results as JSON");

@@ -2,8 +2,10 @@
 #include "tools/cli/option_rules.h"
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <system_error>
@@ -120,6 +122,20 @@ CLI::Validator divisible_by(std::uint32_t divisor) {
 
 CLI::Validator file_name() {
   const auto check = [](std::string& text) { return std::string(text.empty() ? "is empty, must be a name" : ""); };
+  return {check, ""};
+}
+
+CLI::Validator model_name() {
+  const auto check = [](std::string& text) -> std::string {
+    std::string ending = std::filesystem::path(text).extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    for (const auto& [of_export, form] : {std::pair{".obj", "obj"}, {".gltf", "gltf"}, {".html", "web"}}) {
+      if (ending != of_export) continue;
+      return text + " is not a folder or a .glb, as a model is: make it of a model by lumatlas export MODEL --to " +
+             form;
+    }
+    return {};
+  };
   return {check, ""};
 }
 

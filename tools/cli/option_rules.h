@@ -40,6 +40,10 @@ namespace lumatlas {
 // The name of a file or folder: not "". Help says nothing of it.
 [[nodiscard]] CLI::Validator file_name();
 
+// The name of a model to write: a folder's or one that ends in .glb, and not one that ends as what `export` makes of a
+// model. Help says nothing of it.
+[[nodiscard]] CLI::Validator model_name();
+
 // One of these names.
 [[nodiscard]] CLI::Validator one_of(const std::vector<std::string>& names);
 

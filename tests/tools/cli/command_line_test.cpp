@@ -252,6 +252,21 @@ TEST_CASE("view prints an address of this machine alone, and ends by Ctrl-C") {
   CHECK(ended.out == out);
 }
 
+TEST_CASE("a model under the name of what export makes of one is refused before anything is built") {
+  const TemporaryFolder folder;
+  for (const auto& [name, form] : {std::pair{"x.obj", "obj"}, {"x.GLTF", "gltf"}, {"x.html", "web"}}) {
+    const std::string out = (folder / name).string();
+    for (const std::string command : {"build", "capture"}) {
+      const Outcome outcome = lumatlas_here({command, made().scene, "-o", out});
+      INFO(outcome.err);
+      CHECK(outcome.status == 2);
+      CHECK(outcome.err.find(out) != std::string::npos);
+      CHECK(outcome.err.find(std::string("export MODEL --to ") + form) != std::string::npos);
+      CHECK_FALSE(std::filesystem::exists(out));
+    }
+  }
+}
+
 TEST_CASE("export refuses what is no model, and pages that are too few") {
   const TemporaryFolder folder;
   const std::string out = (folder / "plain.glb").string();
@@ -655,9 +670,7 @@ TEST_CASE("build ends with the lines to type next, unless it is to be quiet") {
   const std::string model = (folder / "my model.glb").string();
   const Outcome built = lumatlas_here({"build", made().scene, "-o", model, "--hold", "4", "--refine", "none"});
   REQUIRE(built.status == 0);
-  const std::string look =
-      "look at it: lumatlas render '" + model + "' --orbit -o '" + (folder / "my model-orbit").string();
-  CHECK_THAT(built.err, Catch::Contains(look + "'\n"));
+  CHECK_THAT(built.err, Catch::Contains("look at it: lumatlas view '" + model + "'\n"));
   CHECK_THAT(built.err,
              Catch::EndsWith("score it:   lumatlas validate '" + model + "' --views " + made().scene + "\n"));
 }
