@@ -22,28 +22,19 @@ function(lumatlas_compile_options target)
   endif()
 endfunction()
 
-# lumatlas_compile_together(TARGET COUNT [ALWAYS ...])
+# lumatlas_compile_together(TARGET COUNT)
 # Where LUMATLAS_TOGETHER is set, compiles the target's sources together, so many at a time, so that headers that they all
 # include are read once, and templates that they all use are compiled once. Their unnamed namespaces are then one: a name
-# that two of them give to different things is an error there. Without common headers a build shows what includes are
-# missing, which no module's source may hide from another: there only the sources ALWAYS are compiled together.
+# that two of them give to different things is an error there.
 # Comes after everything else that is said of the sources: those with options of their own are compiled alone.
 option(LUMATLAS_TOGETHER "Compile many sources together: sooner from nothing, later after a change" OFF)
 
 function(lumatlas_compile_together target count)
-  cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "ALWAYS")
-  get_target_property(type ${target} TYPE)
   if(NOT LUMATLAS_TOGETHER)
     return()
   endif()
-  if(LUMATLAS_COMMON_HEADERS OR NOT type STREQUAL "STATIC_LIBRARY")
-    get_target_property(candidates ${target} SOURCES)
-  elseif(arg_ALWAYS)
-    set(candidates ${arg_ALWAYS})
-  else()
-    return()
-  endif()
-  lumatlas_sources_without_options(together ${candidates})
+  get_target_property(sources ${target} SOURCES)
+  lumatlas_sources_without_options(together ${sources})
   lumatlas_join_sources(${target} ${count} ${together})
   # GCC takes a source that is included in another for a header.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
@@ -89,9 +80,7 @@ endfunction()
 # For what runs once or waits for a disk: a release spends no time on optimising it.
 function(lumatlas_compile_quickly target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  if(CMAKE_BUILD_TYPE STREQUAL "Release")
-    lumatlas_compile_together(${target} 4)
-  endif()
+  lumatlas_compile_together(${target} 4)
 endfunction()
 
 # lumatlas_compile_quickly_sources(SOURCES ...): the same of these sources of the folder.
