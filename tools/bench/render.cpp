@@ -27,6 +27,7 @@
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/median.h"
+#include "tools/base/elapsed.h"
 #include "tools/bench/program.h"
 #include "tools/cli/option_rules.h"
 #include "tools/score/frame_time.h"
@@ -229,8 +230,7 @@ PictureTime time_load(Renderer& renderer, const Snapshot& snapshot) {
   const std::clock_t processor_start = std::clock();
   renderer.load(snapshot);
   glFinish();
-  return {std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(),
-          1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
+  return {ms_since(start), 1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
 }
 
 struct Loads {

@@ -25,6 +25,7 @@
 #include "mesh/base/median.h"
 #include "mesh/cells.h"
 #include "mesh/visibility.h"
+#include "tools/base/elapsed.h"
 #include "tools/bench/program.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -92,7 +93,7 @@ std::vector<Camera> cameras_inside(std::uint32_t seed) {
 double milliseconds(const Visibility& visibility, const Camera& camera, VisibilityBuffer& buffer) {
   const auto start = std::chrono::steady_clock::now();
   visibility.trace(camera, buffer);
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return ms_since(start);
 }
 
 double share_in_view(const CellRuns& runs, const Camera& camera) {

@@ -11,6 +11,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
+#include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/capture/captured_photographs.h"
@@ -174,8 +175,8 @@ class Capture {
     record_->begin(name, inputs);
     work();
     record_->finish(name, outputs);
-    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
-    result_.steps.push_back({name, false, time.count()});
+    const double time_ms = ms_since(start);
+    result_.steps.push_back({name, false, time_ms});
   }
 
   [[nodiscard]] ColmapProgress bar(const std::string& name) const {

@@ -15,6 +15,7 @@
 #include "atlas/model_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"
+#include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
 #include "tools/base/strict_json.h"
@@ -266,7 +267,7 @@ void run_web(const ExportFlags& flags) {
     facts = write_site_folder(folder.path(), model.snapshot, options, tick);
     folder.commit(flags.effective());
   }
-  const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const double total_ms = ms_since(start);
   const json totals = web_summary(flags, facts, total_ms);
   if (flags.json_output) {
     print_json(totals);
@@ -304,7 +305,7 @@ void run(const ExportFlags& flags) {
                     ProgressOptions::standard_error(flags.quiet));
   const TextureFacts facts = output.write(mesh, options, [&] { progress.tick(); });
   output.commit();
-  const double total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const double total_ms = ms_since(start);
   const json totals = summary(flags, mesh, facts, total_ms);
   if (flags.json_output) {
     print_json(totals);

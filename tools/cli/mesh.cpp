@@ -12,6 +12,7 @@
 #include "mesh/base/number_text.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
+#include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
@@ -112,10 +113,10 @@ void run(MeshFlags flags) {
   const SceneMesh made = mesh_from_scene(flags.scene, flags.options, bars_on_standard_error(flags.quiet));
   write_ply(file.stream(), made.surface);
   file.commit();
-  const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+  const double time_ms = ms_since(start);
   for (const std::string& warning : made.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
-    print_json(result_json(made, flags.output, time.count()));
+    print_json(result_json(made, flags.output, time_ms));
     return;
   }
   print_text(made, flags.output);

@@ -19,6 +19,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/upright.h"
+#include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
@@ -35,10 +36,6 @@
 namespace lumatlas {
 
 namespace {
-
-double ms_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Wall time since the command began, and where it went until the first picture, which is printed if it is `told`.
 class FirstPicture {

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
@@ -65,7 +66,7 @@ void run(SynthFlags flags) {
                  {"holes", o.disturbances.holes},
                  {"decimate", o.disturbances.decimate}});
   if (flags.json_output) {
-    const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - start;
+    const double time_ms = ms_since(start);
     print_json({{"output", flags.output.string()},
                 {"kind", flags.kind},
                 {"photographs", o.views},
@@ -73,7 +74,7 @@ void run(SynthFlags flags) {
                 {"height", o.height},
                 {"path_frames", o.path_frames},
                 {"test_views", o.test_views},
-                {"time_ms", {{"total", time.count()}}}});
+                {"time_ms", {{"total", time_ms}}}});
     return;
   }
   std::cout << flags.output.string() << ": " << o.views << " photographs of " << o.width << "x" << o.height << '\n';

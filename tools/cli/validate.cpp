@@ -15,6 +15,7 @@
 
 #include "atlas/model_file.h"
 #include "mesh/base/errors.h"
+#include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/blend_flags.h"
 #include "tools/cli/commands.h"
@@ -82,14 +83,14 @@ json measured_speed(const Model& model, const ValidateFlags& flags, const EglCon
   Renderer renderer;
   const auto start = std::chrono::steady_clock::now();
   renderer.load(model.snapshot);
-  const auto upload = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start);
+  const double upload_ms = ms_since(start);
   const FrameTime time = frame_time(renderer, cameras, flags.blend.options());
   return {{"frames", cameras.size()},
           {"width", flags.frame_size.width},
           {"height", flags.frame_size.height},
           {"renderer", context.description()},
           {"read_ms", model.times.tables + model.times.views},
-          {"upload_ms", upload.count()},
+          {"upload_ms", upload_ms},
           {"frame_ms", {{"median", time.wall}, {"p95", time.wall_p95}}},
           {"frame_cpu_ms", {{"median", time.processor}, {"p95", time.processor_p95}}}};
 }

@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <functional>
-#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -16,10 +14,12 @@
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
 #include "planner/tile_choice.h"
+#include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
+#include "tools/pipeline/blind_views.h"
 #include "tools/pipeline/downscaled_views.h"
 #include "tools/pipeline/gpu_budget.h"
-#include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/joint_refinement.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
@@ -146,10 +146,6 @@ PlannerOptions planner_options(const BuildOptions& options, const Stream& stream
   return planner;
 }
 
-double ms_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
 std::unique_ptr<Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
   return by == VisibilityBy::gl ? make_gl_visibility(surface.mesh, surface.cells) : make_ray_visibility(surface.mesh);
 }
@@ -161,40 +157,6 @@ double median_distance(const std::filesystem::path& mesh_file, const std::vector
   } catch (const InputError& error) {
     throw InputError(mesh_file.string() + ": " + error.what());
   }
-}
-
-// Views that see next to nothing of the mesh.
-struct BlindViews {
-  std::size_t looks = 0, blind = 0;
-  std::string first;  // by name
-};
-
-// Of many views some are looked through, evenly.
-BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
-                       const Visibility& visibility) {
-  constexpr std::size_t kMostLooks = 100;
-  constexpr std::uint32_t kGlancePx = 160;  // longer side of the pictures
-  const std::size_t step = (ranks.size() + kMostLooks - 1) / kMostLooks;
-  BlindViews result;
-  VisibilityBuffer buffer;
-  for (std::size_t i = 0; i < ranks.size(); i += step, ++result.looks) {
-    throw_if_interrupted();
-    const SceneView& view = views[ranks[i]];
-    visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
-    const auto empty = static_cast<std::size_t>(std::count(buffer.face.begin(), buffer.face.end(), kNoFace));
-    const std::size_t seen = buffer.face.size() - empty;
-    if (static_cast<double>(seen) >= kLittleSeen * static_cast<double>(buffer.face.size())) continue;
-    if (result.blind++ == 0) result.first = view.name;
-  }
-  return result;
-}
-
-// A mesh in other coordinates, or of another scene, is seen by chance.
-void require_seen(const std::filesystem::path& mesh_file, const BlindViews& views) {
-  if (4 * views.blind <= 3 * views.looks) return;
-  throw InputError(mesh_file.string() + ": " + std::to_string(views.blind) + " of " + std::to_string(views.looks) +
-                   " views that were looked through see next to nothing of it: mesh and cameras are in different "
-                   "coordinates, or the mesh is the wrong one (see lumatlas inspect; --any-mesh builds all the same)");
 }
 
 void add_warning(const std::string& sentence, BuildResult& result) {
@@ -209,11 +171,27 @@ std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views) {
   return skipped;
 }
 
+void note_scene(const SceneViews& scene, BuildResult& result) {
+  result.views = scene.views.size();
+  result.masked_views = masked_views(scene);
+  result.scene_notes = scene.notes;
+  result.skipped = skipped_views(scene.views);
+}
+
+void note_surface(const SurfaceInput& input, BuildResult& result) {
+  result.mesh_file = input.mesh_file;
+  result.warnings = input.warnings;
+  result.closed_holes = input.closed_holes;
+  result.simplified_faces = input.simplified_faces;
+  result.simplified_distance = input.simplified_distance;
+}
+
 void restrict(RefinementOptions& refinement, RefineMode mode) {
   const bool masks = mode == RefineMode::all || mode == RefineMode::joint;
   refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
   refinement.alignment.pose = refinement.alignment.pose && (masks || mode == RefineMode::pose);
   refinement.trust.enabled = refinement.trust.enabled && masks;
+  refinement.interruption_point = throw_if_interrupted;
 }
 
 OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stream& stream,
@@ -344,88 +322,7 @@ Parsimony thin(Planner& planner, const Stream& stream, const TileOptions& layout
   return parsimony;
 }
 
-// A step that lowers the mean residual by less than this share is the last.
-constexpr double kRestingShare = 0.002;
-
-void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
-  double last = std::numeric_limits<double>::infinity();
-  for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
-    result.polish.push_back(planner.polish());
-    stage.tick();
-    if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
-    const double residual = result.polish.back().residual_after;
-    if (!(residual < (1 - kRestingShare) * last)) break;
-    last = residual;
-  }
-}
-
-// The estimate's time grows with the cube of this: some ten seconds.
-constexpr std::uint32_t kMostViewsForLenses = 400;
-// Of all views together.
-constexpr std::size_t kPointsForLenses = 60000;
-constexpr std::size_t kFewestPointsOfView = 300;
-// Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
-constexpr int kLensRounds = 3;
-
-// Adds what an estimate found to what is known of the lenses.
-void note_lenses(const LensEstimates& estimates, std::vector<RefinedLens>& lenses) {
-  if (lenses.empty()) {
-    for (const LensEstimate& estimate : estimates.lenses) {
-      lenses.push_back({estimates.cameras[estimate.slots.front()], estimate.slots.size(), estimate, false});
-    }
-  }
-  for (std::size_t i = 0; i < lenses.size(); ++i) {
-    const LensEstimate& estimate = estimates.lenses[i];
-    if (!estimate.significant) continue;
-    LensEstimate& sum = lenses[i].estimate;
-    if (lenses[i].applied) {
-      sum.correction = combined(sum.correction, estimate.correction);
-      sum.deviation = estimate.deviation;
-      sum.residual.after = estimate.residual.after;
-      sum.corner_px = corner_move_px(sum.correction, lenses[i].camera);
-    }
-    lenses[i].applied = true;
-  }
-}
-
-// Estimates the lenses, undistorts the stored photographs again by those that are plainly wrong, from the originals,
-// and polishes; until nothing is wrong any more.
-void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
-                   BuildResult& result) {
-  if (planner.stored_views() == 0 || planner.stored_views() > kMostViewsForLenses) return;
-  LensOptions lens_options;
-  lens_options.most_points = std::max(kFewestPointsOfView, kPointsForLenses / planner.stored_views());
-  for (int round = 0; round < kLensRounds; ++round) {
-    const LensEstimates estimates = planner.estimate_lenses(lens_options);
-    stage.tick();
-    note_lenses(estimates, result.lenses);
-    if (!estimates.significant()) return;
-    correct_lenses(views, result.lenses);
-    planner.correct_lenses(estimates, [&](std::uint32_t, const std::string& name) {
-      return load_photograph(
-          *std::find_if(views.begin(), views.end(), [&](const SceneView& v) { return v.name == name; }));
-    });
-    polish_until_rest(planner, options, stage, result);
-  }
-}
-
-// What is left to do once the stream has ended.
-void finish(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, const BuildCallback& callback,
-            BuildResult& result) {
-  const auto start = std::chrono::steady_clock::now();
-  if (options.refine == RefineMode::joint) {
-    BuildStage stage(callback, "polishing jointly", 0);
-    polish_until_rest(planner, options, stage, result);
-    if (options.refine_lenses && result.effective.refinement.any()) {
-      refine_lenses(planner, views, options, stage, result);
-    }
-    stage.finish();
-  }
-  if (result.effective.refinement.trust.enabled) planner.mask();
-  result.polish_ms = ms_since(start);
-}
-
-void downscale(Atlas& atlas, const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
+void downscale_by_loss(Atlas& atlas, const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
   const BuildOptions& options = result.options;
   BuildStage stage(callback, "measuring resolutions", 0);
   try {
@@ -441,75 +338,22 @@ void downscale(Atlas& atlas, const Visibility& visibility, const BuildCallback& 
   stage.finish();
 }
 
-void check_watch(const BuildOptions& options) {
-  const auto require = [](bool holds, const char* rule) {
-    if (!holds) throw std::invalid_argument(std::string("build: watch is given, ") + rule);
-  };
-  const WatchOptions& watch = *options.watch;
-  require(options.choice == ViewChoice::online, "choice must be ViewChoice::online");
-  require(options.order == StreamOrder::given, "order must be StreamOrder::given");
-  require(!options.hold_out, "hold_out must not be: it goes by the names of all photographs");
-  require(options.max_views || options.planner.max_bytes + options.gpu_bytes > 0,
-          "max_views, planner.max_bytes or gpu_bytes must bound the model");
-  require(watch.interval.count() > 0, "its interval must be above 0");
-  require(watch.idle || watch.end, "it must have idle or end");
-  require(!watch.idle || *watch.idle >= watch.interval, "its idle must not be below its interval");
+// What the model holds of what is stored, within the bounds of bytes and of the loss by resolution.
+void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, const Visibility& visibility,
+                   const BuildCallback& callback, BuildResult& result) {
+  const BuildOptions& options = result.options;
+  ValidityOptions& validity = result.effective.validity;
+  if (budget && options.least_scale < 1) {
+    result.scale = downscale_views(atlas, *budget, visibility, validity, options.least_scale);
+  }
+  if (options.max_scale_loss_db > 0 && options.least_scale < 1) {
+    downscale_by_loss(atlas, visibility, callback, result);
+  }
+  validity = validity_at_scale(validity, result.scale);
+  result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
 }
 
 }  // namespace
-
-void check(const BuildOptions& options) {
-  check(options.cells);
-  check(options.faces);
-  PlannerOptions planner = options.planner;
-  if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
-  check(planner);
-  if (planner.max_loss_db && options.choice != ViewChoice::online) {
-    throw std::invalid_argument("build: planner.max_loss_db is given, choice must be ViewChoice::online");
-  }
-  if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
-  if (options.max_views == 0u) throw std::invalid_argument("build: max_views is 0, must be at least 1");
-  if (options.hold_out) check(*options.hold_out);
-  if (options.watch) check_watch(options);
-  check(options.tiles);
-  if (options.tight_tiles) {
-    check(*options.tight_tiles);
-    if (options.tiles.whole_views() || options.tight_tiles->whole_views() || options.tight_tiles->max_tiles != 0) {
-      throw std::invalid_argument("build: tight_tiles are given, both they and tiles must cut views, max_tiles be 0");
-    }
-  }
-  if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
-  if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
-    throw std::invalid_argument("build: array_bytes or gpu_bytes is given, but no tiles");
-  }
-  if (!(options.least_scale > 0 && options.least_scale <= 1)) {
-    throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
-                                ", must be above 0 and at most 1");
-  }
-  if (!(std::isfinite(options.max_scale_loss_db) && options.max_scale_loss_db >= 0)) {
-    throw std::invalid_argument("build: max_scale_loss_db is " + std::to_string(options.max_scale_loss_db) +
-                                ", must be finite and not negative");
-  }
-  if (options.max_scale_loss_db > 0 && !planner.max_loss_db) {
-    throw std::invalid_argument("build: max_scale_loss_db is given, planner.max_loss_db must be too");
-  }
-  if (options.max_scale_loss_db > 0 && options.gpu_bytes > 0) {
-    throw std::invalid_argument("build: both max_scale_loss_db and gpu_bytes are given, one alone downscales");
-  }
-  if (options.array_bytes == 0) return;
-  if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
-  if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {
-    throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
-                                ", must be at least what a tile takes, " + std::to_string(least));
-  }
-}
-
-std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles) {
-  TileOptions uncompressed = tiles;
-  uncompressed.texels = TexelFormat::rgb8;
-  const double times = static_cast<double>(slot_bytes(uncompressed)) / static_cast<double>(slot_bytes(tiles));
-  return static_cast<std::uint64_t>(times * static_cast<double>(kPhotographsPerArray * tile_bytes));
-}
 
 BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& given, const BuildCallback& callback,
                         const AtlasWatch& watch) {
@@ -523,10 +367,7 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   if (options.watch) watched_scene.emplace(scene, mesh.offset, options.pictures, *options.watch);
   SceneViews views =
       watched_scene ? watched_scene->first_views() : read_scene_views(scene, mesh.offset, options.pictures);
-  result.views = views.views.size();
-  result.masked_views = masked_views(views);
-  result.scene_notes = views.notes;
-  result.skipped = skipped_views(views.views);
+  note_scene(views, result);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
   Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
@@ -537,17 +378,12 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   const std::optional<GpuBudget> budget = gpu_budget(options, input);
   result.effective = planner_options(options, stream, budget);
   require_room_for_each(stream, options, result.effective.max_bytes);
-  result.mesh_file = input.mesh_file;
-  result.warnings = input.warnings;
-  result.closed_holes = input.closed_holes;
-  result.simplified_faces = input.simplified_faces;
-  result.simplified_distance = input.simplified_distance;
+  note_surface(input, result);
   const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
   const BlindViews blind = blind_views(views.views, ranks, *visibility);
   if (!options.any_mesh) require_seen(result.mesh_file, blind);
   add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
   restrict(result.effective.refinement, options.refine);
-  result.effective.refinement.interruption_point = throw_if_interrupted;
   if (result.effective.coverage.ideal_distance == 0) {
     // Of the cameras by name, so that it is the same for any order of the stream.
     result.effective.coverage.ideal_distance =
@@ -567,19 +403,14 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   }
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
-  finish(planner, views.views, options, callback, result);
+  refine_jointly(planner, views.views, options, callback, result);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
   if (watched) {
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
   }
-  if (budget && options.least_scale < 1) {
-    result.scale = downscale_views(atlas, *budget, *visibility, result.effective.validity, options.least_scale);
-  }
-  if (options.max_scale_loss_db > 0 && options.least_scale < 1) downscale(atlas, *visibility, callback, result);
-  result.effective.validity = validity_at_scale(result.effective.validity, result.scale);
-  result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
+  take_snapshot(atlas, budget, *visibility, callback, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
   result.total_ms = ms_since(start);

@@ -19,93 +19,13 @@
 #include "mesh/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
+#include "tools/pipeline/build_options.h"
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
-
-// Bytes of photographs to choose tiles from, for each that tiles may take on the GPU.
-inline constexpr std::uint64_t kPhotographsPerArray = 4;
-// So many for tiles that take those bytes; of compressed tiles, for what they would take uncompressed.
-[[nodiscard]] std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles);
-
-// What is made to agree before a view is stored: see planner/refiner.h.
-enum class RefineMode {
-  none,
-  exposure,  // gains
-  pose,      // poses, gains stay 1
-  all,       // gains, poses, and masks of what the other views contradict
-  joint,     // and afterwards all stored views together, until they rest
-};
-
-// Who chooses the views that are stored. All but the first are there to compare it with: they choose before anything is
-// stored.
-enum class ViewChoice {
-  online,   // the planner, view by view
-  offline,  // the offline planner, which looks through all cameras first: see planner/offline_planner.h
-  uniform,  // nobody: views evenly spaced along the stream
-  random,   // nobody: by chance
-};
-
-// What finds the visible surface; the two agree but at silhouettes.
-enum class VisibilityBy {
-  rays,  // mesh/visibility.h, on the processor
-  gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
-};
-
-// A scene whose folder fills up while the model is built: see tools/scene/growing_scene.h. What cannot be read is
-// named, and the build goes on. Cells, and what else depends on all cameras, are as those ask that are listed when the
-// first photograph has come. Joint refinement, and what else looks at all views, comes at the end.
-struct WatchOptions {
-  std::chrono::milliseconds interval{1000};  // between two looks at the folder, > 0
-  // The end of the stream: so long after the last change, or, asked some times a second, when this says so. One is
-  // given.
-  std::optional<std::chrono::milliseconds> idle;
-  std::function<bool()> end;
-  std::function<void(const std::string&)> warn;  // told, at once, what is wrong with files, in sentences; or empty
-};
-
-struct BuildOptions {
-  std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
-  PictureFolders pictures;                    // photographs and masks
-  CellOptions cells;
-  FaceOptions faces;       // of the mesh that are kept
-  double close_holes = 0;  // holes of the mesh up to this across are closed, scene units, >= 0
-  VisibilityBy visibility_by = VisibilityBy::rays;
-  // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
-  PlannerOptions planner;
-  RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
-  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1
-  bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
-  std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
-  TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
-  // Instead of `tiles`, where gpu_bytes has no room for the photographs whole, all of them or the largest max_views, or
-  // where nobody knows them, with `watch`; none: `tiles` all the same. Both cut views into tiles.
-  std::optional<TileOptions> tight_tiles;
-  std::uint64_t array_bytes = 0;  // that the texture array of tiles may take; 0: what it needs
-  // That the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: what it needs. Not with
-  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
-  // room for, to choose tiles from.
-  std::uint64_t gpu_bytes = 0;
-  // Of a photograph's sides, the share that gpu_bytes and max_scale_loss_db may downscale all photographs to, (0, 1],
-  // the former before it gives up parts of some: see downscaled_views.h.
-  double least_scale = 0.25;
-  // With planner.max_loss_db, not with gpu_bytes: all photographs are downscaled as far as that costs at most so many
-  // dB, finite and >= 0, by measurement; 0: not at all.
-  double max_scale_loss_db = 0;
-  std::optional<HoldOut> hold_out;  // none: every view is offered
-  // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
-  // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
-  // planner.max_bytes or gpu_bytes.
-  std::optional<WatchOptions> watch;
-  bool any_mesh = false;  // build also where most views see next to nothing of the mesh, which is refused otherwise
-  StreamOrder order = StreamOrder::given;
-  // With another choice than online, planner.max_bytes counts as so many of the largest view.
-  ViewChoice choice = ViewChoice::online;
-  std::uint64_t seed = 0;  // of StreamOrder::shuffled and ViewChoice::random
-};
 
 // What the photographs say about a lens, and whether it was done.
 struct RefinedLens {
@@ -170,9 +90,6 @@ struct BuildResult {
   std::uint64_t revisited = 0;  // see Refiner::revisited()
   double total_ms = 0;
 };
-
-// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
-void check(const BuildOptions& options);
 
 // Called when the stream is about to begin, with the atlas that it fills; what it gives is destroyed before the last
 // snapshot is taken. Whoever takes snapshots meanwhile, from any thread, does not change the result.

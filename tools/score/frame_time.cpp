@@ -10,6 +10,7 @@
 #include <string>
 
 #include "mesh/base/median.h"
+#include "tools/base/elapsed.h"
 
 namespace lumatlas {
 
@@ -45,8 +46,7 @@ PictureTime time_picture(Renderer& renderer, const Camera& camera, const BlendOp
   const std::clock_t processor_start = std::clock();
   renderer.draw(camera, blend);
   glFinish();
-  return {std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count(),
-          1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
+  return {ms_since(start), 1e3 * static_cast<double>(std::clock() - processor_start) / CLOCKS_PER_SEC};
 }
 
 FrameTime frame_time(Renderer& renderer, const std::vector<Camera>& cameras, const BlendOptions& blend) {

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/build_options.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+namespace {
+
+void check_watch(const BuildOptions& options) {
+  const auto require = [](bool holds, const char* rule) {
+    if (!holds) throw std::invalid_argument(std::string("build: watch is given, ") + rule);
+  };
+  const WatchOptions& watch = *options.watch;
+  require(options.choice == ViewChoice::online, "choice must be ViewChoice::online");
+  require(options.order == StreamOrder::given, "order must be StreamOrder::given");
+  require(!options.hold_out, "hold_out must not be: it goes by the names of all photographs");
+  require(options.max_views || options.planner.max_bytes + options.gpu_bytes > 0,
+          "max_views, planner.max_bytes or gpu_bytes must bound the model");
+  require(watch.interval.count() > 0, "its interval must be above 0");
+  require(watch.idle || watch.end, "it must have idle or end");
+  require(!watch.idle || *watch.idle >= watch.interval, "its idle must not be below its interval");
+}
+
+}  // namespace
+
+void check(const BuildOptions& options) {
+  check(options.cells);
+  check(options.faces);
+  PlannerOptions planner = options.planner;
+  if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;  // any, until the scene gives it
+  check(planner);
+  if (planner.max_loss_db && options.choice != ViewChoice::online) {
+    throw std::invalid_argument("build: planner.max_loss_db is given, choice must be ViewChoice::online");
+  }
+  if (options.max_polish_steps < 1) throw std::invalid_argument("build: max_polish_steps is 0, must be at least 1");
+  if (options.max_views == 0u) throw std::invalid_argument("build: max_views is 0, must be at least 1");
+  if (options.hold_out) check(*options.hold_out);
+  if (options.watch) check_watch(options);
+  check(options.tiles);
+  if (options.tight_tiles) {
+    check(*options.tight_tiles);
+    if (options.tiles.whole_views() || options.tight_tiles->whole_views() || options.tight_tiles->max_tiles != 0) {
+      throw std::invalid_argument("build: tight_tiles are given, both they and tiles must cut views, max_tiles be 0");
+    }
+  }
+  if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
+  if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
+    throw std::invalid_argument("build: array_bytes or gpu_bytes is given, but no tiles");
+  }
+  if (!(options.least_scale > 0 && options.least_scale <= 1)) {
+    throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
+                                ", must be above 0 and at most 1");
+  }
+  if (!(std::isfinite(options.max_scale_loss_db) && options.max_scale_loss_db >= 0)) {
+    throw std::invalid_argument("build: max_scale_loss_db is " + std::to_string(options.max_scale_loss_db) +
+                                ", must be finite and not negative");
+  }
+  if (options.max_scale_loss_db > 0 && !planner.max_loss_db) {
+    throw std::invalid_argument("build: max_scale_loss_db is given, planner.max_loss_db must be too");
+  }
+  if (options.max_scale_loss_db > 0 && options.gpu_bytes > 0) {
+    throw std::invalid_argument("build: both max_scale_loss_db and gpu_bytes are given, one alone downscales");
+  }
+  if (options.array_bytes == 0) return;
+  if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
+  if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {
+    throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
+                                ", must be at least what a tile takes, " + std::to_string(least));
+  }
+}
+
+std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles) {
+  TileOptions uncompressed = tiles;
+  uncompressed.texels = TexelFormat::rgb8;
+  const double times = static_cast<double>(slot_bytes(uncompressed)) / static_cast<double>(slot_bytes(tiles));
+  return static_cast<std::uint64_t>(times * static_cast<double>(kPhotographsPerArray * tile_bytes));
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/joint_refinement.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <limits>
+#include <string>
+
+#include "tools/base/elapsed.h"
+#include "tools/pipeline/lens_notes.h"
+
+namespace lumatlas {
+
+namespace {
+
+// A step that lowers the mean residual by less than this share is the last.
+constexpr double kRestingShare = 0.002;
+
+void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
+  double last = std::numeric_limits<double>::infinity();
+  for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
+    result.polish.push_back(planner.polish());
+    stage.tick();
+    if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
+    const double residual = result.polish.back().residual_after;
+    if (!(residual < (1 - kRestingShare) * last)) break;
+    last = residual;
+  }
+}
+
+// The estimate's time grows with the cube of this: some ten seconds.
+constexpr std::uint32_t kMostViewsForLenses = 400;
+// Of all views together.
+constexpr std::size_t kPointsForLenses = 60000;
+constexpr std::size_t kFewestPointsOfView = 300;
+// Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
+constexpr int kLensRounds = 3;
+
+// Adds what an estimate found to what is known of the lenses.
+void note_lenses(const LensEstimates& estimates, std::vector<RefinedLens>& lenses) {
+  if (lenses.empty()) {
+    for (const LensEstimate& estimate : estimates.lenses) {
+      lenses.push_back({estimates.cameras[estimate.slots.front()], estimate.slots.size(), estimate, false});
+    }
+  }
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    const LensEstimate& estimate = estimates.lenses[i];
+    if (!estimate.significant) continue;
+    LensEstimate& sum = lenses[i].estimate;
+    if (lenses[i].applied) {
+      sum.correction = combined(sum.correction, estimate.correction);
+      sum.deviation = estimate.deviation;
+      sum.residual.after = estimate.residual.after;
+      sum.corner_px = corner_move_px(sum.correction, lenses[i].camera);
+    }
+    lenses[i].applied = true;
+  }
+}
+
+// Estimates the lenses, undistorts the stored photographs again by those that are plainly wrong, from the originals,
+// and polishes; until nothing is wrong any more.
+void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
+                   BuildResult& result) {
+  if (planner.stored_views() == 0 || planner.stored_views() > kMostViewsForLenses) return;
+  LensOptions lens_options;
+  lens_options.most_points = std::max(kFewestPointsOfView, kPointsForLenses / planner.stored_views());
+  for (int round = 0; round < kLensRounds; ++round) {
+    const LensEstimates estimates = planner.estimate_lenses(lens_options);
+    stage.tick();
+    note_lenses(estimates, result.lenses);
+    if (!estimates.significant()) return;
+    correct_lenses(views, result.lenses);
+    planner.correct_lenses(estimates, [&](std::uint32_t, const std::string& name) {
+      return load_photograph(
+          *std::find_if(views.begin(), views.end(), [&](const SceneView& v) { return v.name == name; }));
+    });
+    polish_until_rest(planner, options, stage, result);
+  }
+}
+
+}  // namespace
+
+void refine_jointly(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options,
+                    const BuildCallback& callback, BuildResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  if (options.refine == RefineMode::joint) {
+    BuildStage stage(callback, "polishing jointly", 0);
+    polish_until_rest(planner, options, stage, result);
+    if (options.refine_lenses && result.effective.refinement.any()) {
+      refine_lenses(planner, views, options, stage, result);
+    }
+    stage.finish();
+  }
+  if (result.effective.refinement.trust.enabled) planner.mask();
+  result.polish_ms = ms_since(start);
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What is refined once the stream has ended: all stored views together, and the lenses that took them.
+#pragma once
+
+#include <vector>
+
+#include "planner/planner.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/pipeline/build_progress.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+// With RefineMode::joint polishes the stored views until they rest, estimates their lenses and, where one is plainly
+// wrong, undistorts its photographs again from the originals; with masks, masks what they contradict at last. `views`
+// are those of the stream, whose cameras follow the lenses; `result` learns what was done. Throws InputError for a
+// photograph that cannot be read again.
+void refine_jointly(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options,
+                    const BuildCallback& callback, BuildResult& result);
+
+}  // namespace lumatlas
