@@ -2,7 +2,11 @@
 # LUMATLAS_PYTHON: whether the Python module is built. It is where pybind11 and Python's headers are found.
 #
 # Debian's own Python is asked for first, whatever other one PATH has: what is installed into dist-packages is for that. A
-# sanitized module could not be loaded by a Python that is not sanitized.
+# sanitized module could not be loaded by a Python that is not sanitized. Who says OFF needs none of this, and may not have
+# it yet.
+if(DEFINED LUMATLAS_PYTHON AND NOT LUMATLAS_PYTHON)
+  return()
+endif()
 if(EXISTS /usr/bin/python3 AND NOT DEFINED Python3_EXECUTABLE)
   set(Python3_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that the module is for")
 endif()
