@@ -472,6 +472,10 @@ void check(const BuildOptions& options) {
   if (options.hold_out) check(*options.hold_out);
   if (options.watch) check_watch(options);
   check(options.tiles);
+  if (options.texture_px && !(*options.texture_px >= kLeastTexturePx && *options.texture_px <= kMostTexturePx)) {
+    throw std::invalid_argument("build: texture_px is " + std::to_string(*options.texture_px) + ", must be in [" +
+                                std::to_string(kLeastTexturePx) + ", " + std::to_string(kMostTexturePx) + "]");
+  }
   if (options.tight_tiles) {
     check(*options.tight_tiles);
     if (options.tiles.whole_views() || options.tight_tiles->whole_views() || options.tight_tiles->max_tiles != 0) {
@@ -511,10 +515,11 @@ std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& 
   return static_cast<std::uint64_t>(times * static_cast<double>(kPhotographsPerArray * tile_bytes));
 }
 
-BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& given, const BuildCallback& callback,
-                        const AtlasWatch& watch) {
-  const auto start = std::chrono::steady_clock::now();
-  check(given);
+namespace {
+
+// All but the base texture.
+BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOptions& given,
+                              const BuildCallback& callback, const AtlasWatch& watch) {
   BuildResult result;
   result.options = given;
   const BuildOptions& options = result.options;
@@ -582,6 +587,28 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
+  return result;
+}
+
+void add_texture(const BuildCallback& callback, BuildResult& result) {
+  const auto& views = result.snapshot.views;
+  const bool stored = std::any_of(views.begin(), views.end(), [](const auto& view) { return view != nullptr; });
+  if (!result.options.texture_px || !stored) return;
+  try {
+    result.texture = bake_texture(result.snapshot, *result.options.texture_px, callback);
+  } catch (const InputError& error) {
+    add_warning(std::string("other programs show averaged colours instead of a texture: ") + error.what(), result);
+  }
+}
+
+}  // namespace
+
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,
+                        const AtlasWatch& watch) {
+  const auto start = std::chrono::steady_clock::now();
+  check(options);
+  BuildResult result = choose_and_refine(scene, options, callback, watch);
+  add_texture(callback, result);  // with the memory that planning took
   result.total_ms = ms_since(start);
   return result;
 }
