@@ -66,6 +66,10 @@ std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& p
   return images;
 }
 
+std::string texture_name(const ImageCoding& coding) {
+  return std::string(kImageFolder) + "/texture" + ending(coding.format);
+}
+
 std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snapshot) {
   const StoredView& view = *snapshot.views[image.slot];
   switch (image.kind) {

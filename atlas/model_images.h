@@ -25,6 +25,9 @@ struct ModelImage {
 // Those of all views of a snapshot in their order: of each its photograph, then the masks that it has.
 [[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs);
 
+// The base texture's, of a file in the model's folder.
+[[nodiscard]] std::string texture_name(const ImageCoding& coding);
+
 // The bytes of a file.
 [[nodiscard]] std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snapshot);
 

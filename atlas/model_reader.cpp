@@ -37,6 +37,7 @@ constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TY
 constexpr AccessorType kNumbers{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
 constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
+constexpr AccessorType kPlaces{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2};
 
 class Watch {
  public:
@@ -59,15 +60,23 @@ struct ViewEntry {
   std::optional<GltfImage> lens_mask, trust_mask;
 };
 
+// Of a file with a base texture the last vertices are copies for it, which are left out of the surface.
+struct ReadSurface {
+  std::shared_ptr<const Surface> surface;
+  std::size_t vertices = 0, copies = 0;  // in the file, and how many of them are copies
+};
+
 // The lumigraph in a glTF file, part by part, each checked against the parts before it.
 class ModelReader {
  public:
   explicit ModelReader(const fs::path& path)
       : path_(path), file_(path), lumigraph_(file_.extension(kLumigraphExtension)) {
     const std::uint32_t version = file_.whole_number(lumigraph_, kLumigraphExtension, "version", 0, 1'000'000);
-    if (version != kLumigraphVersion) {
+    textured_ = version == kTexturedLumigraphVersion;
+    if (version != kLumigraphVersion && !textured_) {
       file_.refuse("has version " + std::to_string(version) + " of " + kLumigraphExtension +
-                   ", this program reads version " + std::to_string(kLumigraphVersion));
+                   ", this program reads versions " + std::to_string(kLumigraphVersion) + " and " +
+                   std::to_string(kTexturedLumigraphVersion));
     }
   }
 
@@ -77,12 +86,15 @@ class ModelReader {
  private:
   [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
   [[nodiscard]] std::vector<std::uint8_t> cells_seen() const;
-  [[nodiscard]] Mesh mesh() const;
+  [[nodiscard]] Mesh written_mesh() const;
+  [[nodiscard]] std::vector<std::uint32_t> copies(const Mesh& written) const;
   [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t count) const;
-  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& mesh, std::size_t count) const;
-  [[nodiscard]] Cells cells(const Mesh& mesh, std::size_t count) const;
-  [[nodiscard]] std::shared_ptr<const Surface> surface() const;
-  [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(std::size_t count) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& written, std::size_t count) const;
+  [[nodiscard]] Cells cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const;
+  [[nodiscard]] ReadSurface surface() const;
+  [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(const ReadSurface& of) const;
+  [[nodiscard]] int texture_number() const;
+  [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   [[nodiscard]] std::vector<float> cell_coverage(std::size_t cells) const;
   [[nodiscard]] ValidityOptions validity() const;
@@ -106,6 +118,7 @@ class ModelReader {
   fs::path path_;
   GltfFile file_;
   const GltfFile::Object& lumigraph_;  // in file_
+  bool textured_ = false;              // it has a base texture
 };
 
 std::string out_of(std::uint32_t index, std::size_t count) {
@@ -116,7 +129,7 @@ std::vector<std::uint32_t> ModelReader::whole_numbers(const char* name) const {
   return file_.values<std::uint32_t>(file_.accessor(lumigraph_, kLumigraphExtension, name), name, kWholeNumbers);
 }
 
-Mesh ModelReader::mesh() const {
+Mesh ModelReader::written_mesh() const {
   Mesh mesh;
   mesh.positions = file_.values<glm::vec3>(file_.attribute("POSITION"), "POSITION", kPositions);
   mesh.faces = file_.values<glm::uvec3>(file_.triangles().indices, "indices", kTriangles);
@@ -135,6 +148,37 @@ Mesh ModelReader::mesh() const {
     }
   }
   return mesh;
+}
+
+// Which vertex each of the last ones is a copy of; none without a texture.
+std::vector<std::uint32_t> ModelReader::copies(const Mesh& written) const {
+  if (!textured_ || !lumigraph_.Has("vertexCopies")) return {};
+  std::vector<std::uint32_t> copies = whole_numbers("vertexCopies");
+  const std::size_t vertices = written.positions.size();
+  if (copies.size() > vertices) {
+    file_.refuse("vertexCopies has " + std::to_string(copies.size()) + " entries for " + std::to_string(vertices) +
+                 " vertices");
+  }
+  const std::size_t first = vertices - copies.size();
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    const std::string what = "vertex " + std::to_string(first + i) + " is a copy of vertex ";
+    if (copies[i] >= first) file_.refuse(what + out_of(copies[i], first) + " that are none");
+    if (written.positions[copies[i]] != written.positions[first + i]) {
+      file_.refuse(what + std::to_string(copies[i]) + ", but lies elsewhere");
+    }
+  }
+  return copies;
+}
+
+// The surface's mesh: every copy gives way to its original.
+void leave_out(const std::vector<std::uint32_t>& copies, Mesh& mesh) {
+  const std::size_t first = mesh.positions.size() - copies.size();
+  mesh.positions.resize(first);
+  for (glm::uvec3& face : mesh.faces) {
+    for (int corner = 0; corner < 3; ++corner) {
+      if (face[corner] >= first) face[corner] = copies[face[corner] - first];
+    }
+  }
 }
 
 // By vertex, in [0, count).
@@ -157,11 +201,14 @@ std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std
   return cells;
 }
 
-std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& mesh, std::size_t count) const {
-  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(mesh.positions.size(), count);
+std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::size_t count) const {
+  if (count > kMostCells) {
+    file_.refuse("has " + std::to_string(count) + " cells, must be at most " + std::to_string(kMostCells));
+  }
+  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(written.positions.size(), count);
   std::vector<std::uint32_t> cells;
-  cells.reserve(mesh.faces.size());
-  for (const glm::uvec3& face : mesh.faces) {
+  cells.reserve(written.faces.size());
+  for (const glm::uvec3& face : written.faces) {
     const std::uint32_t cell = of_vertex[face[0]];
     if (of_vertex[face[1]] != cell || of_vertex[face[2]] != cell) {
       file_.refuse("face " + std::to_string(cells.size()) + " has vertices in cells " + std::to_string(cell) + ", " +
@@ -173,12 +220,8 @@ std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& mesh, std::size
   return cells;
 }
 
-Cells ModelReader::cells(const Mesh& mesh, std::size_t count) const {
+Cells ModelReader::cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const {
   const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, 1e300);
-  if (count > kMostCells) {
-    file_.refuse("has " + std::to_string(count) + " cells, must be at most " + std::to_string(kMostCells));
-  }
-  std::vector<std::uint32_t> of_face = cell_of_face(mesh, count);
   std::vector<std::uint8_t> used(count, 0);
   for (const std::uint32_t cell : of_face) used[cell] = 1;
   const auto empty = std::find(used.begin(), used.end(), 0);
@@ -186,15 +229,16 @@ Cells ModelReader::cells(const Mesh& mesh, std::size_t count) const {
   return measure_cells(mesh, std::move(of_face), size);
 }
 
-std::vector<glm::u8vec3> ModelReader::vertex_colors(std::size_t count) const {
-  const auto linear = file_.values<glm::u16vec4>(file_.attribute("COLOR_0"), "COLOR_0", kColors);
-  if (linear.size() != count) {
-    file_.refuse("COLOR_0 has " + std::to_string(linear.size()) + " colours for " + std::to_string(count) +
-                 " vertices");
+std::vector<glm::u8vec3> ModelReader::vertex_colors(const ReadSurface& of) const {
+  const char* const name = textured_ ? kTexturedColorAttribute : kColorAttribute;
+  const auto linear = file_.values<glm::u16vec4>(file_.attribute(name), name, kColors);
+  if (linear.size() != of.vertices) {
+    file_.refuse(std::string(name) + " has " + std::to_string(linear.size()) + " colours for " +
+                 std::to_string(of.vertices) + " vertices");
   }
   std::vector<glm::u8vec3> colors;
-  colors.reserve(count);
-  for (const glm::u16vec4& c : linear) {
+  colors.reserve(of.vertices - of.copies);
+  for (const glm::u16vec4& c : std::span(linear).first(of.vertices - of.copies)) {
     colors.emplace_back(srgb8_from_linear(c.r / 65535.0), srgb8_from_linear(c.g / 65535.0),
                         srgb8_from_linear(c.b / 65535.0));
   }
@@ -378,15 +422,18 @@ void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) cons
   }
 }
 
+ImageSize size_of(const GltfImage& image) {
+  return image.bytes.empty() ? photograph_size(image.file) : photograph_size(image.bytes, image.file.string());
+}
+
 Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera) const {
-  const bool in_file = image.bytes.empty();
-  const ImageSize size = in_file ? photograph_size(image.file) : photograph_size(image.bytes, image.file.string());
+  const ImageSize size = size_of(image);
   if (size.width != camera.width || size.height != camera.height) {
     throw InputError(image.file.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
                      ", its view in " + path_.string() + " says " + std::to_string(camera.width) + "x" +
                      std::to_string(camera.height));
   }
-  return in_file ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
+  return image.bytes.empty() ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
 }
 
 // The red of an image, one value per pixel; none without an image.
@@ -459,13 +506,47 @@ std::vector<std::uint8_t> ModelReader::cells_seen() const {
   return file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
 }
 
-std::shared_ptr<const Surface> ModelReader::surface() const {
+ReadSurface ModelReader::surface() const {
   auto surface = std::make_shared<Surface>();
-  surface->mesh = mesh();
+  surface->mesh = written_mesh();
   const std::vector<double> offset = file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3);
   surface->offset = {offset[0], offset[1], offset[2]};
-  surface->cells = cells(surface->mesh, cells_seen().size());
-  return surface;
+  const std::size_t count = cells_seen().size();
+  std::vector<std::uint32_t> of_face = cell_of_face(surface->mesh, count);
+  const std::vector<std::uint32_t> left_out = copies(surface->mesh);
+  ReadSurface read{surface, surface->mesh.positions.size(), left_out.size()};
+  leave_out(left_out, surface->mesh);
+  surface->cells = cells(surface->mesh, std::move(of_face), count);
+  return read;
+}
+
+// Of the image of the only material's texture.
+int ModelReader::texture_number() const {
+  const tinygltf::Model& file = file_.contents();
+  const auto chosen = [&](int number, std::size_t count, const std::string& what) {
+    if (number >= 0 && static_cast<std::size_t>(number) < count) return static_cast<std::size_t>(number);
+    file_.refuse(what + " " + std::to_string(number) + ", which does not exist");
+  };
+  const std::size_t material = chosen(file_.triangles().material, file.materials.size(), "its mesh has material");
+  const tinygltf::TextureInfo& info = file.materials[material].pbrMetallicRoughness.baseColorTexture;
+  const std::size_t texture = chosen(info.index, file.textures.size(), "its material has the base texture");
+  if (info.texCoord != 0) {
+    file_.refuse("its base texture is placed by TEXCOORD_" + std::to_string(info.texCoord) + ", must be by " +
+                 kPlaceAttribute);
+  }
+  return file.textures[texture].source;
+}
+
+std::optional<GltfImage> ModelReader::texture(std::size_t vertices) const {
+  if (!textured_) return std::nullopt;
+  const auto places = file_.values<glm::u16vec2>(file_.attribute(kPlaceAttribute), kPlaceAttribute, kPlaces);
+  if (places.size() != vertices) {
+    file_.refuse(std::string(kPlaceAttribute) + " has " + std::to_string(places.size()) + " places for " +
+                 std::to_string(vertices) + " vertices");
+  }
+  const int number = texture_number();
+  if (number < 0) file_.refuse("its base texture has no image");
+  return file_.image(static_cast<std::uint32_t>(number));
 }
 
 Model ModelReader::model() const {
@@ -473,13 +554,15 @@ Model ModelReader::model() const {
   Model model;
   model.validity = validity();
   Snapshot& snapshot = model.snapshot;
-  snapshot.surface = surface();
+  const ReadSurface read = surface();
+  snapshot.surface = read.surface;
   snapshot.cell_seen = cells_seen();
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.tiles = tiles(entries);
   snapshot.cell_coverage = cell_coverage(snapshot.cell_seen.size());
-  snapshot.vertex_colors = vertex_colors(snapshot.surface->mesh.positions.size());
+  snapshot.vertex_colors = vertex_colors(read);
+  if (const std::optional<GltfImage> image = texture(read.vertices)) (void)size_of(*image);
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
   snapshot.views = load_all(entries, snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
@@ -501,7 +584,8 @@ std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
 ModelFacts ModelReader::facts() const {
   ModelFacts facts;
   facts.file = path_;
-  facts.surface = surface();
+  const ReadSurface read = surface();
+  facts.surface = read.surface;
   const std::vector<std::uint8_t> seen = cells_seen();
   const std::size_t cells = seen.size();
   facts.cells_seen = static_cast<std::size_t>(std::count_if(seen.begin(), seen.end(), [](auto s) { return s != 0; }));
@@ -514,9 +598,10 @@ ModelFacts ModelReader::facts() const {
     facts.mask_bytes += bytes_of(entry.lens_mask) + bytes_of(entry.trust_mask);
   }
   facts.json_bytes = read_model_json(path_).size();
-  const Mesh& mesh = facts.surface->mesh;
-  facts.mesh_bytes = mesh.positions.size() * sizeof(glm::vec3) + mesh.faces.size() * sizeof(glm::uvec3);
-  facts.vertex_bytes = mesh.positions.size() * (sizeof(glm::u16vec4) + sizeof(float));
+  facts.texture_bytes = bytes_of(texture(read.vertices));
+  facts.mesh_bytes = read.vertices * sizeof(glm::vec3) + read.surface->mesh.faces.size() * sizeof(glm::uvec3);
+  facts.vertex_bytes = read.vertices * (sizeof(glm::u16vec4) + sizeof(float)) + read.copies * sizeof(std::uint32_t) +
+                       (textured_ ? read.vertices * sizeof(glm::u16vec2) : 0);
   facts.table_bytes = cells + facts.tiles.slots.size() + sizeof(float) * cell_coverage(cells).size() +
                       sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
   return facts;

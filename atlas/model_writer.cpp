@@ -15,7 +15,6 @@
 #include <system_error>
 #include <utility>
 
-#include "atlas/cell_split.h"
 #include "atlas/glb_file.h"
 #include "atlas/gltf_cameras.h"
 #include "atlas/json_nesting.h"
@@ -24,6 +23,7 @@
 #include "atlas/model_images.h"
 #include "atlas/srgb.h"
 #include "atlas/tiny_gltf.h"
+#include "atlas/vertex_split.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/temporary_entry.h"
 
@@ -81,10 +81,24 @@ Json array_of(const glm::dvec3& v) {
   return Json(Json::Array{Json(v.x), Json(v.y), Json(v.z)});
 }
 
-// The photographs' light is in the vertex colours already, and rooms are seen from inside.
-int add_unlit_material(tinygltf::Model& model) {
+// Image number `image`, clamped at its borders and filtered between its levels.
+void add_texture(tinygltf::Model& model, std::size_t image) {
+  tinygltf::Sampler sampler;
+  sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+  sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
+  sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+  model.samplers.push_back(std::move(sampler));
+  tinygltf::Texture texture;
+  texture.sampler = 0;
+  texture.source = static_cast<int>(image);
+  model.textures.push_back(std::move(texture));
+}
+
+// The photographs' light is in the colours already, and rooms are seen from inside.
+int add_unlit_material(tinygltf::Model& model, bool textured) {
   tinygltf::Material material;
   material.pbrMetallicRoughness.metallicFactor = 0;
+  if (textured) material.pbrMetallicRoughness.baseColorTexture.index = 0;
   material.doubleSided = true;
   material.extensions[kUnlitExtension] = Json(Json::Object{});
   model.materials.push_back(std::move(material));
@@ -119,27 +133,81 @@ int add_positions(tinygltf::Model& model, const Mesh& mesh, const std::vector<st
   return accessor;
 }
 
-tinygltf::Primitive add_triangles(tinygltf::Model& model, const Snapshot& snapshot) {
-  const CellSplit split = split_at_cells(snapshot.surface->mesh, snapshot.surface->cells.cell_of_face);
+// Places in a texture of at most 16384 texels a side are exact to an eighth of a texel.
+std::uint32_t packed_place(const glm::vec2& share) {
+  const auto part = [](float x) { return static_cast<std::uint32_t>(std::lround(65535 * x)); };
+  return part(share.x) | part(share.y) << 16;
+}
+
+// Of vertices as packed_place() has them.
+int add_places(tinygltf::Model& model, const std::vector<std::uint32_t>& packed) {
+  std::vector<glm::u16vec2> places;
+  places.reserve(packed.size());
+  for (const std::uint32_t place : packed) places.emplace_back(place & 0xffff, place >> 16);
+  const int accessor = add_accessor(model, places, TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2,
+                                    TINYGLTF_TARGET_ARRAY_BUFFER);
+  model.accessors[static_cast<std::size_t>(accessor)].normalized = true;
+  return accessor;
+}
+
+int add_colors(tinygltf::Model& model, const std::vector<glm::u8vec3>& srgb) {
+  const int accessor = add_accessor(model, linear_colors(srgb), TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT,
+                                    TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
+  model.accessors[static_cast<std::size_t>(accessor)].normalized = true;
+  return accessor;
+}
+
+// The mesh as it is written.
+struct WrittenMesh {
+  VertexSplit cells;                  // the mesh's vertices, a copy for each cell
+  std::vector<glm::uvec3> faces;      // of vertices that are those of `cells`, then copies of them
+  std::vector<std::uint32_t> copies;  // which of `cells` each copy is
+  std::vector<std::uint32_t> places;  // by vertex, in the base texture; empty without one
+
+  // What vertices have of those of `cells`.
+  template <typename T>
+  [[nodiscard]] std::vector<T> with_copies(std::vector<T> values) const {
+    for (const std::uint32_t vertex : copies) values.push_back(values[vertex]);
+    return values;
+  }
+};
+
+WrittenMesh written_mesh(const Surface& surface, const BaseTexture* texture) {
+  WrittenMesh written;
+  const Mesh& mesh = surface.mesh;
+  written.cells = split_vertices(mesh.faces, mesh.positions.size(),
+                                 [&](std::size_t face, int) { return surface.cells.cell_of_face[face]; });
+  written.faces = std::move(written.cells.faces);
+  if (!texture) return written;
+  const std::size_t vertices = written.cells.source.size();
+  VertexSplit split = split_vertices(written.faces, vertices, [&](std::size_t face, int corner) {
+    return packed_place(texture->faces[face][static_cast<std::size_t>(corner)]);
+  });
+  written.faces = std::move(split.faces);
+  written.copies.assign(split.source.begin() + static_cast<std::ptrdiff_t>(vertices), split.source.end());
+  written.places = std::move(split.values);
+  return written;
+}
+
+tinygltf::Primitive add_triangles(tinygltf::Model& model, const Snapshot& snapshot, const WrittenMesh& mesh) {
+  const bool textured = !mesh.places.empty();
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
-  primitive.material = add_unlit_material(model);
-  primitive.attributes["POSITION"] = add_positions(model, snapshot.surface->mesh, split.source);
-  const int colors =
-      add_accessor(model, linear_colors(repeated(snapshot.vertex_colors, split.source)),
-                   TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4, TINYGLTF_TARGET_ARRAY_BUFFER);
-  model.accessors[static_cast<std::size_t>(colors)].normalized = true;
-  primitive.attributes["COLOR_0"] = colors;
-  primitive.attributes[kCellAttribute] = add_cells(model, split.cell_of_vertex);
-  primitive.indices = add_accessor(model, split.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
+  primitive.material = add_unlit_material(model, textured);
+  primitive.attributes["POSITION"] = add_positions(model, snapshot.surface->mesh, mesh.with_copies(mesh.cells.source));
+  primitive.attributes[textured ? kTexturedColorAttribute : kColorAttribute] =
+      add_colors(model, mesh.with_copies(repeated(snapshot.vertex_colors, mesh.cells.source)));
+  primitive.attributes[kCellAttribute] = add_cells(model, mesh.with_copies(mesh.cells.values));
+  if (textured) primitive.attributes[kPlaceAttribute] = add_places(model, mesh.places);
+  primitive.indices = add_accessor(model, mesh.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
                                    TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * split.faces.size();
+  model.accessors[static_cast<std::size_t>(primitive.indices)].count = 3 * mesh.faces.size();
   return primitive;
 }
 
-void add_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
+void add_mesh(tinygltf::Model& model, const Snapshot& snapshot, const WrittenMesh& mesh) {
   tinygltf::Mesh gltf_mesh;
-  gltf_mesh.primitives.push_back(add_triangles(model, snapshot));
+  gltf_mesh.primitives.push_back(add_triangles(model, snapshot, mesh));
   model.meshes.push_back(std::move(gltf_mesh));
   tinygltf::Node node;
   node.mesh = 0;
@@ -211,13 +279,14 @@ Json tiles_json(tinygltf::Model& model, const Snapshot& snapshot) {
   return Json(std::move(object));
 }
 
-void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images,
-                   const ValidityOptions& validity) {
+void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const WrittenMesh& mesh,
+                   const std::vector<ModelImage>& images, const ValidityOptions& validity) {
   const Cells& cells = snapshot.surface->cells;
   Json::Object extension;
-  extension["version"] = Json(kLumigraphVersion);
+  extension["version"] = Json(mesh.places.empty() ? kLumigraphVersion : kTexturedLumigraphVersion);
   extension["offset"] = array_of(snapshot.surface->offset);
   extension["cellSize"] = Json(cells.size);
+  if (!mesh.copies.empty()) extension["vertexCopies"] = Json(add_scalars(model, mesh.copies));
   extension["cellSeen"] =
       Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
   extension["referenceOffsets"] = Json(add_scalars(model, snapshot.references.offsets));
@@ -330,11 +399,10 @@ std::vector<std::string> images_of_earlier(const std::filesystem::path& folder) 
 
 // Of a model that showed more, images would stay that nobody refers to.
 void remove_unused(const std::filesystem::path& folder, const std::vector<std::string>& earlier,
-                   const std::vector<ModelImage>& images) {
+                   const std::vector<std::string>& images) {
   for (const std::string& name : earlier) {
-    const bool used = std::any_of(images.begin(), images.end(), [&](const ModelImage& i) { return i.name == name; });
     std::error_code ignored;
-    if (!used &&
+    if (std::find(images.begin(), images.end(), name) == images.end() &&
         std::filesystem::symlink_status(folder / name, ignored).type() == std::filesystem::file_type::regular) {
       std::filesystem::remove(folder / name, ignored);
     }
@@ -342,28 +410,37 @@ void remove_unused(const std::filesystem::path& folder, const std::vector<std::s
 }
 
 // In the model's only buffer.
-void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images) {
+void add_image(tinygltf::Model& model, const std::vector<std::uint8_t>& file, const ImageCoding& coding) {
+  model.images.emplace_back();
+  model.images.back().mimeType = mime_type(coding.format);
+  model.images.back().bufferView = add_view(model, file.data(), file.size());
+  require_fits_glb(model.buffers[0].data.size());
+}
+
+// Those of the views, then that of the texture.
+void add_images(tinygltf::Model& model, const Snapshot& snapshot, const std::vector<ModelImage>& images,
+                const BaseTexture* texture) {
   std::vector<std::vector<std::uint8_t>> files(images.size());
   tbb::parallel_for(std::size_t{0}, images.size(),
                     [&](std::size_t index) { files[index] = encoded(images[index], snapshot); });
   for (std::size_t index = 0; index < images.size(); ++index) {
-    model.images.emplace_back();
-    model.images.back().mimeType = mime_type(images[index].coding.format);
-    model.images.back().bufferView = add_view(model, files[index].data(), files[index].size());
+    add_image(model, files[index], images[index].coding);
     std::vector<std::uint8_t>().swap(files[index]);
-    require_fits_glb(model.buffers[0].data.size());
   }
+  if (texture) add_image(model, encode_image(texture->image, texture->coding), texture->coding);
 }
 
 // Everything but the images and the notes.
 tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>& images,
-                         const ValidityOptions& validity) {
+                         const ValidityOptions& validity, const BaseTexture* texture) {
   tinygltf::Model model;
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";
   model.buffers.emplace_back();
-  add_mesh(model, snapshot);
-  add_lumigraph(model, snapshot, images, validity);
+  const WrittenMesh mesh = written_mesh(*snapshot.surface, texture);
+  add_mesh(model, snapshot, mesh);
+  if (texture) add_texture(model, images.size());
+  add_lumigraph(model, snapshot, mesh, images, validity);
   return model;
 }
 
@@ -408,41 +485,48 @@ std::span<const std::uint8_t> bytes_of(const std::string& text) {
 }  // namespace
 
 void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
-                 const ImageCoding& photographs) {
+                 const ImageCoding& photographs, const BaseTexture* texture) {
   check(validity);
   check(photographs);
   const Snapshot snapshot = checked(given);
+  if (texture) check(*texture, snapshot.surface->mesh.faces.size());
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
-  tinygltf::Model model = model_of(snapshot, images, validity);
-  for (const ModelImage& image : images) {
+  std::vector<std::string> names;
+  for (const ModelImage& image : images) names.push_back(image.name);
+  if (texture) names.push_back(texture_name(texture->coding));
+  tinygltf::Model model = model_of(snapshot, images, validity, texture);
+  for (const std::string& name : names) {
     model.images.emplace_back();
-    model.images.back().uri = image.name;
+    model.images.back().uri = name;
   }
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
   const std::string json =
       json_of(model, snapshot, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
   const std::vector<std::string> earlier = images_of_earlier(folder);
   ImageFolder image_folder(folder / kImageFolder);
-  PendingFiles files(folder, images.size() + 2);
-  tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
-    files.write(index, images[index].name, encoded(images[index], snapshot));
+  PendingFiles files(folder, names.size() + 2);
+  tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t index) {
+    const bool of_view = index < images.size();
+    files.write(index, names[index],
+                of_view ? encoded(images[index], snapshot) : encode_image(texture->image, texture->coding));
   });
-  files.write(images.size(), kBufferName, buffer);
-  files.write(images.size() + 1, kModelFileName, bytes_of(json));
+  files.write(names.size(), kBufferName, buffer);
+  files.write(names.size() + 1, kModelFileName, bytes_of(json));
   files.commit();
   image_folder.keep();
-  remove_unused(folder, earlier, images);
+  remove_unused(folder, earlier, names);
 }
 
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,
-               const ImageCoding& photographs, const std::string& notes) {
+               const ImageCoding& photographs, const std::string& notes, const BaseTexture* texture) {
   check(validity);
   check(photographs);
   const Snapshot snapshot = checked(given);
+  if (texture) check(*texture, snapshot.surface->mesh.faces.size());
   const nlohmann::json extras = notes.empty() ? nlohmann::json() : parsed_notes(notes);
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
-  tinygltf::Model model = model_of(snapshot, images, validity);
-  add_images(model, snapshot, images);
+  tinygltf::Model model = model_of(snapshot, images, validity, texture);
+  add_images(model, snapshot, images, texture);
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
   nlohmann::json document = json_of(model, snapshot, {{"byteLength", buffer.size()}});
   if (!notes.empty()) document["asset"]["extras"] = extras;

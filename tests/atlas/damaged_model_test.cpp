@@ -28,9 +28,10 @@ using nlohmann::json;
 // A good model on disk, to be damaged.
 class DamagedModel {
  public:
-  explicit DamagedModel(Snapshot good = small_snapshot()) {
+  explicit DamagedModel(Snapshot good = small_snapshot(), bool textured = false) {
     good.cell_coverage.assign(good.cell_seen.size(), 0.5f);
-    write_model(folder_.path(), good, {});
+    const BaseTexture texture = small_texture(*good.surface);
+    write_model(folder_.path(), good, {}, {}, textured ? &texture : nullptr);
     gltf_ = json::parse(bytes_of(file()));
   }
 
@@ -86,9 +87,9 @@ struct Case {
   std::string sentence;
 };
 
-void check_all(const std::vector<Case>& cases, const Snapshot& good = small_snapshot()) {
+void check_all(const std::vector<Case>& cases, const Snapshot& good = small_snapshot(), bool textured = false) {
   for (const Case& damaged : cases) {
-    DamagedModel model(good);
+    DamagedModel model(good, textured);
     damaged.damage(model);
     CAPTURE(damaged.what);
     CHECK(model.sentence() == damaged.sentence);
@@ -98,8 +99,9 @@ void check_all(const std::vector<Case>& cases, const Snapshot& good = small_snap
 constexpr double kHuge = 1e300;
 
 TEST_CASE("the good model is accepted") {
-  DamagedModel model;
+  DamagedModel model, textured(small_snapshot(), true);
   CHECK(model.sentence() == "accepted");
+  CHECK(textured.sentence() == "accepted");
 }
 
 TEST_CASE("a path without a model is refused") {
@@ -188,10 +190,11 @@ TEST_CASE("a glTF file that is not a model of this program is refused") {
        "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
       {"an empty extension", [](DamagedModel& m) { m.lumigraph() = json::object(); },
        "LUMATLAS_lumigraph has no \"version\""},
-      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 3; },
-       "has version 3 of LUMATLAS_lumigraph, this program reads version 2"},
+      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 4; },
+       "has version 4 of LUMATLAS_lumigraph, this program reads versions 2 and 3"},
       {"version 0", [](DamagedModel& m) { m.lumigraph()["version"] = 0; },
-       "has version 0 of LUMATLAS_lumigraph, this program reads version 2"},
+       "has version 0 of LUMATLAS_lumigraph, this program reads versions 2 and 3"},
+      {"a texture that is not there", [](DamagedModel& m) { m.lumigraph()["version"] = 3; }, "its mesh has no _COLOR"},
       {"a fraction of a version", [](DamagedModel& m) { m.lumigraph()["version"] = 1.5; },
        "LUMATLAS_lumigraph: \"version\" is 1.5, must be a whole number"},
       {"a version in words", [](DamagedModel& m) { m.lumigraph()["version"] = "1"; },
@@ -383,6 +386,71 @@ TEST_CASE("a mesh that is not there or not usable is refused") {
        "COLOR_0 has 28 colours for 49 vertices"},
       {"no vertices", [&](DamagedModel& m) { m.accessor(positions(m))["count"] = 0; }, "face 0 has the vertex 0 of 0"},
   });
+}
+
+TEST_CASE("a base texture that is not there or does not fit is refused") {
+  const auto attribute = [](const char* name) {
+    return [=](DamagedModel& m) -> json& { return m.primitive()["attributes"][name]; };
+  };
+  const auto colors = attribute("_COLOR"), places = attribute("TEXCOORD_0");
+  const auto reference = [](DamagedModel& m) -> json& {
+    return m.gltf()["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"];
+  };
+  const auto copies = [](DamagedModel& m) { return json(m.lumigraph()["vertexCopies"]); };
+  const std::size_t all = [&] {
+    DamagedModel model(small_snapshot(), true);
+    return model.accessor(colors(model))["count"].get<std::size_t>();
+  }();
+  const std::string vertices = std::to_string(all);
+  REQUIRE(all > 49);
+  check_all(
+      {
+          {"colours alone", [](DamagedModel& m) { m.lumigraph()["version"] = 2; }, "its mesh has no COLOR_0"},
+          {"no colours", [](DamagedModel& m) { m.primitive()["attributes"].erase("_COLOR"); },
+           "its mesh has no _COLOR"},
+          {"fewer colours", [=](DamagedModel& m) { m.accessor(colors(m))["count"] = 28; },
+           "_COLOR has 28 colours for " + vertices + " vertices"},
+          {"no places", [](DamagedModel& m) { m.primitive()["attributes"].erase("TEXCOORD_0"); },
+           "its mesh has no TEXCOORD_0"},
+          {"fewer places", [=](DamagedModel& m) { m.accessor(places(m))["count"] = 28; },
+           "TEXCOORD_0 has 28 places for " + vertices + " vertices"},
+          {"places in space", [=](DamagedModel& m) { places(m) = 0; },
+           "TEXCOORD_0: accessor 0 has another type than this program writes"},
+          {"no material", [](DamagedModel& m) { m.primitive().erase("material"); },
+           "its mesh has material -1, which does not exist"},
+          {"a material too many", [](DamagedModel& m) { m.primitive()["material"] = 1; },
+           "its mesh has material 1, which does not exist"},
+          {"no texture", [=](DamagedModel& m) { m.gltf()["materials"][0].erase("pbrMetallicRoughness"); },
+           "its material has the base texture -1, which does not exist"},
+          {"a texture too many", [=](DamagedModel& m) { reference(m)["index"] = 1; },
+           "its material has the base texture 1, which does not exist"},
+          {"no textures", [](DamagedModel& m) { m.gltf().erase("textures"); },
+           "its material has the base texture 0, which does not exist"},
+          {"by other places", [=](DamagedModel& m) { reference(m)["texCoord"] = 1; },
+           "its base texture is placed by TEXCOORD_1, must be by TEXCOORD_0"},
+          {"no image", [](DamagedModel& m) { m.gltf()["textures"][0].erase("source"); },
+           "its base texture has no image"},
+          {"an image too many", [](DamagedModel& m) { m.gltf()["textures"][0]["source"] = 99; },
+           "image 99 does not exist"},
+          {"an image elsewhere", [](DamagedModel& m) { m.gltf()["images"].back()["uri"] = "../texture.png"; },
+           "image 6 has the path \"../texture.png\", must lie in the model's own folder"},
+          {"an image that is not there", [](DamagedModel& m) { m.gltf()["images"].back()["uri"] = "images/t.png"; },
+           "images/t.png: no such file"},
+          {"an image that is none", [](DamagedModel& m) { m.replace("images/texture.png", "hello"); },
+           "images/texture.png: is no JPEG, PNG, TIFF, WebP or OpenEXR image, by its first bytes"},
+          {"a copy of nothing", [=](DamagedModel& m) { m.poke<std::uint32_t>(copies(m), 2, 49); },
+           "vertex 51 is a copy of vertex 49 of 49 that are none"},
+          {"a copy elsewhere", [=](DamagedModel& m) { m.poke<std::uint32_t>(copies(m), 2, 48); },
+           "vertex 51 is a copy of vertex 48, but lies elsewhere"},
+          {"more copies than vertices",
+           [=](DamagedModel& m) { m.accessor(m.primitive()["attributes"]["POSITION"])["count"] = 3; },
+           "face 0 has the vertex 5 of 3"},
+          {"copies of another type", [=](DamagedModel& m) { m.lumigraph()["vertexCopies"] = 0; },
+           "vertexCopies: accessor 0 has another type than this program writes"},
+          {"copies by name", [=](DamagedModel& m) { m.lumigraph()["vertexCopies"] = "all"; },
+           "LUMATLAS_lumigraph: \"vertexCopies\" is not a number"},
+      },
+      small_snapshot(), true);
 }
 
 TEST_CASE("a mesh may be degenerate or huge without harm") {

@@ -10,6 +10,7 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <glm/gtc/quaternion.hpp>
 #include <iterator>
 #include <map>
@@ -213,10 +214,13 @@ TEST_CASE("a model that was read is written as the same bytes") {
 
 TEST_CASE("a model is written and read the same by any number of threads") {
   const TemporaryFolder folder, alone;
-  write_model(folder.path(), small_snapshot(), {});
+  const Snapshot snapshot = small_snapshot();
+  const BaseTexture texture = small_texture(*snapshot.surface);
+  const BaseTexture* const given = GENERATE(false, true) ? &texture : nullptr;
+  write_model(folder.path(), snapshot, {}, {}, given);
   const Snapshot by_all = read_model(folder.path()).snapshot;
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  write_model(alone.path(), small_snapshot(), {});
+  write_model(alone.path(), snapshot, {}, {}, given);
   CHECK(bytes_of(folder / "scene.bin") == bytes_of(alone / "scene.bin"));
   CHECK(bytes_of(folder / "scene.gltf") == bytes_of(alone / "scene.gltf"));
   check_same(read_model(folder.path()).snapshot, by_all);
@@ -655,6 +659,126 @@ TEST_CASE("a smaller model in the place of a larger one leaves no image that not
   expected["images/mine.png"] = "a person's own";
   CHECK(files_in(folder.path()) == expected);
   CHECK(expected.size() < before);
+  const BaseTexture texture = small_texture(*with_idle_view().surface);
+  write_model(folder.path(), with_idle_view(), {}, {}, &texture);
+  CHECK(files_in(folder.path()).size() == expected.size() + 1);
+  write_model(folder.path(), with_idle_view(), {});
+  CHECK(files_in(folder.path()) == expected);
+}
+
+// Of a glTF file: the values of one attribute's accessor, as they are stored.
+template <typename T>
+std::vector<T> attribute_of(const nlohmann::json& gltf, const std::string& buffer, const char* name) {
+  const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
+  const auto number = std::string(name) == "indices" ? primitive.at(name) : primitive.at("attributes").at(name);
+  const auto& accessor = gltf.at("accessors").at(number.get<std::size_t>());
+  const auto& view = gltf.at("bufferViews").at(accessor.at("bufferView").get<std::size_t>());
+  std::vector<T> values(view.at("byteLength").get<std::size_t>() / sizeof(T));
+  std::memcpy(values.data(), &buffer.at(view.value("byteOffset", std::size_t{0})), values.size() * sizeof(T));
+  return values;
+}
+
+TEST_CASE("a base texture lies in the file where it was given, for any viewer, in place of the vertices' colours") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = small_snapshot();
+  const BaseTexture texture = small_texture(*snapshot.surface);
+  write_model(folder.path(), snapshot, {}, {}, &texture);
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const std::string buffer = bytes_of(folder / "scene.bin");
+  const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
+  CHECK_FALSE(primitive.at("attributes").contains("COLOR_0"));
+  const auto& material = gltf.at("materials").at(primitive.at("material").get<std::size_t>());
+  CHECK(material.at("extensions").contains("KHR_materials_unlit"));
+  const auto& reference = material.at("pbrMetallicRoughness").at("baseColorTexture");
+  CHECK(reference.value("texCoord", 0) == 0);
+  const auto& of_material = gltf.at("textures").at(reference.at("index").get<std::size_t>());
+  const auto& image = gltf.at("images").at(of_material.at("source").get<std::size_t>());
+  CHECK(read_photograph(folder / image.at("uri").get<std::string>()).rgb == texture.image.rgb);
+  const auto positions = attribute_of<glm::vec3>(gltf, buffer, "POSITION");
+  const auto places = attribute_of<glm::u16vec2>(gltf, buffer, "TEXCOORD_0");
+  const auto faces = attribute_of<glm::uvec3>(gltf, buffer, "indices");
+  CHECK(gltf.at("accessors").at(primitive.at("attributes").at("TEXCOORD_0").get<std::size_t>()).at("normalized"));
+  REQUIRE(faces.size() == texture.faces.size());
+  const Mesh& mesh = snapshot.surface->mesh;
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      CHECK(positions.at(faces[face][corner]) == mesh.positions[mesh.faces[face][corner]]);
+      const glm::vec2 place = glm::vec2(places.at(faces[face][corner])) / 65535.0f;
+      const glm::vec2 off = place - texture.faces[face][static_cast<std::size_t>(corner)];
+      CHECK(std::max(std::abs(off.x), std::abs(off.y)) <= 0.51f / 65535);  // rounded to 16 bit
+    }
+  }
+}
+
+TEST_CASE("a model reads back and renders the same with a base texture and without") {
+  const TemporaryFolder plain, folder;
+  const std::uint32_t tile_px = GENERATE(0u, 8u);
+  const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
+  BaseTexture texture = small_texture(*written.surface);
+  write_model(plain.path(), written, kValidity);
+  write_model(folder.path(), written, kValidity, {}, &texture);
+  const std::size_t copies = json_of(folder / "scene.gltf")
+                                 .at("accessors")
+                                 .at(json_of(folder / "scene.gltf")
+                                         .at("extensions")
+                                         .at("LUMATLAS_lumigraph")
+                                         .at("vertexCopies")
+                                         .get<std::size_t>())
+                                 .at("count")
+                                 .get<std::size_t>();
+  CHECK(copies > 0);
+  texture.coding = {ImageFormat::jpeg, 90};
+  std::ofstream stream(folder / "model.glb", std::ios::binary);
+  write_glb(stream, written, kValidity, {}, {}, &texture);
+  stream.close();
+  const Snapshot expected = read_model(plain.path()).snapshot;
+  for (const fs::path& path : {folder.path(), folder / "model.glb"}) {
+    const Snapshot read = read_model(path).snapshot;
+    check_same(read, expected);
+    CHECK(read.surface->mesh.positions == expected.surface->mesh.positions);
+    CHECK(read.surface->mesh.faces == expected.surface->mesh.faces);
+    CHECK(read.vertex_colors == expected.vertex_colors);
+    CHECK(resident(read.tiles) == resident(expected.tiles));
+    const Camera camera = oblique_camera(48, 40, 0.03, {0.1, 0, -0.6});
+    const auto picture = [&](const Snapshot& snapshot) {
+      const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(camera);
+      return render_reference(snapshot, camera, visible, {}).picture.rgb;
+    };
+    CHECK(picture(read) == picture(expected));
+  }
+  // What it takes on disk is told, and is all that there is.
+  const ModelFacts with = read_model_facts(folder / "model.glb"), without = read_model_facts(plain.path());
+  CHECK(with.texture_bytes == encode_image(texture.image, texture.coding).size());
+  CHECK(without.texture_bytes == 0);
+  const std::size_t vertices = expected.surface->mesh.positions.size() + copies;
+  CHECK(with.mesh_bytes == without.mesh_bytes + 12 * copies);
+  CHECK(with.vertex_bytes == (8 + 4 + 4) * vertices + 4 * copies);
+  CHECK(with.surface->mesh.positions == expected.surface->mesh.positions);
+}
+
+TEST_CASE("a base texture that does not fit the mesh is no texture") {
+  const TemporaryFolder folder;
+  const Snapshot snapshot = small_snapshot();
+  const BaseTexture good = small_texture(*snapshot.surface);
+  const auto complaint = [&](const std::function<void(BaseTexture&)>& damage) -> std::string {
+    BaseTexture texture = good;
+    damage(texture);
+    try {
+      write_model(folder.path(), snapshot, {}, {}, &texture);
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return {};
+  };
+  CHECK(complaint([](BaseTexture& t) { t.faces.pop_back(); }) ==
+        "base texture: has places for 33 faces, must be for each of 34");
+  CHECK(complaint([](BaseTexture& t) { t.faces[7][1].y = 1.5f; }) ==
+        "base texture: face 7 has a corner at (0.375, 1.5), must be in [0, 1]");
+  CHECK_THAT(complaint([](BaseTexture& t) { t.faces[7][1].y = std::nanf(""); }), Catch::Contains("nan"));
+  CHECK(complaint([](BaseTexture& t) { t.image.rgb.pop_back(); }) ==
+        "base texture: an image of 32x16 with 1535 bytes, must have three for each of at least one pixel");
+  CHECK_THAT(complaint([](BaseTexture& t) { t.coding = {ImageFormat::jpeg, 101}; }), Catch::Contains("101"));
+  CHECK(fs::is_empty(folder.path()));
 }
 
 TEST_CASE("a photograph without a resident tile is not opened") {

@@ -91,9 +91,10 @@ class Checker {
   std::vector<std::string> errors_;
 };
 
-json written_extension(const Snapshot& snapshot) {
+json written_extension(const Snapshot& snapshot, bool textured = false) {
   const TemporaryFolder folder;
-  write_model(folder.path(), snapshot, {});
+  const BaseTexture texture = small_texture(*snapshot.surface);
+  write_model(folder.path(), snapshot, {}, {}, textured ? &texture : nullptr);
   return json::parse(bytes_of(folder / "scene.gltf")).at("extensions").at("LUMATLAS_lumigraph");
 }
 
@@ -102,6 +103,7 @@ TEST_CASE("what is written passes the schema") {
   Checker checker(rules);
   CHECK(checker.errors(written_extension(small_snapshot())).empty());
   CHECK(checker.errors(written_extension(small_snapshot({}, {8, 2, 0}))).empty());
+  CHECK(checker.errors(written_extension(small_snapshot(), true)).empty());
   CHECK(checker.errors(written_extension(Atlas(wall_and_panel(), 2).snapshot())).empty());
 }
 
@@ -121,7 +123,7 @@ TEST_CASE("every property of the schema is written, but for glTF's own") {
   std::vector<std::string> written, listed;
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
   snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);
-  names_in(written_extension(snapshot), written);
+  names_in(written_extension(snapshot, true), written);
   const json rules = schema();
   for (const json& object :
        {rules, rules["$defs"]["view"], rules["properties"]["tiles"], rules["properties"]["validity"]}) {
@@ -135,12 +137,13 @@ TEST_CASE("every property of the schema is written, but for glTF's own") {
 }
 
 TEST_CASE("the schema refuses what the reader refuses") {
-  const json good = written_extension(small_snapshot({}, {8, 2, 0}));
+  const json good = written_extension(small_snapshot({}, {8, 2, 0}), true);
   const json rules = schema();
   Checker checker(rules);
   REQUIRE(checker.errors(good).empty());
   const std::vector<std::pair<const char*, json>> wrong{
       {"/version", 1},
+      {"/vertexCopies", -1},
       {"/offset", {1, 2}},
       {"/cellSize", -1},
       {"/cellSeen", -1},
@@ -173,7 +176,8 @@ TEST_CASE("the schema refuses what the reader refuses") {
       json damaged = good;
       damaged[pointer].erase(name);
       const bool optional = name == "references" || name == "views" || name == "tiles" || name == "resident" ||
-                            name == "lensMask" || name == "trustMask" || name == "edges" || name == "texels";
+                            name == "lensMask" || name == "trustMask" || name == "edges" || name == "texels" ||
+                            name == "vertexCopies";
       CAPTURE(object, name);
       CHECK(checker.errors(damaged).size() == (optional ? 0 : 1));
     }

@@ -86,8 +86,12 @@ void write_models(const fs::path& folder) {
   write_glb(png, snapshot, {});
   std::ofstream jpeg(folder / "model" / "jpeg.glb", std::ios::binary);
   write_glb(jpeg, snapshot, {}, {ImageFormat::jpeg, 80}, R"({"options": {"seed": 1}})");
+  const BaseTexture texture = small_texture(*snapshot.surface);
+  std::ofstream textured(folder / "model" / "textured.glb", std::ios::binary);
+  write_glb(textured, snapshot, {}, {}, {}, &texture);
   png.close();
   jpeg.close();
+  textured.close();
   // A frame's header has 20 bytes, a chunk's 8: the form that fuzz_model puts into a frame itself.
   const std::string glb = bytes_of(folder / "model" / "png.glb");
   std::uint32_t json_bytes = 0;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/base_texture.h"
 #include "mesh/camera.h"
 
 namespace lumatlas {
@@ -126,6 +127,23 @@ inline Snapshot small_snapshot(const ValidityOptions& validity = {}, const TileO
   const std::vector<CellPixels> seen{{0, 9}, {1, 9}, {2, 9}, {4, 9}};
   atlas.mark_seen(seen);
   return atlas.snapshot();
+}
+
+// Corners where their x and y say, those of every third face in the right half of the image and the others in the left
+// one, so that many vertices are in both.
+inline BaseTexture small_texture(const Surface& surface) {
+  BaseTexture texture;
+  texture.image = position_photograph(32, 16);
+  const Bounds box = bounds(surface.mesh);
+  for (std::size_t face = 0; face < surface.mesh.faces.size(); ++face) {
+    std::array<glm::vec2, 3>& places = texture.faces.emplace_back();
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::dvec3 point(surface.mesh.positions[surface.mesh.faces[face][corner]]);
+      const glm::dvec3 share = (point - box.min) / (box.max - box.min);
+      places[static_cast<std::size_t>(corner)] = glm::vec2(share.x / 2 + (face % 3 == 0 ? 0.5 : 0.0), share.y);
+    }
+  }
+  return texture;
 }
 
 }  // namespace lumatlas

@@ -197,6 +197,7 @@ BuildOptions options_to_keep_all() {
   BuildOptions options;
   options.max_views = 1u << 20;
   options.planner.min_view_gain = 0;
+  options.texture_px.reset();
   return options;
 }
 

@@ -49,6 +49,7 @@ struct BuildFlags {
   std::string budget_size;  // empty: unbounded
   std::string texels = "auto";
   std::string faces = "keep";
+  std::string texture = std::to_string(*BuildOptions{}.texture_px);
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   bool skip_bad = false;
   bool keep_lenses = false;
@@ -88,6 +89,7 @@ const Names<ValidityOptions::Edges> kEdges(kEdgesByName.begin(), kEdgesByName.en
 // kFacesPixels.
 constexpr const char* kAuto = "auto";
 constexpr const char* kKeep = "keep";
+constexpr const char* kNoTexture = "none";
 constexpr double kFacesPixels = 0.5;
 
 // Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
@@ -185,6 +187,16 @@ FaceOptions faces_of(const std::string& text) {
   return faces;
 }
 
+std::optional<std::uint32_t> texture_of(const std::string& text) {
+  if (text == kNoTexture) return std::nullopt;
+  const std::uint64_t side_px = std::stoull(text);
+  if (side_px < kLeastTexturePx || side_px > kMostTexturePx) {
+    throw CLI::ValidationError("--texture", "must be " + std::to_string(kLeastTexturePx) + " to " +
+                                                std::to_string(kMostTexturePx) + ", or " + kNoTexture);
+  }
+  return static_cast<std::uint32_t>(side_px);
+}
+
 void watch_scene(const BuildFlags& flags, BuildOptions& options) {
   const auto refuse = [](const char* option, const char* why) { throw CLI::ValidationError(option, why); };
   if (options.hold_out) refuse("--hold", "goes by the names of all photographs, which --watch does not know yet");
@@ -216,6 +228,7 @@ BuildOptions options_of(BuildFlags flags) {
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
   options.faces = faces_of(flags.faces);
+  options.texture_px = texture_of(flags.texture);
   flags.coverage.apply(options.planner);
   set_budget(flags, options);
   if (flags.seed->count() > 0 && options.order != StreamOrder::shuffled && options.choice != ViewChoice::random) {
@@ -401,6 +414,9 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
   flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "With --image jpeg, how well")
                       ->type_name("Q")
                       ->transform(whole_number(1, 100));
+  command.add_option("--texture", flags.texture, "Side of the texture for other programs; none: vertex colours")
+      ->type_name("PX")
+      ->transform(count_or({kNoTexture}));
 }
 
 void add_stream_options(CLI::App& command, BuildFlags& flags) {
@@ -430,7 +446,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                    ->check(finite_not_negative());
   flags.coverage.add_references_to(command);
   flags.cells.add_size_to(command);
-  command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
+  command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as pictures show) or so many")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
       ->default_str(kKeep);

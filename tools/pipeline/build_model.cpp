@@ -353,12 +353,9 @@ void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, const V
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
 }
 
-}  // namespace
-
-BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& given, const BuildCallback& callback,
-                        const AtlasWatch& watch) {
-  const auto start = std::chrono::steady_clock::now();
-  check(given);
+// All but the base texture.
+BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOptions& given,
+                              const BuildCallback& callback, const AtlasWatch& watch) {
   BuildResult result;
   result.options = given;
   const BuildOptions& options = result.options;
@@ -413,6 +410,28 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   take_snapshot(atlas, budget, *visibility, callback, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
+  return result;
+}
+
+void add_texture(const BuildCallback& callback, BuildResult& result) {
+  const auto& views = result.snapshot.views;
+  const bool stored = std::any_of(views.begin(), views.end(), [](const auto& view) { return view != nullptr; });
+  if (!result.options.texture_px || !stored) return;
+  try {
+    result.texture = bake_texture(result.snapshot, *result.options.texture_px, callback);
+  } catch (const InputError& error) {
+    add_warning(std::string("other programs show averaged colours instead of a texture: ") + error.what(), result);
+  }
+}
+
+}  // namespace
+
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,
+                        const AtlasWatch& watch) {
+  const auto start = std::chrono::steady_clock::now();
+  check(options);
+  BuildResult result = choose_and_refine(scene, options, callback, watch);
+  add_texture(callback, result);  // with the memory that planning took
   result.total_ms = ms_since(start);
   return result;
 }

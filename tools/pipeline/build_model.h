@@ -19,6 +19,7 @@
 #include "mesh/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
+#include "tools/pipeline/baked_texture.h"
 #include "tools/pipeline/build_options.h"
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/view_stream.h"
@@ -88,6 +89,9 @@ struct BuildResult {
   std::vector<PolishStep> polish;  // of RefineMode::joint
   double polish_ms = 0;
   std::uint64_t revisited = 0;  // see Refiner::revisited()
+  // Of BuildOptions::texture_px; none without a stored view, or where there are more charts than it has room for, of
+  // which a warning tells.
+  std::optional<BakedTexture> texture;
   double total_ms = 0;
 };
 

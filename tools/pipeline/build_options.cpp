@@ -40,6 +40,10 @@ void check(const BuildOptions& options) {
   if (options.hold_out) check(*options.hold_out);
   if (options.watch) check_watch(options);
   check(options.tiles);
+  if (options.texture_px && !(*options.texture_px >= kLeastTexturePx && *options.texture_px <= kMostTexturePx)) {
+    throw std::invalid_argument("build: texture_px is " + std::to_string(*options.texture_px) + ", must be in [" +
+                                std::to_string(kLeastTexturePx) + ", " + std::to_string(kMostTexturePx) + "]");
+  }
   if (options.tight_tiles) {
     check(*options.tight_tiles);
     if (options.tiles.whole_views() || options.tight_tiles->whole_views() || options.tight_tiles->max_tiles != 0) {

@@ -12,6 +12,7 @@
 #include "atlas/tiles.h"
 #include "mesh/cells.h"
 #include "planner/planner.h"
+#include "tools/pipeline/baked_texture.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -87,6 +88,9 @@ struct BuildOptions {
   // With planner.max_loss_db, not with gpu_bytes: all photographs are downscaled as far as that costs at most so many
   // dB, finite and >= 0, by measurement; 0: not at all.
   double max_scale_loss_db = 0;
+  // The longest side of the texture that other programs show, [kLeastTexturePx, kMostTexturePx]; none: they show the
+  // averaged colours of vertices.
+  std::optional<std::uint32_t> texture_px = 2048;
   std::optional<HoldOut> hold_out;  // none: every view is offered
   // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
   // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,

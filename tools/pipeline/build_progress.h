@@ -12,10 +12,12 @@ namespace lumatlas {
 // How far one stage of a build has come. Stages come one after the other, each with a call for its start (done is 0),
 // one for every step, and one for its end.
 struct BuildProgress {
-  const char* stage = "";  // "looking through all cameras", "planning views" or "polishing jointly"
-  std::size_t done = 0;    // steps: cameras, photographs, or rounds over all stored views
-  std::size_t total = 0;   // steps; 0: not known beforehand
-  bool finished = false;   // this is the call for the stage's end
+  // "looking through all cameras", "planning views", "polishing jointly", "measuring resolutions" or "baking the base
+  // texture"
+  const char* stage = "";
+  std::size_t done = 0;   // steps: cameras, photographs, or rounds over all stored views
+  std::size_t total = 0;  // steps; 0: not known beforehand
+  bool finished = false;  // this is the call for the stage's end
 };
 
 // Called on the thread that called build_model(). Returns whether to go on; at false, build_model() throws

@@ -183,6 +183,15 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
           {"texels", against(holding.texels, p.texels)}};
 }
 
+// Null: other programs show vertex colours.
+json texture_json(const std::optional<BakedTexture>& baked) {
+  if (!baked) return nullptr;
+  return {{"side", baked->texture.image.width},
+          {"charts", baked->charts},
+          {"per_pixel", baked->texels_per_pixel},
+          {"ms", baked->bake_ms}};
+}
+
 std::string printed(const char* format, double value) {
   std::array<char, 64> text{};
   std::snprintf(text.data(), text.size(), format, value);
@@ -351,6 +360,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
             {"scale", result.scale}}},
           {"bytes", bytes_json(result, holding)},
           {"gpu", gpu_bytes_json(result.gpu_bytes)},
+          {"texture", texture_json(result.texture)},
           {"time_ms", {{"total", result.total_ms}, {"per_view", times_per_view(result.planned)}}}};
 }
 
@@ -379,6 +389,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"gutter", options.tiles.gutter_px},
               {"texels", name_of(options.tiles.texels)},
               {"least_scale", options.least_scale},
+              {"texture", options.texture_px ? json(*options.texture_px) : json()},
               {"budget", budget_of(options)},
               {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.max_scale_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},

@@ -18,6 +18,8 @@ namespace lumatlas {
 //   parsimony            of --budget auto, else null: the bound and the predicted loss, dB; the gap of coverage that it
 //                        follows from; the views taken away once the stream had ended; views, references and
 //                        texels, stored and of all offered views
+//   texture              of the base texture, null without one: its side, texels; its charts; texels for a photograph's
+//                        pixel along a side; the time that it took
 //   time_ms.per_view     of each stage, over the views that it was done for, and how many they are
 [[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
 

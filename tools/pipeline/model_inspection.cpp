@@ -89,8 +89,9 @@ json file_json(const ModelFacts& facts) {
           {"tables", facts.table_bytes},
           {"photographs", facts.photograph_bytes},
           {"masks", facts.mask_bytes},
+          {"texture", facts.texture_bytes},
           {"sum", facts.json_bytes + facts.mesh_bytes + facts.vertex_bytes + facts.table_bytes +
-                      facts.photograph_bytes + facts.mask_bytes}};
+                      facts.photograph_bytes + facts.mask_bytes + facts.texture_bytes}};
 }
 
 std::string in_megabytes(const json& bytes) {
@@ -138,7 +139,7 @@ json file_bytes_json(const fs::path& model) {
 std::string file_bytes_text(const json& file) {
   std::string text = in_megabytes(file["sum"]);
   const char* separator = ": ";
-  for (const char* const part : {"photographs", "masks", "mesh", "vertices", "tables", "json"}) {
+  for (const char* const part : {"photographs", "masks", "texture", "mesh", "vertices", "tables", "json"}) {
     text += separator + std::string(part) + ' ' + in_megabytes(file[part]);
     separator = ", ";
   }

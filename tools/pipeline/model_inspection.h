@@ -20,7 +20,7 @@ namespace lumatlas {
 //                        that the model was built with, null: unbounded or not known
 //   gpu                  where all bytes on the GPU go: see blend/gpu_bytes.h
 //   parsimony            as in build_summary.h, of a model that was built with --budget auto; null: of any other
-//   file                 bytes on disk: json, mesh, vertices, tables, photographs, masks, and their sum
+//   file                 bytes on disk: json, mesh, vertices, tables, photographs, masks, texture, and their sum
 // Throws InputError as read_model(), but for the images: it looks at no pixel.
 [[nodiscard]] nlohmann::json inspect_model(const std::filesystem::path& model);
 

@@ -87,15 +87,15 @@ ModelOutput::ModelOutput(const fs::path& path) {
 }
 
 void ModelOutput::commit(const Snapshot& snapshot, const ValidityOptions& validity, const ImageCoding& photographs,
-                         const ModelNotes& notes) {
+                         const ModelNotes& notes, const BaseTexture* texture) {
   if (folder_) {
-    write_model(folder_->path(), snapshot, validity, photographs);
+    write_model(folder_->path(), snapshot, validity, photographs, texture);
     write_json(folder_->path() / kPlanFile, notes.plan);
     folder_->commit(notes.options);
     return;
   }
   const json extras = {{"lumatlas", LUMATLAS_VERSION}, {"options", notes.options}, {"plan", notes.plan}};
-  write_glb(file_->stream(), snapshot, validity, photographs, json_text(extras));
+  write_glb(file_->stream(), snapshot, validity, photographs, json_text(extras), texture);
   throw_if_interrupted();
   file_->commit();
 }

@@ -36,9 +36,9 @@ class ModelOutput {
   // A path that ends in .glb is one file, anything else a folder. Refuses at once what commit() would refuse.
   explicit ModelOutput(const std::filesystem::path& path);
 
-  // Throws InputError, Interrupted.
+  // `texture` may be null. Throws InputError, Interrupted.
   void commit(const Snapshot& snapshot, const ValidityOptions& validity, const ImageCoding& photographs,
-              const ModelNotes& notes);
+              const ModelNotes& notes, const BaseTexture* texture);
 
  private:
   std::unique_ptr<OutputFolder> folder_;  // one of the two

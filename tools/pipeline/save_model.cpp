@@ -16,7 +16,8 @@ json save_model(const BuildResult& result, ModelOutput& output, const ImageCodin
   json effective = effective_options(result, result.options);
   effective["image"] = ending(photographs.format) + 1;
   effective["quality"] = photographs.format == ImageFormat::png ? json() : json(photographs.quality);
-  output.commit(result.snapshot, result.effective.validity, photographs, {std::move(effective), std::move(plan)});
+  output.commit(result.snapshot, result.effective.validity, photographs, {std::move(effective), std::move(plan)},
+                result.texture ? &result.texture->texture : nullptr);
   return totals;
 }
 

@@ -62,6 +62,7 @@ BuildOptions options_for(std::uint32_t max_views, ViewChoice choice = ViewChoice
   options.refine = RefineMode::none;
   options.planner.min_view_gain = 0;
   options.tiles = kWholeViews;
+  options.texture_px.reset();
   return options;
 }
 

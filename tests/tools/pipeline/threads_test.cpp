@@ -44,7 +44,9 @@ Built build_on(std::size_t threads, const std::filesystem::path& scene, const Bu
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   Built built{build_model(scene, options), {}};
   std::ostringstream file;
-  write_glb(file, built.result.snapshot, options.planner.validity, {.format = ImageFormat::png});
+  REQUIRE(built.result.texture);
+  write_glb(file, built.result.snapshot, options.planner.validity, {.format = ImageFormat::png}, {},
+            &built.result.texture->texture);
   built.bytes = file.str();
   return built;
 }
