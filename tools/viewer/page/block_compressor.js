@@ -4,12 +4,12 @@
 import {BLOCK_SIDE} from './layout.js';
 import {makeTexture} from './tables.js';
 
-const BLOCK_BYTES_BC3 = 16;
+const TEXEL_BLOCK_BYTES = 16;
 
 export class BlockCompressor {
-  // For images of at most that size, texels.
-  constructor(gl, programs, [width, height]) {
-    Object.assign(this, {gl, programs});
+  // For images of at most that size, texels. `form`: see photograph_forms.js.
+  constructor(gl, programs, form, [width, height]) {
+    Object.assign(this, {gl, programs, form});
     const [across, down] = [width, height].map((side) => side / BLOCK_SIDE);
     this.drawn = makeTexture(gl, gl.RGBA32UI, across, down);
     this.framebuffer = gl.createFramebuffer();
@@ -17,22 +17,22 @@ export class BlockCompressor {
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.drawn, 0);
     this.buffer = gl.createBuffer();
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, this.buffer);
-    gl.bufferData(gl.PIXEL_PACK_BUFFER, BLOCK_BYTES_BC3 * across * down, gl.STREAM_COPY);
+    gl.bufferData(gl.PIXEL_PACK_BUFFER, TEXEL_BLOCK_BYTES * across * down, gl.STREAM_COPY);
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
     this.bytes = BlockCompressor.bytesFor([width, height]);
   }
 
   // On the GPU: what is drawn, and the buffer.
   static bytesFor([width, height]) {
-    return 2 * BLOCK_BYTES_BC3 * (width / BLOCK_SIDE) * (height / BLOCK_SIDE);
+    return 2 * TEXEL_BLOCK_BYTES * (width / BLOCK_SIDE) * (height / BLOCK_SIDE);
   }
 
   // The photograph and mask that are bound, at a level of a texture array. `pixels`: of the photograph in a texel,
   // along a side.
-  store(texture, internal, level, {x, y, page}, [width, height], pixels) {
+  store(texture, level, {x, y, page}, [width, height], pixels) {
     const {gl} = this;
     const [across, down] = [width, height].map((side) => side / BLOCK_SIDE);
-    const program = this.programs.use('blocks');
+    const program = this.programs.use(this.form.name);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
     gl.viewport(0, 0, across, down);
     gl.uniform1f(program.uniform('pixels'), pixels);
@@ -44,7 +44,8 @@ export class BlockCompressor {
     gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, this.buffer);
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
     gl.compressedTexSubImage3D(
-        gl.TEXTURE_2D_ARRAY, level, x, y, page, width, height, 1, internal, BLOCK_BYTES_BC3 * across * down, 0);
+        gl.TEXTURE_2D_ARRAY, level, x, y, page, width, height, 1, this.form.internal,
+        TEXEL_BLOCK_BYTES * across * down, 0);
     gl.bindBuffer(gl.PIXEL_UNPACK_BUFFER, null);
   }
 

@@ -1,12 +1,28 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the GPU holds photographs' texels: as they are, or in blocks of 4 x 4 (atlas/compressed_texels.h).
-export const TEXEL_FORMS = ['auto', 'rgb8', 'bc3'];
+// How the GPU holds photographs' texels: as they are, or in blocks of 4 x 4, for which there is a shader of that name.
+// Most screens' GPUs know BC3 (atlas/compressed_texels.h), most phones' ETC2; both have 16 bytes a block.
 
-// {name, internal, texelBytes, blocks}. `wanted`: 'auto' takes blocks where the device knows them.
+const PLAIN = 'rgb8';
+const BLOCKS = {
+  bc3: {extension: 'WEBGL_compressed_texture_s3tc_srgb', format: 'COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT'},
+  etc2: {extension: 'WEBGL_compressed_texture_etc', format: 'COMPRESSED_SRGB8_ALPHA8_ETC2_EAC'},
+};
+export const TEXEL_FORMS = ['auto', PLAIN, ...Object.keys(BLOCKS)];
+
+function blocksOf(gl, name) {
+  const {extension, format} = BLOCKS[name];
+  const known = gl.getExtension(extension);
+  return known && {name, internal: known[format], texelBytes: 1, blocks: true};
+}
+
+// {name, internal, texelBytes, blocks}. `wanted`: 'auto' takes the first blocks that the device knows.
 export function texelForm(gl, wanted = 'auto') {
   if (!TEXEL_FORMS.includes(wanted)) throw new Error(`texels are ${TEXEL_FORMS.join(', ')}, not "${wanted}"`);
-  const blocks = wanted === 'rgb8' ? null : gl.getExtension('WEBGL_compressed_texture_s3tc_srgb');
-  if (wanted === 'bc3' && !blocks) throw new Error('This device does not know texels of the form "bc3".');
-  return blocks ? {name: 'bc3', internal: blocks.COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT, texelBytes: 1, blocks: true} :
-                  {name: 'rgb8', internal: gl.SRGB8_ALPHA8, texelBytes: 4, blocks: false};
+  const tried = Object.keys(BLOCKS).filter((name) => wanted === 'auto' || wanted === name);
+  for (const name of tried) {
+    const form = blocksOf(gl, name);
+    if (form) return form;
+  }
+  if (wanted in BLOCKS) throw new Error(`This device does not know texels of the form "${wanted}".`);
+  return {name: PLAIN, internal: gl.SRGB8_ALPHA8, texelBytes: 4, blocks: false};
 }

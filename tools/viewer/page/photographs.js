@@ -23,7 +23,7 @@ export class Photographs {
     this.cells = new Map();  // by slot, of the views that are there
     this.free = Array.from({length: layout.count}, (_, cell) => cell).reverse();
     this.framebuffer = gl.createFramebuffer();
-    for (const pass of ['depth', layout.form.blocks ? 'blocks' : 'photograph']) programs.ready(pass);
+    for (const pass of ['depth', layout.form.blocks ? layout.form.name : 'photograph']) programs.ready(pass);
   }
 
   array(format, size, levels, filter) {
@@ -114,13 +114,13 @@ export class Photographs {
   // Means over what a texel covers, in the page and at each of its coarser levels.
   storeLevels(place) {
     const {gl, layout, scene} = this;
-    if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.cell);
+    if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.form, layout.cell);
     for (let level = 0; level < scene.levels; ++level) {
       const [x, y, ...size] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
       const pixels = 2 ** level / layout.scale;
       if (this.compressor) {
         const at = {x, y, page: place.page};
-        this.compressor.store(this.colours, layout.form.internal, level, at, size, pixels);
+        this.compressor.store(this.colours, level, at, size, pixels);
       } else {
         this.drawLevel(level, {x, y, page: place.page}, size, pixels);
       }

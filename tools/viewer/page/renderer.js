@@ -13,6 +13,7 @@ const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;
 const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
 const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
+const STILL_BYTES = 4;
 
 // Still pictures are drawn in parts of about so many pixels a side: the targets of their samples are then small, and a
 // slow GPU gets no task that takes long.
@@ -90,12 +91,13 @@ export class Renderer {
     return [['silhouettes', 0], ['samples', 4]].map(([pass, cells]) => this.programs.ready(pass, cells)).every(Boolean);
   }
 
-  // What targets take for a canvas of that size, when both a moving and a still picture were drawn.
-  bytesToDraw(width, height) {
-    const part = Math.min(width, PART_PX + 2 * AROUND_PX) * Math.min(height, PART_PX + 2 * AROUND_PX);
+  // What targets take, bytes, when both a moving and a still picture of such sizes were drawn.
+  bytesToDraw(moving, still) {
+    const [part, ofMoving, ofStill] = [still.map((side) => Math.min(side, PART_PX + 2 * AROUND_PX)), moving, still]
+        .map(([width, height]) => width * height);
     const samples = this.scene.blend.supersample ** 2;
     const ofPart = part * (PICTURE_BYTES + samples * SURFACE_BYTES);
-    return MOST_GLANCE_BYTES + width * height * (PICTURE_BYTES + 4) + ofPart;
+    return MOST_GLANCE_BYTES + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill + ofPart;
   }
 
   // Of the mesh, with its references.
@@ -203,7 +205,7 @@ export class Renderer {
       gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, colour, 0);
       return {
-        colour, framebuffer, bytes: 4 * width * height,
+        colour, framebuffer, bytes: STILL_BYTES * width * height,
         release: () => {
           gl.deleteTexture(colour);
           gl.deleteFramebuffer(framebuffer);

@@ -19,19 +19,24 @@ const ASK_AGAIN_MS = 1000;  // what a model that changes is like now
 const STILL_AFTER_MS = 250;
 const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
 const FAST_MS = 15;
-const LEAST_SHARE = 0.2;   // of the canvas' pixels along a side
+const LEAST_SHARE = 0.2;   // of a moving picture's pixels along a side
 const FIRST_SHARE = 0.5;
 const MOST_CHANGE = 1.6;   // of the share, from one picture to the next
-const MOST_PIXELS = 2.1e6;
+const MOST_PIXELS = 2.1e6;        // of a moving picture
+const MOST_STILL_PIXELS = 4.2e6;
 
 // Of GPU memory: what a phone gives a page without closing others.
 const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
 
+// Pixels for each of the window's along a side, in moving and in still pictures, where the screen has them; `share`: of
+// them moving pictures have, null: as many as the GPU draws in time.
 const QUALITIES = {
-  auto: {share: null, ratio: 1},
-  sharp: {share: 1, ratio: 2},
-  fast: {share: 0.5, ratio: 1},
+  auto: {share: null, moving: 1, still: 2},
+  sharp: {share: 1, moving: 2, still: 2},
+  fast: {share: 0.5, moving: 1, still: 1},
 };
+
+export {texelForm};
 
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
@@ -145,7 +150,7 @@ export class Viewer {
   // Of the memory, bytes: what pictures are drawn to, and what photographs with so many tiles take while they come.
   besides(tiles) {
     const {canvas, renderer} = this;
-    return renderer.bytesToDraw(canvas.width, canvas.height) +
+    return renderer.bytesToDraw(this.movingSize(), [canvas.width, canvas.height]) +
         Photographs.bytesBesides(this.scene, this.form, tiles);
   }
 
@@ -166,10 +171,10 @@ export class Viewer {
     return {all, mesh, allowed: this.memory, enough: Math.ceil(Math.max(all, others / (1 - share)))};
   }
 
-  // Of photographs that have as many pixels as the canvas.
+  // Of photographs that have as many pixels as a moving picture.
   shownScale() {
     const longest = Math.max(...this.scene.views.filter(Boolean).map(({width, height}) => Math.max(width, height)));
-    return Math.max(this.canvas.width, this.canvas.height) / longest;
+    return Math.max(...this.movingSize()) / longest;
   }
 
   // What is on the GPU: bytes now, at most so far, and allowed; photographs, and how many there is room for.
@@ -190,12 +195,28 @@ export class Viewer {
     return cameraAt(this.navigation.pose, this.navigation.fov, width, height);
   }
 
+  // So many pixels for each of the window's, but not more than the screen has, nor than that in all.
+  sizeWith(ratio, most) {
+    const {width, height} = this.canvas.getBoundingClientRect();
+    const wanted = Math.min(window.devicePixelRatio || 1, ratio);
+    const share = wanted * Math.min(1, Math.sqrt(most / Math.max(1, width * height * wanted * wanted)));
+    return [width, height].map((v) => Math.max(1, Math.round(v * share)));
+  }
+
+  // Of a moving picture, at most.
+  movingSize() {
+    return this.sizeWith(QUALITIES[this.quality].moving, MOST_PIXELS);
+  }
+
+  // A still picture has the canvas' pixels where the GPU draws moving ones whole in time.
+  stillSize() {
+    const {canvas} = this;
+    return this.quality === 'auto' && this.share < 1 ? this.movingSize() : [canvas.width, canvas.height];
+  }
+
   resize() {
     const {canvas} = this;
-    const box = canvas.getBoundingClientRect();
-    let ratio = Math.min(window.devicePixelRatio || 1, QUALITIES[this.quality].ratio);
-    ratio *= Math.min(1, Math.sqrt(MOST_PIXELS / Math.max(1, box.width * box.height * ratio * ratio)));
-    const size = [box.width, box.height].map((v) => Math.max(1, Math.round(v * ratio)));
+    const size = this.sizeWith(QUALITIES[this.quality].still, MOST_STILL_PIXELS);
     if (canvas.width === size[0] && canvas.height === size[1]) return;
     [canvas.width, canvas.height] = size;
     this.invalidate();
@@ -283,7 +304,7 @@ export class Viewer {
   drawNow() {
     const {canvas, renderer} = this;
     this.dirty = false;
-    const size = [canvas.width, canvas.height].map((v) => Math.max(1, Math.round(v * this.share)));
+    const size = this.movingSize().map((v) => Math.max(1, Math.round(v * this.share)));
     const camera = this.camera(...size);
     const target = renderer.draw(camera);
     this.target = target;
@@ -335,7 +356,7 @@ export class Viewer {
     if (this.still === 'done' || !this.shown.pictures) return;
     if (this.mode !== 'picture') return this.refineMode();
     if (!renderer.readyForStills()) return;
-    if (!this.still) this.still = renderer.drawStill(this.camera(), true);
+    if (!this.still) this.still = renderer.drawStill(this.camera(...this.stillSize()), true);
     const {done, value} = this.still.next();
     if (!done) return;
     renderer.present(value.colour, canvas.width, canvas.height, this.background);

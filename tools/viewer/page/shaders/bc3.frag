@@ -6,29 +6,13 @@ precision highp int;
 precision highp sampler2D;
 precision highp usampler2D;
 
-#include "photograph_texel.glsl"
-#include "../../../../blend/shaders/srgb.glsl"
+#include "block_texels.glsl"
 
 layout(location = 0) out uvec4 block;
 
-const int kSide = 4;
-const int kTexels = kSide * kSide;
 const int kPowerSteps = 4;    // by which the direction of the greatest spread is found
 const int kRefinements = 3;   // of the two colours, by least squares
 const vec3 kMost = vec3(31.0, 63.0, 31.0);
-const float kOtherMeaning = 1048576.0;  // more than a block of the greatest errors
-
-vec3 colors[kTexels];  // sRGB, [0, 255]
-int alphas[kTexels];
-
-void read_texels() {
-  ivec2 first = kSide * ivec2(gl_FragCoord.xy);
-  for (int i = 0; i < kTexels; ++i) {
-    vec4 texel = photograph_texel(first + ivec2(i % kSide, i / kSide));
-    colors[i] = floor(255.0 * srgb_from_linear(texel.rgb) + 0.5);
-    alphas[i] = int(255.0 * texel.a + 0.5);
-  }
-}
 
 // Two colours of 5, 6 and 5 bits a channel, and for each texel which of the four between them it has.
 struct Colors {
@@ -163,9 +147,7 @@ Alphas coded_alphas(int first, int second) {
     float least = 4.0 * kOtherMeaning;
     uint code = 0u;
     for (int j = 0; j < 8; ++j) {
-      int value = alpha_of_code(first, second, j);
-      float away = float(value - alphas[i]);
-      float error = away * away + ((value == 0) == (alphas[i] == 0) ? 0.0 : kOtherMeaning);
+      float error = alpha_error(alpha_of_code(first, second, j), alphas[i]);
       if (error < least) {
         least = error;
         code = uint(j);
