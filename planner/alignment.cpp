@@ -515,6 +515,7 @@ Alignment align(const Camera& given, const Camera& start, const glm::dvec3& gain
     as_started.residual = residual_of(problem, as_started, noise);
   }
   result.residual_start = as_started.residual;
+  if (refined && as_given.residual > 0) result.found_improvement = 1 - refined->residual / as_given.residual;
   const Placed chosen = refined ? best_placed(problem, given, as_given, as_started, *refined) : as_given;
   result.camera = chosen.camera;
   result.gain = chosen.gain;

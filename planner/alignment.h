@@ -65,6 +65,9 @@ struct Alignment {
   double residual_exposed = 0;
   double residual_start = 0;
   double residual = 0;
+  // The share of residual_exposed by which the pose that the search found has less, whether it was accepted or not;
+  // below 0 if it has more, 0 if nobody searched.
+  double found_improvement = 0;
   // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
   // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it;
   // or nobody asked.

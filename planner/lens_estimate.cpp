@@ -31,6 +31,7 @@ constexpr double kChannels = 3;
 constexpr double kLeastImprovement = 0.01;  // share of the residual
 constexpr double kLeastDeviations = 5;
 constexpr double kLeastCornerPx = 0.5;
+constexpr double kFurtherDeviations = 3;  // see LensEstimate::most_corner_px
 
 // Which of a lens's parameters are estimated; the others are 0.
 using Terms = std::array<bool, kBlock>;
@@ -76,8 +77,10 @@ class Estimator {
     noise_ = noise();
     refine(kPoseRounds, false);
     const std::vector<double> before = held_out_residuals();
+    most_improvement_.assign(lenses_.size(), 0);
     refine(kRounds, true);
-    for (const Terms& more : kMoreTerms) try_terms(more);
+    note_improvement(before);
+    for (const Terms& more : kMoreTerms) try_terms(more, before);
     report(before, result);
     return result;
   }
@@ -246,10 +249,20 @@ class Estimator {
            corner_move_px(correction_of(alone), camera_of(lens)) > kLeastCornerPx;
   }
 
+  // See LensEstimate::most_corner_px.
+  void note_reach(std::size_t lens, int parameter, double deviation) {
+    for (const double sign : {-1.0, 1.0}) {
+      Block alone = Block::Zero();
+      alone[parameter] = state_.shared[lens][parameter] + sign * kFurtherDeviations * deviation;
+      lenses_[lens].most_corner_px =
+          std::max(lenses_[lens].most_corner_px, corner_move_px(correction_of(alone), camera_of(lens)));
+    }
+  }
+
   [[nodiscard]] const Camera& camera_of(std::size_t lens) const { return state_.cameras[lenses_[lens].slots.front()]; }
 
   // Estimates further terms too, and gives them up again for the lenses of which the points do not determine any.
-  void try_terms(const Terms& more) {
+  void try_terms(const Terms& more, const std::vector<double>& before) {
     const auto set = [&](std::size_t lens, bool estimated) {
       for (int i = 0; i < kBlock; ++i) {
         const auto term = static_cast<std::size_t>(i);
@@ -261,13 +274,16 @@ class Estimator {
     const LensState simpler = state_;
     for (std::size_t lens = 0; lens < lenses_.size(); ++lens) set(lens, true);
     refine(kMoreRounds, true);
+    note_improvement(before);
     const std::vector<Block> variance = variances();
     std::size_t given_up = 0;
     for (std::size_t lens = 0; lens < lenses_.size(); ++lens) {
       const Block deviation = variance[lens].cwiseSqrt();
       bool determined = false;
       for (int i = 0; i < kBlock; ++i) {
-        determined = determined || (more[static_cast<std::size_t>(i)] && is_determined(lens, i, deviation));
+        if (!more[static_cast<std::size_t>(i)]) continue;
+        note_reach(lens, i, deviation[i]);
+        determined = determined || is_determined(lens, i, deviation);
       }
       if (determined) continue;
       set(lens, false);
@@ -284,19 +300,27 @@ class Estimator {
   // By lens, of the points that nothing was fitted to.
   [[nodiscard]] std::vector<double> held_out_residuals() const {
     const std::vector<Linearised> all = linearise(state_, &LensPart::held_out);
-    std::vector<double> residuals;
+    std::vector<double> of_lenses;
     for (const LensEstimate& lens : lenses_) {
       double sum = 0, rows = 0;
       for (const std::uint32_t slot : lens.slots) {
         sum += all[slot].r.squaredNorm();
         rows += static_cast<double>(all[slot].r.size());
       }
-      residuals.push_back(rows > 0 ? noise_ * std::sqrt(sum / rows) : 0);
+      of_lenses.push_back(rows > 0 ? noise_ * std::sqrt(sum / rows) : 0);
     }
-    return residuals;
+    return of_lenses;
   }
 
-  void report(const std::vector<double>& before, LensEstimates& result) const {
+  void note_improvement(const std::vector<double>& before) {
+    const std::vector<double> after = held_out_residuals();
+    for (std::size_t lens = 0; lens < lenses_.size(); ++lens) {
+      if (!(before[lens] > 0)) continue;
+      most_improvement_[lens] = std::max(most_improvement_[lens], 1 - after[lens] / before[lens]);
+    }
+  }
+
+  void report(const std::vector<double>& before, LensEstimates& result) {
     result.cameras = state_.cameras;
     const std::vector<Block> variance = variances();
     const std::vector<double> after = held_out_residuals();
@@ -306,7 +330,10 @@ class Estimator {
       Block deviation = variance[lens].cwiseSqrt();
       for (int i = 0; i < kBlock; ++i) {
         if (!estimated(i)) deviation[i] = 0;
+        if (estimated(i)) note_reach(lens, i, deviation[i]);
       }
+      const bool improves = most_improvement_[lens] >= 0.5 * kLeastImprovement;
+      estimate.most_corner_px = improves ? lenses_[lens].most_corner_px : 0;
       estimate.correction = correction_of(state_.shared[lens]);
       estimate.deviation = {deviation[0], {deviation[1], deviation[2]}, deviation[3], deviation[4], deviation[5],
                             deviation[6]};
@@ -329,14 +356,20 @@ class Estimator {
   std::vector<Terms> terms_;           // by lens
   std::vector<std::size_t> block_of_;  // by slot: of the whole problem, where there is a view
   std::size_t blocks_ = 0;
-  double noise_ = 1;     // of the differences, sRGB
-  double residual_ = 0;  // of state_
+  double noise_ = 1;                      // of the differences, sRGB
+  double residual_ = 0;                   // of state_
+  std::vector<double> most_improvement_;  // by lens: share of the residual of the points held out, of all fits tried
 };
 
 }  // namespace
 
 bool LensEstimates::significant() const {
   return std::any_of(lenses.begin(), lenses.end(), [](const LensEstimate& lens) { return lens.significant; });
+}
+
+bool LensEstimates::undecided() const {
+  return std::any_of(lenses.begin(), lenses.end(),
+                     [](const LensEstimate& lens) { return lens.most_corner_px >= kLeastCornerPx; });
 }
 
 LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,

@@ -43,6 +43,10 @@ struct LensEstimate {
   LensCorrection deviation{0, {0, 0}, 0, 0, 0, 0};
   LensResidual residual;
   double corner_px = 0;  // by which the correction moves a corner, at most
+  // By which any field alone can move a corner, even 3 deviations further than estimated, also one that was tried and
+  // given up; 0 where no fit that was tried lowered the residual at points held out by half of what is asked for. Where
+  // it is below 0.5 px, more points are not expected to make the estimate significant.
+  double most_corner_px = 0;
   // The residual falls by 1 % or more, and some field of more than 5 deviations moves a corner by more than 0.5 px.
   bool significant = false;
 };
@@ -56,6 +60,8 @@ struct LensEstimates {
 
   // Whether any of them is.
   [[nodiscard]] bool significant() const;
+  // Whether, for all that these points say, an estimate from more of them could be.
+  [[nodiscard]] bool undecided() const;
 };
 
 struct LensOptions {

@@ -18,21 +18,21 @@ namespace {
 constexpr std::uint32_t kFinestPx = 1000;  // longer side: beyond, noise and compression rule the gradients
 constexpr std::size_t kHeldOut = 5;        // each such point is not fitted to
 
+// What one view shows of a point.
 struct Value {
   double color;
-  TargetTerm term;
+  std::uint32_t slot;
+  std::uint32_t index;  // among the views that show it
+
+  bool operator<(const Value& other) const { return color != other.color ? color < other.color : slot < other.slot; }
 };
 
-// The median and its derivative: that of the value, or the two values, in the middle.
-double median_value(std::vector<Value>& values, std::array<TargetTerm, 2>& terms) {
-  std::sort(values.begin(), values.end(), [](const Value& a, const Value& b) {
-    return a.color != b.color ? a.color < b.color : a.term.slot < b.term.slot;
-  });
-  const Value& low = values[(values.size() - 1) / 2];
-  const Value& high = values[values.size() / 2];
-  terms = {low.term, high.term};
-  for (TargetTerm& term : terms) term.gradient *= 0.5;
-  return 0.5 * (low.color + high.color);
+// The two values in the middle; the same one twice where there is one.
+std::pair<Value, Value> middle_values(std::vector<Value>& values) {
+  const auto high = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), high, values.end());
+  if (values.size() % 2 == 1) return {*high, *high};
+  return {*std::max_element(values.begin(), high), *high};
 }
 
 }  // namespace
@@ -164,14 +164,12 @@ void LensProblem::point_rows(const Linearisation& at, std::uint32_t slot, const 
   for (const Observation& other : point.others) scratch.seen.push_back(sample_of(at, other, level, point.position));
   scratch.values.resize(scratch.seen.size());
   for (int channel = 0; channel < 3; ++channel) {
-    for (std::size_t i = 0; i < scratch.seen.size(); ++i) {
-      const ColorSample& seen = scratch.seen[i];
-      scratch.values[i] = {seen.color[channel],
-                           {point.others[i].slot, glm::dvec2(seen.d_x[channel], seen.d_y[channel])}};
+    for (std::uint32_t i = 0; i < scratch.seen.size(); ++i) {
+      scratch.values[i] = {scratch.seen[i].color[channel], point.others[i].slot, i};
     }
     const Eigen::Index row = first + channel;
-    std::array<TargetTerm, 2>& terms = out.terms[static_cast<std::size_t>(row)];
-    const double target = median_value(scratch.values, terms);
+    const auto [low, high] = middle_values(scratch.values);
+    const double target = 0.5 * (low.color + high.color);
     const double unit = srgb_slope(target) / at.noise;
     const double difference = unit * (gain[channel] * sample.color[channel] - target);
     const Robust r = at.robust ? tukey(difference) : Robust{difference, 1};
@@ -182,7 +180,12 @@ void LensProblem::point_rows(const Linearisation& at, std::uint32_t slot, const 
     out.J.row(row) = gradient * own.by_own;
     out.J(row, kPose) = slope * gain[channel] * sample.color[channel];
     out.D.row(row) = gradient * own.by_lens;
-    for (TargetTerm& term : terms) term.gradient *= slope;
+    // The median's derivative is that of the value, or the mean of the two, in the middle.
+    const auto term_of = [&](const Value& value) {
+      const ColorSample& seen = scratch.seen[value.index];
+      return TargetTerm{value.slot, 0.5 * glm::dvec2(seen.d_x[channel], seen.d_y[channel]) * slope};
+    };
+    out.terms[static_cast<std::size_t>(row)] = {term_of(low), term_of(high)};
   }
 }
 

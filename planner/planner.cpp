@@ -322,6 +322,7 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
     verdict.refinement = refiner_.refine(camera, photograph);
     refined = verdict.refinement->alignment.camera;
     if (verdict.refinement->outlier) {
+      verdict.refinement->prepared.reset();
       verdict.decision = Decision::outlier;
       return;
     }
@@ -340,7 +341,9 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
   stored_bytes_ += bytes_of(*verdict.slot);
   ledger_.insert(*verdict.slot, seen);
   publish(ledger_.parts(*verdict.slot));
-  if (verdict.refinement) refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity, face);
+  if (!verdict.refinement) return;
+  refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity, face);
+  verdict.refinement->prepared.reset();  // verdicts are kept for longer than photographs
 }
 
 void Planner::evict(std::uint32_t slot) {

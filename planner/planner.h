@@ -134,6 +134,8 @@ class Planner {
   void mask() { refiner_.mask(options_.validity); }
   // See Refiner::revisited().
   [[nodiscard]] std::uint64_t revisited() const { return refiner_.revisited(); }
+  // See Refiner::compared_in_full().
+  [[nodiscard]] std::uint64_t compared_in_full() const { return refiner_.compared_in_full(); }
   // What the stored views say about their lenses, and the step that believes it: see Refiner.
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const {
     return refiner_.estimate_lenses(options);

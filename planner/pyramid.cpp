@@ -85,8 +85,7 @@ Footprint footprint(const Photograph& photograph, const glm::dvec2& image) {
           y - static_cast<double>(top)};
 }
 
-glm::dvec3 linear_at(const std::uint8_t* rgb) {
-  const auto& linear = linear_from_srgb8();
+glm::dvec3 linear_at(const std::array<float, 256>& linear, const std::uint8_t* rgb) {
   return {linear[rgb[0]], linear[rgb[1]], linear[rgb[2]]};
 }
 
@@ -105,7 +104,8 @@ void check_pixels(const Photograph& photograph) {
 
 }  // namespace
 
-Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : photograph_(&photograph) {
+Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px)
+    : photograph_(&photograph), width_(photograph.width), height_(photograph.height) {
   pyramid_requires(coarsest_px >= 1, "coarsest_px", coarsest_px, "at least 1");
   check_pixels(photograph);
   while (std::max(level(levels() - 1).width, level(levels() - 1).height) / 2 >= coarsest_px &&
@@ -116,8 +116,8 @@ Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px) : phot
 
 void Pyramid::refer_to(const Photograph& copy) {
   check_pixels(copy);
-  pyramid_requires(copy.width == photograph_->width, "the copy's width", copy.width, "the photograph's");
-  pyramid_requires(copy.height == photograph_->height, "the copy's height", copy.height, "the photograph's");
+  pyramid_requires(copy.width == width_, "the copy's width", copy.width, "the photograph's");
+  pyramid_requires(copy.height == height_, "the copy's height", copy.height, "the photograph's");
   photograph_ = &copy;
 }
 
@@ -131,17 +131,19 @@ std::uint32_t Pyramid::level_near(std::uint32_t longer_side) const {
 
 glm::dvec3 Pyramid::color(std::uint32_t level_index, const glm::dvec2& image) const {
   const Footprint f = footprint(level(level_index), image * scale_of(level_index));
-  return glm::mix(glm::mix(linear_at(f.top_left), linear_at(f.top_right), f.fx),
-                  glm::mix(linear_at(f.bottom_left), linear_at(f.bottom_right), f.fx), f.fy);
+  const std::array<float, 256>& linear = linear_from_srgb8();
+  return glm::mix(glm::mix(linear_at(linear, f.top_left), linear_at(linear, f.top_right), f.fx),
+                  glm::mix(linear_at(linear, f.bottom_left), linear_at(linear, f.bottom_right), f.fx), f.fy);
 }
 
 ColorSample Pyramid::sample(std::uint32_t level_index, const glm::dvec2& image) const {
   const double scale = scale_of(level_index);
   const Footprint f = footprint(level(level_index), image * scale);
-  const glm::dvec3 a = linear_at(f.top_left);
-  const glm::dvec3 b = linear_at(f.top_right);
-  const glm::dvec3 c = linear_at(f.bottom_left);
-  const glm::dvec3 d = linear_at(f.bottom_right);
+  const std::array<float, 256>& linear = linear_from_srgb8();
+  const glm::dvec3 a = linear_at(linear, f.top_left);
+  const glm::dvec3 b = linear_at(linear, f.top_right);
+  const glm::dvec3 c = linear_at(linear, f.bottom_left);
+  const glm::dvec3 d = linear_at(linear, f.bottom_right);
   const glm::dvec3 top = glm::mix(a, b, f.fx);
   const glm::dvec3 bottom = glm::mix(c, d, f.fx);
   return {glm::mix(top, bottom, f.fy), scale * glm::mix(b - a, d - c, f.fy), scale * (bottom - top)};

@@ -31,7 +31,8 @@ class Pyramid {
   }
   // The finest level whose longer side is at most one and a half times `longer_side`, pixels; the coarsest if none is.
   [[nodiscard]] std::uint32_t level_near(std::uint32_t longer_side) const;
-  // Takes another copy of the same photograph for level 0; std::invalid_argument if its size is another.
+  // Takes another copy of the same photograph for level 0, also where the first is gone; std::invalid_argument if its
+  // size is another.
   void refer_to(const Photograph& copy);
   // Bilinear between pixel centres. Beyond the outermost centres the colour is theirs, and the derivative across the
   // border 0. `image` is finite and in pixels of the full resolution. These two and level() are called for each point
@@ -41,6 +42,7 @@ class Pyramid {
 
  private:
   const Photograph* photograph_;
+  std::uint32_t width_, height_;  // its size
   std::vector<Photograph> reduced_;
 };
 

@@ -99,6 +99,16 @@ VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces
   return visible;
 }
 
+// One of kBriefShare. Samples come in pairs of a steep and a central one, mostly: now the one is taken, now the other.
+std::vector<SurfaceSample> some_of(std::span<const SurfaceSample> samples) {
+  std::vector<SurfaceSample> some;
+  some.reserve(samples.size() / kBriefShare);
+  for (std::size_t i = 0; i + 1 < samples.size(); i += kBriefShare) {
+    some.push_back(samples[i + i / kBriefShare % 2]);
+  }
+  return some;
+}
+
 PolishStep summary_of(std::span<const std::optional<Refinement>> refinements) {
   PolishStep step;
   for (const std::optional<Refinement>& refinement : refinements) {
@@ -146,8 +156,30 @@ Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOpt
 Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) const {
   check(camera);
   require_photograph_of("to be refined", camera, photograph);
-  const Pyramid pyramid(photograph);
-  return compare(camera, camera, pyramid, samples_of(camera, pyramid), std::nullopt);
+  const auto prepared = std::make_shared<PreparedView>(PreparedView{Pyramid(photograph), camera, {}});
+  prepared->samples = samples_of(camera, prepared->pyramid);
+  Refinement result = may_be_brief() ? look_at(camera, prepared->pyramid, prepared->samples, std::nullopt)
+                                     : compare(camera, camera, prepared->pyramid, prepared->samples, std::nullopt);
+  result.prepared = prepared;
+  return result;
+}
+
+// What is found at few points is noisier, and seems to be more: a fit to few is closer. So what a full comparison would
+// accept does not stay below half of that here.
+bool Refiner::says_enough(const Refinement& brief) const {
+  constexpr std::size_t kFewestPoints = 2 * kFewestAlignmentPoints;
+  constexpr double kCorrelationMargin = 0.2;
+  const Alignment& alignment = brief.alignment;
+  if (brief.points < kFewestPoints || alignment.moved) return false;
+  if (alignment.correlation && *alignment.correlation < options_.least_correlation + kCorrelationMargin) return false;
+  return alignment.found_improvement < 0.5 * options_.alignment.least_improvement;
+}
+
+Refinement Refiner::look_at(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
+                            std::optional<std::uint32_t> slot) const {
+  Refinement brief = compare(camera, camera, photograph, some_of(samples), slot);
+  brief.brief = true;
+  return says_enough(brief) ? brief : compare(camera, camera, photograph, samples, slot);
 }
 
 std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {
@@ -187,8 +219,16 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   if (!face.empty())
     refiner_requires.has_size(face.size(), view->depth.size(), "face", "the number of the view's pixels");
   const Photograph& photograph = view->photograph;
-  views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
   samples_[slot].reset();
+  if (refinement.prepared) {
+    const PreparedView& prepared = *refinement.prepared;
+    Pyramid pyramid = prepared.pyramid;
+    pyramid.refer_to(photograph);
+    if (same_pose(prepared.camera, view->camera)) samples_[slot] = ChosenSamples{prepared.camera, prepared.samples};
+    views_[slot] = ComparedView{std::move(view), std::move(pyramid), glm::dvec3(1.0)};
+  } else {
+    views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
+  }
   seen_[slot] = seen_faces(face, atlas_.surface().cells.cell_of_face);
   given_[slot] = given;
   // The views that left for this one were compared with it too.
@@ -307,6 +347,7 @@ Refinement Refiner::compare_again(std::uint32_t slot) {
 
 // A comparison with too few points says nothing about poses.
 void Refiner::count_comparison(const Refinement& refinement) {
+  compared_in_full_ += !refinement.brief;
   if (refinement.points < kFewestAlignmentPoints) return;
   still_ = refinement.alignment.moved ? 0 : still_ + 1;
 }
@@ -314,7 +355,7 @@ void Refiner::count_comparison(const Refinement& refinement) {
 // Returns whether exposures were compared anew.
 bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
   bool compared = false;
-  for (std::uint32_t i = 0; i < options_.revisits && still_ < kComparisonsToRest; ++i) {
+  for (std::uint32_t i = 0; i < options_.revisits && !at_rest(); ++i) {
     std::optional<std::uint32_t> next;
     for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
       if (views_[slot] && slot != newest && (!next || visited_[slot] < visited_[*next])) next = slot;
@@ -383,13 +424,46 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
   }
 }
 
+bool Refiner::all_as_given() const {
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (views_[slot] && !same_pose(views_[slot]->view->camera, given_[slot])) return false;
+  }
+  return true;
+}
+
+// The step, if a look at all views finds that each belongs where it was given.
+std::optional<PolishStep> Refiner::found_in_place() {
+  std::vector<std::optional<Refinement>> refinements(views_.size());
+  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
+    if (!views_[slot]) return;
+    may_interrupt(options_.interruption_point);
+    choose_samples(static_cast<std::uint32_t>(slot));
+    refinements[slot] = look_at(given_[slot], views_[slot]->pyramid, samples_[slot]->samples, slot);
+  });
+  for (const std::optional<Refinement>& refinement : refinements) {
+    if (!refinement) continue;
+    compared_in_full_ += !refinement->brief;
+    if (refinement->alignment.moved) return std::nullopt;
+  }
+  const PolishStep step = summary_of(refinements);
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (refinements[slot]) exposures_.set(slot, refinements[slot]->ratios);
+  }
+  balance_exposures();
+  return step;
+}
+
 PolishStep Refiner::polish(const ValidityOptions& validity) {
+  if (may_be_brief() && all_as_given()) {
+    if (const std::optional<PolishStep> step = found_in_place()) return *step;
+  }
   std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
     refinements[slot] = compare_again(static_cast<std::uint32_t>(slot));
   });
+  for (const std::optional<Refinement>& refinement : refinements) compared_in_full_ += refinement.has_value();
   const PolishStep step = summary_of(refinements);
   if (step.views == 0) return step;
   // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.

@@ -22,8 +22,11 @@
 
 namespace lumatlas {
 
-// Where so many comparisons in a row have moved no view, stored ones are not refined again until one moves.
+// Where so many comparisons in a row have moved no view, views rest until one moves: stored ones are not refined again,
+// and what is compared is looked at in brief first, at a share of the points. Only where that finds half of the
+// improvement for which a pose is accepted, or something near an outlier, is it compared in full.
 inline constexpr std::uint32_t kComparisonsToRest = 16;
+inline constexpr std::size_t kBriefShare = 4;  // one of so many points
 
 struct RefinementOptions {
   TrustOptions trust;
@@ -47,12 +50,21 @@ struct RefinementOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const RefinementOptions& options);
 
+// What comparing a photograph needs, and what stored() need not make again.
+struct PreparedView {
+  Pyramid pyramid;  // whose level 0 may be gone
+  Camera camera;    // that the samples were chosen with
+  std::vector<SurfaceSample> samples;
+};
+
 struct Refinement {
   Alignment alignment;
   std::size_t points = 0;      // that other views show too
   double views_per_point = 0;  // how many of them, in the mean
   bool outlier = false;
+  bool brief = false;  // `points` and what follows from them are of a brief look
   std::vector<ExposureRatio> ratios;
+  std::shared_ptr<const PreparedView> prepared;  // of the photograph; none: stored() makes it
 };
 
 // Means over the stored views that have points in common with others.
@@ -85,7 +97,8 @@ class Refiner {
   // std::invalid_argument), with the stored views. Changes nothing.
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
-  // The atlas has taken a view into the slot, at the refined pose; `given` is the pose that it came with. All gains are
+  // The atlas has taken a view into the slot, at the refined pose, with the photograph that was refined; `given` is the
+  // pose that it came with. All gains are
   // balanced anew, and masks are made where enough views have come since the last time. `face`: what each of its pixels
   // shows, as in VisibilityBuffer; empty: that is found where it is needed. Throws std::invalid_argument if it has
   // another size.
@@ -100,9 +113,14 @@ class Refiner {
 
   // How many times a stored view was refined again because others had come.
   [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
+  // Whether views rest: see kComparisonsToRest.
+  [[nodiscard]] bool at_rest() const { return still_ >= kComparisonsToRest; }
+  // How many comparisons were made in full, by stored views, refined ones that were stored and polish().
+  [[nodiscard]] std::uint64_t compared_in_full() const { return compared_in_full_; }
 
   // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
-  // is taken back.
+  // is taken back. Where views rest and all are where they were given, they are looked at in brief first, and no
+  // further if none is to move: exposures alone are balanced then.
   PolishStep polish(const ValidityOptions& validity);
   // Makes the masks of all stored views again.
   void mask(const ValidityOptions& validity);
@@ -119,6 +137,12 @@ class Refiner {
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                                    std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+  // As compare(), but in brief where that is enough.
+  [[nodiscard]] Refinement look_at(const Camera& camera, const Pyramid& photograph,
+                                   std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+  // Exposures alone are cheap, and never rest.
+  [[nodiscard]] bool may_be_brief() const { return at_rest() && options_.alignment.pose; }
+  [[nodiscard]] bool says_enough(const Refinement& brief) const;
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
@@ -131,6 +155,8 @@ class Refiner {
   [[nodiscard]] Refinement compare_again(std::uint32_t slot);
   bool revisit(std::uint32_t newest, const ValidityOptions& validity);
   void count_comparison(const Refinement& refinement);
+  [[nodiscard]] bool all_as_given() const;
+  [[nodiscard]] std::optional<PolishStep> found_in_place();
 
   Atlas& atlas_;
   const Visibility* visibility_;
@@ -150,6 +176,7 @@ class Refiner {
   std::uint64_t visits_ = 0;
   std::uint64_t revisited_ = 0;
   std::uint32_t still_ = 0;  // comparisons in a row that moved nothing
+  std::uint64_t compared_in_full_ = 0;
   ExposureGraph exposures_;
 };
 

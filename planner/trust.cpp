@@ -35,7 +35,6 @@ struct OtherView {
   glm::dvec3 color;      // square roots of linear light, at the common exposure
   glm::dvec3 direction;  // unit, from the surface to it
   double cosine;         // between that and the judged view's direction
-  bool overexposed;
 };
 
 glm::dvec3 encoded(const glm::dvec3& linear) {
@@ -91,9 +90,14 @@ Consensus consensus(const std::vector<OtherView>& others) {
   return result;
 }
 
+// By how much a colour is outside a range, in the channel where it is most; below 0 inside.
+double distance_from(const glm::dvec3& low, const glm::dvec3& high, const glm::dvec3& color) {
+  const glm::dvec3 off = glm::max(low - color, color - high);
+  return std::max({off.r, off.g, off.b});
+}
+
 bool differs(const glm::dvec3& low, const glm::dvec3& high, const Consensus& others, const TrustOptions& options) {
-  const glm::dvec3 off = glm::max(low - others.color, others.color - high);
-  const double most = std::max({off.r, off.g, off.b});
+  const double most = distance_from(low, high, others.color);
   return most > options.least_difference && most > options.least_to_spread * others.spread;
 }
 
@@ -112,10 +116,9 @@ bool is_wide_enough(const std::vector<OtherView>& others) {
   });
 }
 
-bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<OtherView> others,
+// `others` are all evidence there is.
+bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<OtherView>& others,
                      const TrustOptions& options) {
-  const double comparable = std::cos(glm::radians(options.comparable_deg));
-  std::erase_if(others, [&](const OtherView& other) { return other.overexposed || other.cosine < comparable; });
   if (others.size() < options.least_views || !is_wide_enough(others)) return false;
   const Consensus all = consensus(others);
   if (!differs(low, high, all, options)) return false;
@@ -136,32 +139,49 @@ class Judge {
         atlas_(atlas),
         views_(views),
         self_(self),
-        options_(options) {}
+        options_(options),
+        comparable_(std::cos(glm::radians(options.comparable_deg))),
+        centers_(views.size()) {
+    for (std::size_t slot = 0; slot < views.size(); ++slot) {
+      if (views[slot]) centers_[slot] = views[slot]->view->camera.center();
+    }
+  }
 
-  [[nodiscard]] Judgement at(const Grid& grid, std::uint32_t x, std::uint32_t y) const {
+  // `others` is filled anew.
+  [[nodiscard]] Judgement at(const Grid& grid, std::uint32_t x, std::uint32_t y, std::vector<OtherView>& others) const {
     const std::size_t block = std::size_t{y} * grid.width + x;
-    if (visible_.face[block] == kNoFace) return Judgement::trusted;
-    return is_contradicted(grid.low[block], grid.high[block], views_at(grid, x, y), options_) ? Judgement::contradicted
-                                                                                              : Judgement::trusted;
+    if (visible_.face[block] == kNoFace || agrees_with_most(grid, x, y, others)) return Judgement::trusted;
+    return is_contradicted(grid.low[block], grid.high[block], others, options_) ? Judgement::contradicted
+                                                                                : Judgement::trusted;
   }
 
  private:
-  [[nodiscard]] std::vector<OtherView> views_at(const Grid& grid, std::uint32_t x, std::uint32_t y) const {
+  // Looks at the views that are evidence for or against the block until more than half of all that can be are near
+  // enough to its colours: then so is their median, whatever the others show.
+  [[nodiscard]] bool agrees_with_most(const Grid& grid, std::uint32_t x, std::uint32_t y,
+                                      std::vector<OtherView>& others) const {
     const std::size_t block = std::size_t{y} * grid.width + x;
     const double z = static_cast<double>(visible_.depth[block]);
-    const glm::dvec3 position = camera_.center() + z * camera_.ray(image_of(photograph_, grid, x, y));
-    const glm::dvec3 direction = glm::normalize(camera_.center() - position);
+    const glm::dvec3 center = camera_.center();
+    const glm::dvec3 position = center + z * camera_.ray(image_of(photograph_, grid, x, y));
+    const glm::dvec3 direction = glm::normalize(center - position);
     const double block_size = z / camera_.fx * photograph_.width / grid.width;
-    std::vector<OtherView> others;
-    for (const std::uint32_t slot : atlas_.references(atlas_.surface().cells.cell_of_face[visible_.face[block]])) {
+    const auto& references = atlas_.references(atlas_.surface().cells.cell_of_face[visible_.face[block]]);
+    std::size_t unseen = references.size(), near = 0;
+    others.clear();
+    for (const std::uint32_t slot : references) {
+      --unseen;
       if (slot == self_ || !views_[slot]) continue;
+      const glm::dvec3 towards = glm::normalize(centers_[slot] - position);
+      const double cosine = glm::dot(direction, towards);
+      if (cosine < comparable_) continue;
       const std::optional<glm::dvec3> color = color_in_view(*views_[slot], position, block_size);
-      if (!color) continue;
-      const glm::dvec3 towards = glm::normalize(views_[slot]->view->camera.center() - position);
-      others.push_back({encoded(views_[slot]->gain * *color), towards, glm::dot(direction, towards),
-                        std::max({color->r, color->g, color->b}) > kOverexposed});
+      if (!color || std::max({color->r, color->g, color->b}) > kOverexposed) continue;
+      others.push_back({encoded(views_[slot]->gain * *color), towards, cosine});
+      near += distance_from(grid.low[block], grid.high[block], others.back().color) <= options_.least_difference;
+      if (2 * near > others.size() + unseen) return true;
     }
-    return others;
+    return false;
   }
 
   const Camera& camera_;
@@ -171,6 +191,8 @@ class Judge {
   std::span<const std::optional<ComparedView>> views_;
   std::optional<std::uint32_t> self_;
   const TrustOptions& options_;
+  double comparable_;                // cosine
+  std::vector<glm::dvec3> centers_;  // of the views' cameras
 };
 
 int count_around(const std::vector<Judgement>& judgements, const Grid& grid, std::uint32_t x, std::uint32_t y) {
@@ -181,6 +203,50 @@ int count_around(const std::vector<Judgement>& judgements, const Grid& grid, std
     }
   }
   return count;
+}
+
+// Of every nine blocks in a square these are judged first: five, wherever the square lies.
+bool is_judged_first(std::uint32_t x, std::uint32_t y) {
+  return (3 * (y % 3) + x % 3) % 2 == 0;
+}
+
+// Whether a block can be among kNeighboursAgreeing that are contradicted, when those that are not judged yet are too.
+bool may_be_coherent(const std::vector<Judgement>& judgements, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+  int unjudged = 0;
+  for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
+    for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
+      unjudged += !is_judged_first(nx, ny);
+    }
+  }
+  return count_around(judgements, grid, x, y) + unjudged >= kNeighboursAgreeing;
+}
+
+// Only where those that are judged first leave it open whether some block is coherent are the others judged: what is
+// left after cleaned() is the same.
+std::vector<Judgement> judged(const Judge& judge, const Grid& grid) {
+  std::vector<Judgement> judgements(grid.size(), Judgement::trusted);
+  const auto judge_those = [&](const auto& are_meant) {
+    tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
+      std::vector<OtherView> others;
+      for (std::uint32_t x = 0; x < grid.width; ++x) {
+        if (are_meant(x, y)) judgements[std::size_t{y} * grid.width + x] = judge.at(grid, x, y, others);
+      }
+    });
+  };
+  judge_those(is_judged_first);
+  std::vector<std::uint8_t> wanted(grid.size(), 0);
+  for (std::uint32_t y = 0; y < grid.height; ++y) {
+    for (std::uint32_t x = 0; x < grid.width; ++x) {
+      if (!may_be_coherent(judgements, grid, x, y)) continue;
+      for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
+        for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
+          wanted[std::size_t{ny} * grid.width + nx] = !is_judged_first(nx, ny);
+        }
+      }
+    }
+  }
+  judge_those([&](std::uint32_t x, std::uint32_t y) { return wanted[std::size_t{y} * grid.width + x] != 0; });
+  return judgements;
 }
 
 // Blocks that stand alone are taken for misalignment and dropped. What is left grows by one block, because its edges
@@ -263,11 +329,7 @@ std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photog
   trust_requires.has_size(visible.face.size(), pixels, "visible.face", "the number of its pixels");
   const Grid grid = make_grid(photograph, gain, visible);
   const Judge judge(camera, photograph.level(0), visible, atlas, views, self, options);
-  std::vector<Judgement> judgements(grid.size());
-  tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
-    for (std::uint32_t x = 0; x < grid.width; ++x) judgements[std::size_t{y} * grid.width + x] = judge.at(grid, x, y);
-  });
-  judgements = cleaned(judgements, grid);
+  const std::vector<Judgement> judgements = cleaned(judged(judge, grid), grid);
   if (std::find(judgements.begin(), judgements.end(), Judgement::contradicted) == judgements.end()) return {};
   return enlarged(judgements, grid, photograph.level(0));
 }

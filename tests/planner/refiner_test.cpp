@@ -543,6 +543,91 @@ TEST_CASE("views that were given wrong poses rest once they are right, and are n
   for (std::uint32_t slot = 0; slot < 24; ++slot) CHECK(stream.atlas.view(slot) == before[slot]);
 }
 
+// As the walk goes on, all poses right, until the planner rests and further.
+std::vector<Frame> offer_right(ReliefStream& stream, std::size_t count) {
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < count; ++i) {
+    frames.push_back(stream.frame(i, 0, 0));
+    const Frame& f = frames.back();
+    stream.planner.offer(f.name, f.given, with_noise(stream.relief.photograph(f.truth), static_cast<std::uint32_t>(i)));
+  }
+  return frames;
+}
+
+TEST_CASE("a scene with exact poses is left as it is, and no more is compared in full than it takes to rest") {
+  ReliefStream stream(40, options_for_relief());
+  const std::vector<Frame> frames = offer_right(stream, 34);
+  REQUIRE(stream.atlas.size() == 34);
+  const std::uint64_t most = kComparisonsToRest + options_for_relief().refinement.revisits + 1;
+  CHECK(stream.planner.compared_in_full() <= most);
+  const PolishStep step = stream.planner.polish();
+  CHECK(step.views == 34);  // each was looked at
+  CHECK(step.moved_px == 0);
+  CHECK(step.residual_after == step.residual_before);
+  CHECK(stream.planner.compared_in_full() <= most);
+  CHECK(share_off_given(stream, frames) == 0);
+  CHECK(stream.worst_exposure_error(frames) < 0.01);
+}
+
+TEST_CASE("a scene of which only later views are wrong is refined all the same") {
+  ReliefStream stream(40, options_for_relief());
+  offer_right(stream, 24);
+  const std::uint64_t until_rest = stream.planner.compared_in_full();
+  std::size_t wrong = 0;
+  for (std::size_t i = 24; i < 36; ++i) {
+    const Frame f = stream.frame(i, i % 3 == 2 ? 3 : 0, 1);
+    if (stream.offer(f).decision != Decision::kept || i % 3 != 2) continue;
+    CAPTURE(f.name);
+    CHECK(pose_error_px(stream.atlas.view(stream.slot_of(f.name).value())->camera, f.truth, f.points) <
+          0.5 * pose_error_px(f.given, f.truth, f.points));
+    ++wrong;
+  }
+  REQUIRE(wrong == 4);
+  CHECK(stream.planner.compared_in_full() > until_rest + wrong);
+  const std::uint64_t before = stream.planner.compared_in_full();
+  CHECK(stream.planner.polish().views == stream.atlas.size());
+  CHECK(stream.planner.compared_in_full() == before + stream.atlas.size());
+}
+
+TEST_CASE("while views rest exposures are found nearly as well as in full") {
+  ReliefStream stream(40, options_for_relief());
+  std::vector<Frame> frames = offer_right(stream, 12);
+  for (std::size_t i = 12; i < 34; ++i) {
+    frames.push_back(stream.frame(i, 0, 0));
+    frames.back().exposure = glm::dvec3(std::exp2(std::sin(5 * static_cast<double>(i))));
+    stream.offer(frames.back());
+  }
+  CHECK(stream.worst_exposure_error(frames) < 0.03);  // as where poses and exposures are wrong
+  CHECK(stream.planner.polish().moved_px == 0);
+  CHECK(stream.worst_exposure_error(frames) < 0.03);
+}
+
+TEST_CASE("polishing finds a wrong pose that nobody has looked at, however long views have rested") {
+  Relief relief;
+  Atlas atlas(relief.surface, 20);
+  RefinementOptions options = options_for_relief().refinement;
+  options.trust.enabled = false;
+  Refiner refiner(atlas, *relief.visibility, options);
+  const ReliefStream walk(1, options_for_relief());
+  std::vector<std::uint32_t> slots;
+  const auto store = [&](const Frame& f, bool compared) {
+    const Photograph photograph = relief.photograph(f.truth);
+    const Refinement refinement = compared ? refiner.refine(f.given, photograph) : Refinement{};
+    slots.push_back(atlas.insert(
+        make_stored_view(f.name, f.given, photograph, relief.visibility->trace(f.given), ValidityOptions{})));
+    refiner.stored(slots.back(), f.given, refinement, ValidityOptions{});
+    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+  };
+  for (std::size_t i = 0; i < 19; ++i) store(walk.frame(i, 0, 0), true);
+  REQUIRE(refiner.at_rest());
+  const Frame wrong = walk.frame(19, 3, 0);
+  store(wrong, false);
+  REQUIRE(refiner.at_rest());
+  CHECK(refiner.polish(ValidityOptions{}).moved_px > 0);
+  CHECK(pose_error_px(atlas.view(slots.back())->camera, wrong.truth, wrong.points) <
+        0.5 * pose_error_px(wrong.given, wrong.truth, wrong.points));
+}
+
 // The poses of three views of which the first two overlap little, so that most of what they are compared with is the
 // third, which has another exposure; the second was given a wrong pose.
 std::vector<double> errors_with_newcomer(double exposure) {

@@ -34,6 +34,9 @@ constexpr std::uint32_t kMostViewsForLenses = 400;
 // Of all views together.
 constexpr std::size_t kPointsForLenses = 60000;
 constexpr std::size_t kFewestPointsOfView = 300;
+// For a first look, which is enough where it shows that no lens is wrong.
+constexpr std::size_t kPointsForFirstLook = 4000;
+constexpr std::size_t kFewestPointsOfFirstLook = 100;
 // Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
 constexpr int kLensRounds = 3;
 
@@ -64,6 +67,11 @@ void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
                    BuildResult& result) {
   if (planner.stored_views() == 0 || planner.stored_views() > kMostViewsForLenses) return;
   LensOptions lens_options;
+  lens_options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner.stored_views());
+  if (const LensEstimates first = planner.estimate_lenses(lens_options); !first.undecided()) {
+    stage.tick();
+    return note_lenses(first, result.lenses);
+  }
   lens_options.most_points = std::max(kFewestPointsOfView, kPointsForLenses / planner.stored_views());
   for (int round = 0; round < kLensRounds; ++round) {
     const LensEstimates estimates = planner.estimate_lenses(lens_options);
