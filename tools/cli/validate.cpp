@@ -243,7 +243,7 @@ void add_validate_command(CLI::App& program) {
           ->default_str("vertex");
   command->add_flag("--full", flags->full, "Compare with unbounded too, which takes long: --baselines unbounded,vertex")
       ->excludes(baselines);
-  command->add_flag("--no-alignment", flags->no_alignment, "Leave out the aligned score, which takes most of the time");
+  command->add_flag("--no-alignment", flags->no_alignment, "Leave out the aligned score, which takes half of the time");
   begin_group(*command, "How it is drawn");
   flags->blend.add_to(*command);
   begin_group(*command, "Report and messages");

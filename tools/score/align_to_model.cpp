@@ -16,15 +16,17 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::size_t kPoints = 4000;
-constexpr std::uint32_t kSketchPx = 480;  // longer side of a sketch, about
-constexpr std::uint32_t kSketches = 3;
+constexpr std::size_t kPoints = 8000;
+constexpr std::uint32_t kSearches = 8;
 constexpr double kRestingPx = 0.05;
+constexpr double kLeastMovePx = 0.1;
+constexpr double kMostGrowth = 0.5;  // of the second move against the first, where the moves still come to an end
 
 AlignmentOptions search_options() {
   AlignmentOptions options;
   options.max_iterations = 20;
   options.least_improvement = 0;  // whatever pose agrees best, however little
+  options.correlation = false;
   return options;
 }
 
@@ -40,54 +42,6 @@ AlignmentTargets targets_from(const Camera& camera, const Pyramid& picture, cons
   return targets;
 }
 
-// The camera whose photograph a level of a pyramid is.
-Camera camera_of_level(Camera camera, const Pyramid& photograph, std::uint32_t level) {
-  const double scale = 1.0 / static_cast<double>(1u << level);
-  camera.fx *= scale;
-  camera.fy *= scale;
-  camera.cx *= scale;
-  camera.cy *= scale;
-  camera.width = photograph.level(level).width;
-  camera.height = photograph.level(level).height;
-  return camera;
-}
-
-Camera with_pose_of(Camera camera, const Camera& placed) {
-  camera.cam_from_world_rotation = placed.cam_from_world_rotation;
-  camera.cam_from_world_translation = placed.cam_from_world_translation;
-  return camera;
-}
-
-// How far the pose that agrees best with a sketch is away from `given`.
-class Sketches {
- public:
-  Sketches(const ModelPictures& model, const Camera& given, const Pyramid& photograph)
-      : model_(model),
-        level_(photograph.level_near(kSketchPx)),
-        photograph_(photograph.level(level_)),
-        given_(camera_of_level(given, photograph, level_)) {}
-
-  // Away from `given`, and how far the photograph is from the sketch itself, whose camera is not moved.
-  struct Best {
-    CameraMotion motion;
-    double residual;
-  };
-  [[nodiscard]] Best best_from(const Camera& from) const {
-    throw_if_interrupted();
-    const Camera camera = with_pose_of(given_, from);
-    const Photograph picture = model_.sketch(camera);
-    const AlignmentTargets targets = targets_from(camera, Pyramid(picture), model_.visibility.trace(camera));
-    const Alignment aligned = align(camera, camera, glm::dvec3(1.0), photograph_, targets, search_options());
-    return {motion_between(given_, aligned.camera), aligned.residual_exposed};
-  }
-
- private:
-  const ModelPictures& model_;
-  std::uint32_t level_;
-  Pyramid photograph_;  // of the sketches' size
-  Camera given_;
-};
-
 double median_move_px(const Camera& from, const Camera& to, const std::vector<glm::dvec3>& points) {
   std::vector<double> moves;
   for (const glm::dvec3& point : points) {
@@ -98,26 +52,55 @@ double median_move_px(const Camera& from, const Camera& to, const std::vector<gl
   return moves.empty() ? 0 : upper_median(moves);
 }
 
-// Where a search from a picture at `found` would end, again and again until it rests. The sketches tell how the
-// search's end changes with the pose that its picture is drawn from; where it ends, finer pictures than theirs have
-// said. None if the photograph agrees less with the last sketch than with the one from `given`.
-std::optional<Camera> at_rest(const Sketches& sketches, const Camera& given, const Camera& found,
-                              const std::vector<glm::dvec3>& points) {
-  const CameraMotion first = motion_between(given, found);
-  const auto [reference, residual_given] = sketches.best_from(given);
-  Camera current = found;
-  double residual_last = residual_given;
-  for (std::uint32_t i = 0; i < kSketches; ++i) {
-    const auto [here, residual_here] = sketches.best_from(current);
-    residual_last = residual_here;
-    const Camera next =
-        moved(given, first.turn + here.turn - reference.turn, first.shift + here.shift - reference.shift);
-    const double step_px = median_move_px(current, next, points);
+double longer_side(const Camera& camera) {
+  return std::max(camera.width, camera.height);
+}
+
+// Where searches from a picture end that each start, and are pulled to, where the last one ended: the pull of a single
+// one leaves a part of the way, which along a plain wall is most of it.
+Camera at_rest(const Camera& from, const AlignmentTargets& targets, const Pyramid& photograph) {
+  const AlignmentOptions options = search_options();
+  Camera current = from;
+  for (std::uint32_t i = 0; i < kSearches; ++i) {
+    throw_if_interrupted();
+    const Camera next = align(current, current, glm::dvec3(1.0), photograph, targets, options).camera;
+    if (median_move_px(from, next, targets.positions) > options.max_move * longer_side(from)) break;
+    const double step_px = median_move_px(current, next, targets.positions);
     current = next;
     if (step_px < kRestingPx) break;
   }
-  if (!(residual_last < residual_given)) return std::nullopt;
   return current;
+}
+
+// By what the points' second move in the image is the first one over again, where they move from a to b and to c.
+double growth(const Camera& a, const Camera& b, const Camera& c, const std::vector<glm::dvec3>& points) {
+  double along = 0;
+  double first = 0;
+  for (const glm::dvec3& point : points) {
+    const glm::dvec3 at_a = a.cam_from_world(point);
+    const glm::dvec3 at_b = b.cam_from_world(point);
+    const glm::dvec3 at_c = c.cam_from_world(point);
+    if (!(at_a.z > 0 && at_b.z > 0 && at_c.z > 0)) continue;
+    const glm::dvec2 middle = b.image_from_cam(at_b);
+    const glm::dvec2 move = middle - a.image_from_cam(at_a);
+    along += glm::dot(move, c.image_from_cam(at_c) - middle);
+    first += glm::dot(move, move);
+  }
+  return first > 0 ? std::clamp(along / first, -kMostGrowth, kMostGrowth) : 0;
+}
+
+// Where the search would end if it were begun again and again from pictures at its end: a second one, from `found`,
+// says how its end changes with the pose that its picture is drawn from, and each further move would be the same share
+// of the one before.
+Camera searched_again(const ModelPictures& model, const Camera& given, const Camera& found, const Pyramid& photograph,
+                      const std::vector<glm::dvec3>& points) {
+  throw_if_interrupted();
+  const Photograph sketch = model.sketch(found);
+  const AlignmentTargets targets = targets_from(found, Pyramid(sketch), model.visibility.trace(found));
+  const Camera again = at_rest(found, targets, photograph);
+  const auto [turn, shift] = motion_between(found, again);
+  const double all_moves = 1 / (1 - growth(given, found, again, points));
+  return moved(found, all_moves * turn, all_moves * shift);
 }
 
 // How far the photograph at this pose is from the picture, after the exposure that fits best.
@@ -133,15 +116,15 @@ std::optional<AlignedView> align_to_model(const ModelPictures& model, const Came
                                           const Pyramid& photograph) {
   throw_if_interrupted();
   const AlignmentTargets targets = targets_from(given, Pyramid(at_given.picture), at_given.visible);
-  const Alignment found = align(given, given, glm::dvec3(1.0), photograph, targets, search_options());
-  if (!found.moved || found.moved_px < search_options().least_move_px) return std::nullopt;
-  const std::optional<Camera> camera =
-      at_rest(Sketches(model, given, photograph), given, found.camera, targets.positions);
-  if (!camera) return std::nullopt;
+  const Camera found = at_rest(given, targets, photograph);
+  const double moved_px = median_move_px(given, found, targets.positions);
+  if (moved_px < kLeastMovePx) return std::nullopt;
+  const bool far = moved_px > kFarAlignment * longer_side(given);
+  const Camera camera = far ? searched_again(model, given, found, photograph, targets.positions) : found;
   throw_if_interrupted();
-  AlignedView aligned{*camera, {model.draw(*camera), model.visibility.trace(*camera)}};
-  const AlignmentTargets seen = targets_from(*camera, Pyramid(aligned.seen.picture), aligned.seen.visible);
-  if (!(residual(*camera, photograph, seen) < residual(given, photograph, targets))) return std::nullopt;
+  AlignedView aligned{camera, {model.draw(camera), model.visibility.trace(camera)}};
+  const AlignmentTargets seen = targets_from(camera, Pyramid(aligned.seen.picture), aligned.seen.visible);
+  if (!(residual(camera, photograph, seen) < residual(given, photograph, targets))) return std::nullopt;
   return aligned;
 }
 

@@ -3,8 +3,8 @@
 // wrong as any other, and a score at that pose would measure the pose.
 //
 // A picture's points move with the camera as surface, depth and image gradients say (planner/alignment.h), so that one
-// picture gives a whole Gauss-Newton search. What that leaves out, how the views that are blended change with the pose,
-// changes slowly, and is looked at in sketches: small pictures with one sample a pixel.
+// picture, which is there already, gives a whole search. What that leaves out, how the views that are blended change
+// with the pose, changes slowly: only a pose that was found far away is looked at once more from there.
 #pragma once
 
 #include <functional>
@@ -35,10 +35,14 @@ struct AlignedView {
   Seen seen;
 };
 
-// Draws one picture and a few sketches. None: no pose was found at which picture and photograph agree better than at
-// the given one, from where the model looks as in `at_given`, or none that is a tenth of a pixel away from it.
-// `photograph` is taken by the camera (std::invalid_argument unless the sizes are the same). Throws Interrupted once
-// the user has asked the program to stop.
+// Farther than this share of the longer side, in the median of the points in the image, a pose is far away.
+inline constexpr double kFarAlignment = 0.02;
+
+// Draws one picture, and one sketch if the pose that is found is far away. None, and then at most one of each is drawn:
+// no pose was found at which picture and photograph agree better than at the given one, from where the model looks as
+// in `at_given`, or none that is a tenth of a pixel away from it. `photograph` is taken by the camera
+// (std::invalid_argument unless the sizes are the same). Throws Interrupted once the user has asked the program to
+// stop.
 [[nodiscard]] std::optional<AlignedView> align_to_model(const ModelPictures& model, const Camera& given,
                                                         const Seen& at_given, const Pyramid& photograph);
 

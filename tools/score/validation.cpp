@@ -93,6 +93,12 @@ struct Scored {
   const VisibilityBuffer& visible;
 };
 
+// For pictures that are only looked at where surfaces do not end.
+BlendOptions in_less_time(BlendOptions options) {
+  options.sampling = BlendOptions::Sampling::linear;
+  return at_middle(options);
+}
+
 // Draws, compares and writes pictures.
 class Scoring {
  public:
@@ -128,9 +134,9 @@ class Scoring {
 
   // Where the given pose agrees best, its picture and its score are those of the aligned one too.
   void add_aligned(const Method& method, const Scored& view, Photograph picture, ReportRendering& result) const {
-    const ModelPictures pictures{[&](const Camera& at) { return method.draw(at, options_.blend).picture; },
-                                 [&](const Camera& at) { return method.draw(at, at_middle(options_.blend)).picture; },
-                                 visibility_};
+    const ModelPictures pictures{
+        [&](const Camera& at) { return method.draw(at, options_.blend).picture; },
+        [&](const Camera& at) { return method.draw(at, in_less_time(options_.blend)).picture; }, visibility_};
     const Seen at_given{std::move(picture), view.visible};
     const std::optional<AlignedView> aligned = align_to_model(pictures, view.camera, at_given, view.pyramid);
     const Seen& seen = aligned ? aligned->seen : at_given;

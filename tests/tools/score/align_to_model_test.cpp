@@ -2,10 +2,12 @@
 #include "tools/score/align_to_model.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <glm/geometric.hpp>
 
 #include "planner/photometry.h"
 #include "tests/support/relief_scenes.h"
+#include "tools/score/scores.h"
 
 namespace lumatlas {
 namespace {
@@ -36,22 +38,56 @@ struct SlidingModel {
   double share_;
 };
 
-TEST_CASE(
-    "a held-out pose comes back to a fifth of a pixel, with one picture, whether pictures change with it or not") {
+// How far a pose that is wrong by so many pixels is from the truth once it is aligned, which must have looked at the
+// model as often as is said.
+double error_after_px(SlidingModel& model, double wrong_px, int sketches) {
+  const Camera given = disturbed(model.truth, wrong_px, 1, model.points);
+  const Seen at_given{model.picture(given), model.relief.visibility->trace(given)};
+  const auto aligned = align_to_model(model.pictures(), given, at_given, model.pyramid);
+  REQUIRE(aligned);
+  CHECK(model.drawn == 1);
+  CHECK(model.sketched == sketches);
+  CHECK(aligned->seen.picture.rgb == model.picture(aligned->camera).rgb);
+  CHECK(aligned->seen.visible.face == model.relief.visibility->trace(aligned->camera).face);
+  return pose_error_px(aligned->camera, model.truth, model.points);
+}
+
+TEST_CASE("a held-out pose comes back to a tenth of a pixel, with one picture, where pictures do not change with it") {
+  for (const double wrong_px : {0.5, 1.0, 3.0}) {
+    CAPTURE(wrong_px);
+    SlidingModel model(0);
+    CHECK(error_after_px(model, wrong_px, 0) < 0.1);
+  }
+}
+
+TEST_CASE("a pose that is near comes back but for the share by which pictures change with it") {
+  for (const double share : {0.3, -0.3}) {
+    CAPTURE(share);
+    SlidingModel model(share);
+    CHECK(error_after_px(model, 3, 0) < 3 * std::abs(share) + 0.1);
+  }
+}
+
+TEST_CASE("a pose that is far away comes back to a fifth of a pixel, with a sketch, whether pictures change or not") {
   for (const double share : {0.0, 0.3, -0.3}) {
     CAPTURE(share);
     SlidingModel model(share);
-    const Camera given = disturbed(model.truth, 3, 1, model.points);
-    const Seen at_given{model.picture(given), model.relief.visibility->trace(given)};
-    const auto aligned = align_to_model(model.pictures(), given, at_given, model.pyramid);
-    REQUIRE(aligned);
-    CHECK(pose_error_px(aligned->camera, model.truth, model.points) < 0.2);
-    CHECK(model.drawn == 1);
-    CHECK(model.sketched >= 2);
-    CHECK(model.sketched <= 4);
-    CHECK(aligned->seen.picture.rgb == model.picture(aligned->camera).rgb);
-    CHECK(aligned->seen.visible.face == model.relief.visibility->trace(aligned->camera).face);
+    const double wrong_px = 8;
+    REQUIRE((1 - std::abs(share)) * wrong_px > kFarAlignment * model.truth.width);
+    CHECK(error_after_px(model, wrong_px, 1) < 0.2);
   }
+}
+
+TEST_CASE("a photograph whose given pose is wrong gets back what it scores where it was taken") {
+  SlidingModel model(0);
+  const std::vector<std::uint8_t> all;
+  const Camera given = disturbed(model.truth, 3, 2, model.points);
+  const Seen at_given{model.picture(given), model.relief.visibility->trace(given)};
+  const auto aligned = align_to_model(model.pictures(), given, at_given, model.pyramid);
+  REQUIRE(aligned);
+  CHECK(psnr(at_given.picture, model.photograph, all) < 35);
+  // Nothing differs there but what a tenth of a pixel does to waves that are 14 pixels long: about a level.
+  CHECK(psnr(aligned->seen.picture, model.photograph, all) > 45);
 }
 
 TEST_CASE("a pose that is right stays, and nothing is drawn") {
