@@ -112,7 +112,7 @@ export class Glances {
     gl.flush();
     do {
       await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
-    } while (gl.clientWaitSync(done, 0, 0) === gl.TIMEOUT_EXPIRED);
+    } while (gl.clientWaitSync(done, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED);
     gl.deleteSync(done);
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
     gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);

@@ -121,10 +121,11 @@ export class Interface {
     element('poster').hidden = true;
   }
 
-  // Instead of the picture.
+  // Instead of the picture and of what would do nothing any more.
   showFailure(text) {
     element('message').textContent = text;
     element('message').hidden = false;
+    for (const tag of ['nav', 'footer']) document.querySelector(tag).hidden = true;
     element('progress').hidden = true;
     element('status').textContent = '';
   }

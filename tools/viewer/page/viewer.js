@@ -286,7 +286,7 @@ export class Viewer {
   busy(now) {
     const {gl} = this;
     if (!this.fence) return false;
-    if (gl.clientWaitSync(this.fence, 0, 0) === gl.TIMEOUT_EXPIRED) return true;
+    if (gl.clientWaitSync(this.fence, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED) return true;
     gl.deleteSync(this.fence);
     this.fence = null;
     if (this.asked.adapts) this.adapt(now - this.asked.now);
