@@ -414,9 +414,6 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
   flags.quality = command.add_option("--quality", flags.photograph_coding.quality, "With --image jpeg, how well")
                       ->type_name("Q")
                       ->transform(whole_number(1, 100));
-  command.add_option("--texture", flags.texture, "Side of the texture for other programs; none: vertex colours")
-      ->type_name("PX")
-      ->transform(count_or({kNoTexture}));
 }
 
 void add_stream_options(CLI::App& command, BuildFlags& flags) {
@@ -446,7 +443,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                    ->check(finite_not_negative());
   flags.coverage.add_references_to(command);
   flags.cells.add_size_to(command);
-  command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as pictures show) or so many")
+  command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
       ->default_str(kKeep);
@@ -498,12 +495,18 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
 }
 
 void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
-  begin_experiments(command, "mesh, cells and tiles");
+  begin_experiments(command, "mesh, cells, texture and tiles");
   command
       .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
       ->type_name("LENGTH")
       ->check(finite_not_negative());
   flags.cells.add_partition_to(command);
+  command
+      .add_option(
+          "--texture", flags.texture,
+          "The longest side of the texture that other programs show in place of averaged colours; none: without")
+      ->type_name("PX")
+      ->transform(count_or({kNoTexture}));
   add_choice(command, "--layout", flags.whole_views, {{"tiles", false}, {"layers", true}},
              "Keep the parts of photographs that cells refer to, or whole photographs");
   flags.tile = command.add_option("--tile", flags.options.tiles.tile_px, "Side of a tile")

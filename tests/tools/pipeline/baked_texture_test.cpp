@@ -87,7 +87,7 @@ TEST_CASE("a base texture has at most the side that is asked for, and the same b
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     return bake_texture(snapshot, side_px);
   };
-  for (const std::uint32_t side_px : {64u, 200u, 2048u}) {
+  for (const std::uint32_t side_px : {128u, 200u, 2048u}) {
     CAPTURE(side_px);
     const BakedTexture one = baked_on(1, side_px), two = baked_on(2, side_px);
     CHECK(one.texture.image.width <= side_px);
