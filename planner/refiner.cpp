@@ -431,6 +431,25 @@ bool Refiner::all_as_given() const {
   return true;
 }
 
+// Of all stored views with the others, at all of their points, and balances them.
+void Refiner::compare_exposures() {
+  AlignmentOptions ratios_alone = options_.alignment;
+  ratios_alone.levels = 1;
+  ratios_alone.correlation = false;
+  std::vector<std::vector<ExposureRatio>> ratios(views_.size());
+  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
+    if (!views_[slot]) return;
+    may_interrupt(options_.interruption_point);
+    ratios[slot] = median_colors(views_[slot]->view->camera, views_[slot]->pyramid, samples_[slot]->samples, atlas_,
+                                 views_, static_cast<std::uint32_t>(slot), ratios_alone)
+                       .ratios;
+  });
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (views_[slot]) exposures_.set(slot, ratios[slot]);
+  }
+  balance_exposures();
+}
+
 // The step, if a look at all views finds that each belongs where it was given.
 std::optional<PolishStep> Refiner::found_in_place() {
   std::vector<std::optional<Refinement>> refinements(views_.size());
@@ -445,12 +464,8 @@ std::optional<PolishStep> Refiner::found_in_place() {
     compared_in_full_ += !refinement->brief;
     if (refinement->alignment.moved) return std::nullopt;
   }
-  const PolishStep step = summary_of(refinements);
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (refinements[slot]) exposures_.set(slot, refinements[slot]->ratios);
-  }
-  balance_exposures();
-  return step;
+  compare_exposures();
+  return summary_of(refinements);
 }
 
 PolishStep Refiner::polish(const ValidityOptions& validity) {

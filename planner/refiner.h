@@ -157,6 +157,7 @@ class Refiner {
   void count_comparison(const Refinement& refinement);
   [[nodiscard]] bool all_as_given() const;
   [[nodiscard]] std::optional<PolishStep> found_in_place();
+  void compare_exposures();
 
   Atlas& atlas_;
   const Visibility* visibility_;
