@@ -277,7 +277,7 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
   CHECK(correct(photograph) == "refinement: the size of cameras is 0, must be the atlas's capacity, 2");
   refiner.stored(0, camera, {}, {});
   estimates.cameras = {camera.scaled_to(120, 90), {}};
-  estimates.lenses.push_back({{1}, {}, {}, {}, 0, true});
+  estimates.lenses.push_back({{1}, {}, {}, {}, 0, 0, true});
   CHECK(correct(photograph) == "refinement: a lens's slot is 1, must be one that holds a view");
   estimates.lenses[0].slots = {2};
   CHECK(correct(photograph) == "refinement: a lens's slot is 2, must be below the atlas's capacity, 2");

@@ -48,6 +48,12 @@ constexpr std::uint32_t kThumbnailPx = 128;
 constexpr std::uint32_t kPosterPx = 640;
 constexpr ImageCoding kSmallPictures{ImageFormat::jpeg, 80};
 
+// Whether a photograph's rows are within 5 degrees of the horizon, the right way up.
+bool is_level(const Camera& camera, const glm::dvec3& up) {
+  const glm::dvec3 up_in_camera = camera.cam_from_world_rotation * up;  // y down
+  return std::abs(up_in_camera.x) <= std::sin(glm::radians(5.0)) && up_in_camera.y < 0;
+}
+
 std::vector<std::uint8_t> bytes_of_text(std::string_view text) {
   return {text.begin(), text.end()};
 }
@@ -188,12 +194,19 @@ class SiteWriter {
   SiteFacts facts_;
 };
 
+// The one that most cells refer to, of those held level: a page that opens askew seems broken.
 std::size_t SiteWriter::first_view() const {
   std::vector<std::size_t> cells(snapshot_.views.size(), 0);
   for (const std::uint32_t slot : snapshot_.references.views) ++cells[slot];
+  const glm::dvec3 up = upward(cameras_of(snapshot_));
   std::size_t best = 0;
+  std::pair<bool, std::size_t> most;
   for (std::size_t slot = 0; slot < cells.size(); ++slot) {
-    if (is_known(slot) && (!is_known(best) || cells[slot] > cells[best])) best = slot;
+    if (!is_known(slot)) continue;
+    const std::pair shows(is_level(snapshot_.views[slot]->camera, up), cells[slot]);
+    if (is_known(best) && shows <= most) continue;
+    best = slot;
+    most = shows;
   }
   return best;
 }

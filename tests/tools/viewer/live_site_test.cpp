@@ -8,11 +8,14 @@
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <glm/gtc/matrix_transform.hpp>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 
 #include "tests/support/small_scenes.h"
 
@@ -79,6 +82,21 @@ TEST_CASE("a page waits until there is a photograph, and is told when nothing wi
   CHECK(running.read("live.json") == json{{"version", 1}, {"last", false}});
   site.update(room(3), true);
   CHECK(running.read("live.json") == json{{"version", 2}, {"last", true}});
+}
+
+TEST_CASE("a page opens at a photograph that was held level") {
+  RunningLive running;
+  LiveSite site(running.server, "room");
+  Snapshot snapshot = room(12);
+  site.update(snapshot, false);
+  const std::size_t first = running.read("scene.json")["first_view"];
+  StoredView rolled = *snapshot.views[first];
+  rolled.camera.cam_from_world_rotation =
+      glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(20.0), glm::dvec3(0, 0, 1))) *
+      rolled.camera.cam_from_world_rotation;
+  snapshot.views[first] = std::make_shared<const StoredView>(std::move(rolled));
+  site.update(snapshot, true);
+  CHECK(running.read("scene.json")["first_view"] != first);
 }
 
 TEST_CASE("what did not change keeps its name, and what nobody needs any more goes") {
