@@ -180,16 +180,15 @@ class FlatFaces {
 
   // Takes a counterclockwise triangle in, unless it would overlap one that is there: then it returns false.
   bool insert(const FlatFace& face) {
+    if (covers_many_squares(face)) return insert_large(face);
     const Range range = squares_of(face);
     for (std::int64_t y = range.y0; y <= range.y1; ++y) {
       for (std::int64_t x = range.x0; x <= range.x1; ++x) {
         const auto found = by_square_.find(key(x, y));
-        if (found == by_square_.end()) continue;
-        for (const std::uint32_t other : found->second) {
-          if (!has_separating_edge(face, faces_[other]) && !has_separating_edge(faces_[other], face)) return false;
-        }
+        if (found != by_square_.end() && overlaps_any(face, found->second)) return false;
       }
     }
+    if (overlaps_any(face, large_)) return false;
     const auto number = static_cast<std::uint32_t>(faces_.size());
     faces_.push_back(face);
     for (std::int64_t y = range.y0; y <= range.y1; ++y) {
@@ -202,6 +201,29 @@ class FlatFaces {
   struct Range {
     std::int64_t x0, x1, y0, y1;
   };
+  // A face that reaches to a stray vertex would fill all memory with its squares: it is compared with every face.
+  static constexpr double kMostSquares = 1 << 14;
+
+  [[nodiscard]] bool covers_many_squares(const FlatFace& face) const {
+    const auto [x0, x1] = std::minmax({face[0].x(), face[1].x(), face[2].x()});
+    const auto [y0, y1] = std::minmax({face[0].y(), face[1].y(), face[2].y()});
+    return !(((x1 - x0) / square_ + 1) * ((y1 - y0) / square_ + 1) <= kMostSquares);
+  }
+  bool insert_large(const FlatFace& face) {
+    const auto number = static_cast<std::uint32_t>(faces_.size());
+    for (std::uint32_t other = 0; other < number; ++other) {
+      if (overlap(face, faces_[other])) return false;
+    }
+    faces_.push_back(face);
+    large_.push_back(number);
+    return true;
+  }
+  static bool overlap(const FlatFace& a, const FlatFace& b) {
+    return !has_separating_edge(a, b) && !has_separating_edge(b, a);
+  }
+  [[nodiscard]] bool overlaps_any(const FlatFace& face, const std::vector<std::uint32_t>& others) const {
+    return std::any_of(others.begin(), others.end(), [&](auto other) { return overlap(face, faces_[other]); });
+  }
   [[nodiscard]] Range squares_of(const FlatFace& face) const {
     const auto square = [&](double v) { return static_cast<std::int64_t>(std::floor(v / square_)); };
     const auto [x0, x1] = std::minmax({face[0].x(), face[1].x(), face[2].x()});
@@ -214,6 +236,7 @@ class FlatFaces {
 
   double square_;
   std::vector<FlatFace> faces_;
+  std::vector<std::uint32_t> large_;  // of faces_, those that are in no square
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_square_;
 };
 
