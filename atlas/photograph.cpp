@@ -284,12 +284,14 @@ void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc&
   const bool tiled = spec.tile_width > 0;
   const int band = tiled ? (rows + spec.tile_height - 1) / spec.tile_height * spec.tile_height : rows;
   const std::size_t row_bytes = static_cast<std::size_t>(spec.width) * spec.nchannels * type.size();
+  // Where nothing is converted: OpenImageIO converts by way of a buffer of 64 MB, however small the photograph is.
+  const TypeDesc wanted = spec.format == type && spec.channelformats.empty() ? TypeDesc(TypeDesc::UNKNOWN) : type;
   for (int row = 0; row < spec.height; row += std::min(band, spec.height - row)) {
     const int first = spec.y + row, last = first + std::min(band, spec.height - row);
     void* const to = static_cast<std::uint8_t*>(pixels) + row_bytes * static_cast<std::size_t>(row);
     const bool is_read = tiled ? reader.read_tiles(0, 0, spec.x, spec.x + spec.width, first, last, spec.z, spec.z + 1,
-                                                   0, spec.nchannels, type, to)
-                               : reader.read_scanlines(0, 0, first, last, spec.z, 0, spec.nchannels, type, to);
+                                                   0, spec.nchannels, wanted, to)
+                               : reader.read_scanlines(0, 0, first, last, spec.z, 0, spec.nchannels, wanted, to);
     if (!is_read) fail(path, "is damaged or cut off" + because(reader.geterror()));
   }
 }
