@@ -143,7 +143,7 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   }
   if (automatic) {
     options.planner.max_bytes = flags.photograph_bytes;
-    // Half of the bound is for what is left out, half for resolution.
+    // Half of the bound is for what is left out, half, and what that leaves, for resolution.
     const bool downscaled = tiles && options.least_scale < 1;
     options.max_scale_loss_db = downscaled ? flags.loss_db / 2 : 0;
     options.planner.max_loss_db = flags.loss_db - options.max_scale_loss_db;

@@ -322,12 +322,18 @@ Parsimony thin(Planner& planner, const Stream& stream, const TileOptions& layout
   return parsimony;
 }
 
+// What the views and references that were left out are allowed to lose, dB, but are predicted not to.
+double left_of_loss(const BuildResult& result) {
+  if (!result.parsimony || !result.effective.max_loss_db) return 0;
+  return std::max(0.0, *result.effective.max_loss_db - result.parsimony->predicted.loss_db);
+}
+
 void downscale_by_loss(Atlas& atlas, const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
   const BuildOptions& options = result.options;
   BuildStage stage(callback, "measuring resolutions", 0);
   try {
-    const DownscaledViews views = downscale_views_within(options.max_scale_loss_db, atlas, visibility,
-                                                         result.effective.validity, options.least_scale);
+    const DownscaledViews views = downscale_views_within(options.max_scale_loss_db + left_of_loss(result), atlas,
+                                                         visibility, result.effective.validity, options.least_scale);
     result.scale = views.scale;
     result.scale_loss_db = views.loss_db;
   } catch (const GlError& error) {

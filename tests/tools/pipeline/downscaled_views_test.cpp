@@ -112,6 +112,16 @@ TEST_CASE("photographs are downscaled as far as a bound on the measured loss all
   CHECK(last == Approx(0.5));
 }
 
+TEST_CASE("what the views left out need not lose may go to resolution") {
+  BuildOptions options = within(1e-6);
+  REQUIRE(build_model(sharp_scene(), options).scale == 1);
+  options.planner.max_loss_db = 3;
+  const BuildResult result = build_model(sharp_scene(), options);
+  CAPTURE(result.parsimony->predicted.loss_db, result.scale_loss_db);
+  CHECK(result.scale < 1);
+  CHECK(result.parsimony->predicted.loss_db + result.scale_loss_db <= 3 + 1e-6);
+}
+
 TEST_CASE("blurred photographs are downscaled further within the same bound") {
   const TemporaryFolder folder;
   write_changed(folder.path(), blur);
