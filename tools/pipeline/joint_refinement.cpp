@@ -34,7 +34,8 @@ constexpr std::uint32_t kMostViewsForLenses = 400;
 // Of all views together.
 constexpr std::size_t kPointsForLenses = 60000;
 constexpr std::size_t kFewestPointsOfView = 300;
-// For a first look, which is enough where it shows that no lens is wrong.
+// For a first look where no view had to move, which is enough where it shows that no lens is wrong. Poses that moved
+// may have taken up most of what a lens gets wrong, and few points then do not show the rest.
 constexpr std::size_t kPointsForFirstLook = 4000;
 constexpr std::size_t kFewestPointsOfFirstLook = 100;
 // Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
@@ -67,10 +68,12 @@ void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
                    BuildResult& result) {
   if (planner.stored_views() == 0 || planner.stored_views() > kMostViewsForLenses) return;
   LensOptions lens_options;
-  lens_options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner.stored_views());
-  if (const LensEstimates first = planner.estimate_lenses(lens_options); !first.undecided()) {
-    stage.tick();
-    return note_lenses(first, result.lenses);
+  if (result.polish.empty() || result.polish.back().moved_px == 0) {
+    lens_options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner.stored_views());
+    if (const LensEstimates first = planner.estimate_lenses(lens_options); !first.undecided()) {
+      stage.tick();
+      return note_lenses(first, result.lenses);
+    }
   }
   lens_options.most_points = std::max(kFewestPointsOfView, kPointsForLenses / planner.stored_views());
   for (int round = 0; round < kLensRounds; ++round) {
