@@ -45,7 +45,8 @@ struct LensEstimate {
   double corner_px = 0;  // by which the correction moves a corner, at most
   // By which any field alone can move a corner, even 3 deviations further than estimated, also one that was tried and
   // given up; 0 where no fit that was tried lowered the residual at points held out by half of what is asked for. Where
-  // it is below 0.5 px, more points are not expected to make the estimate significant.
+  // it is below 0.5 px, more points are not expected to make the estimate significant, unless poses were refined with
+  // the wrong lens: they hide most of it from few points.
   double most_corner_px = 0;
   // The residual falls by 1 % or more, and some field of more than 5 deviations moves a corner by more than 0.5 px.
   bool significant = false;

@@ -317,37 +317,58 @@ TEST_CASE("polishing lowers the mean residual and comes to rest") {
   CHECK(stream.stored_error_px(frames) < 6 / std::sqrt(12.0));
 }
 
-TEST_CASE("polishing improves a store whose poses were stored as they came") {
+// A refiner without a planner: the test says which views are stored, and when cells refer to them.
+struct RefinerAlone {
+  explicit RefinerAlone(std::uint32_t views)
+      : atlas(relief.surface, views), refiner(atlas, *relief.visibility, poses()) {}
+
+  static RefinementOptions poses() {
+    RefinementOptions options = options_for_relief().refinement;
+    options.trust.enabled = false;
+    return options;
+  }
+
+  void store(const Frame& f, bool compared) {
+    const Photograph photograph = relief.photograph(f.truth);
+    const Refinement refinement = compared ? refiner.refine(f.given, photograph) : Refinement{};
+    slots.push_back(atlas.insert(
+        make_stored_view(f.name, f.given, photograph, relief.visibility->trace(f.given), ValidityOptions{})));
+    refiner.stored(slots.back(), f.given, refinement, ValidityOptions{});
+  }
+
+  // Nothing is compared with views that no cell refers to.
+  void refer_to_all() {
+    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+  }
+
   Relief relief;
-  Atlas atlas(relief.surface, 10);
-  RefinementOptions refinement = options_for_relief().refinement;
-  refinement.trust.enabled = false;
-  Refiner refiner(atlas, *relief.visibility, refinement);
-  const ReliefStream walk(1, options_for_relief());
+  Atlas atlas;
+  Refiner refiner;
+  ReliefStream walk{1, options_for_relief()};
+  std::vector<std::uint32_t> slots;
+};
+
+TEST_CASE("polishing improves a store whose poses were stored as they came") {
+  RefinerAlone alone(10);
   std::vector<Frame> frames;
   for (std::size_t i = 0; i < 10; ++i) {
-    frames.push_back(walk.frame(i, 2, 0));
-    const Frame& f = frames.back();
-    const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
-                                                             relief.visibility->trace(f.given), ValidityOptions{}));
-    refiner.stored(slot, f.given, Refinement{}, ValidityOptions{});
+    frames.push_back(alone.walk.frame(i, 2, 0));
+    alone.store(frames.back(), false);
   }
-  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
-    atlas.set_references(cell, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
-  }
+  alone.refer_to_all();
   const auto error = [&] {
     double sum = 0;
     for (std::uint32_t slot = 0; slot < 10; ++slot) {
-      sum += pose_error_px(atlas.view(slot)->camera, frames[slot].truth, frames[slot].points);
+      sum += pose_error_px(alone.atlas.view(slot)->camera, frames[slot].truth, frames[slot].points);
     }
     return sum / 10;
   };
   const double given = error();
-  const PolishStep first = refiner.polish(ValidityOptions{});
+  const PolishStep first = alone.refiner.polish(ValidityOptions{});
   CHECK(first.moved_px > 0.3);
   CHECK(first.residual_after < 0.9 * first.residual_before);
   PolishStep last;
-  for (int step = 0; step < 3; ++step) last = refiner.polish(ValidityOptions{});
+  for (int step = 0; step < 3; ++step) last = alone.refiner.polish(ValidityOptions{});
   CHECK(last.residual_after < 0.6 * first.residual_before);
   CHECK(error() < 0.5 * given);
 }
@@ -603,28 +624,18 @@ TEST_CASE("while views rest exposures are found nearly as well as in full") {
 }
 
 TEST_CASE("polishing finds a wrong pose that nobody has looked at, however long views have rested") {
-  Relief relief;
-  Atlas atlas(relief.surface, 20);
-  RefinementOptions options = options_for_relief().refinement;
-  options.trust.enabled = false;
-  Refiner refiner(atlas, *relief.visibility, options);
-  const ReliefStream walk(1, options_for_relief());
-  std::vector<std::uint32_t> slots;
-  const auto store = [&](const Frame& f, bool compared) {
-    const Photograph photograph = relief.photograph(f.truth);
-    const Refinement refinement = compared ? refiner.refine(f.given, photograph) : Refinement{};
-    slots.push_back(atlas.insert(
-        make_stored_view(f.name, f.given, photograph, relief.visibility->trace(f.given), ValidityOptions{})));
-    refiner.stored(slots.back(), f.given, refinement, ValidityOptions{});
-    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
-  };
-  for (std::size_t i = 0; i < 19; ++i) store(walk.frame(i, 0, 0), true);
-  REQUIRE(refiner.at_rest());
-  const Frame wrong = walk.frame(19, 3, 0);
-  store(wrong, false);
-  REQUIRE(refiner.at_rest());
-  CHECK(refiner.polish(ValidityOptions{}).moved_px > 0);
-  CHECK(pose_error_px(atlas.view(slots.back())->camera, wrong.truth, wrong.points) <
+  RefinerAlone alone(20);
+  for (std::size_t i = 0; i < 19; ++i) {
+    alone.store(alone.walk.frame(i, 0, 0), true);
+    alone.refer_to_all();
+  }
+  REQUIRE(alone.refiner.at_rest());
+  const Frame wrong = alone.walk.frame(19, 3, 0);
+  alone.store(wrong, false);
+  alone.refer_to_all();
+  REQUIRE(alone.refiner.at_rest());
+  CHECK(alone.refiner.polish(ValidityOptions{}).moved_px > 0);
+  CHECK(pose_error_px(alone.atlas.view(alone.slots.back())->camera, wrong.truth, wrong.points) <
         0.5 * pose_error_px(wrong.given, wrong.truth, wrong.points));
 }
 

@@ -68,7 +68,7 @@ void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
                    BuildResult& result) {
   if (planner.stored_views() == 0 || planner.stored_views() > kMostViewsForLenses) return;
   LensOptions lens_options;
-  if (result.polish.empty() || result.polish.back().moved_px == 0) {
+  if (result.polish.back().moved_px == 0) {
     lens_options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner.stored_views());
     if (const LensEstimates first = planner.estimate_lenses(lens_options); !first.undecided()) {
       stage.tick();
