@@ -12,8 +12,8 @@ void check(const BaseTexture& texture, std::size_t faces) {
   check(texture.coding);
   const Photograph& image = texture.image;
   if (image.width == 0 || image.height == 0 || image.rgb.size() != std::size_t{3} * image.width * image.height) {
-    throw std::invalid_argument("base texture: an image of " + std::to_string(image.width) + "x" +
-                                std::to_string(image.height) + " with " + std::to_string(image.rgb.size()) +
+    throw std::invalid_argument("base texture: an image of " + size_text(image.width, image.height) + " with " +
+                                std::to_string(image.rgb.size()) +
                                 " bytes, must have three for each of at least one pixel");
   }
   if (texture.faces.size() != faces) {

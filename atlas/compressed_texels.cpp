@@ -12,6 +12,8 @@
 #define STB_DXT_STATIC
 #include <stb/stb_dxt.h>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 
 namespace {
@@ -23,8 +25,8 @@ using AlphaPalette = std::array<std::uint8_t, 8>;
 
 void require_blocks(std::uint32_t width, std::uint32_t height) {
   if (width % kBlockSide == 0 && height % kBlockSide == 0) return;
-  throw std::invalid_argument("compressed texels: sides of " + std::to_string(width) + "x" + std::to_string(height) +
-                              " are no multiples of " + std::to_string(kBlockSide));
+  throw std::invalid_argument("compressed texels: sides of " + size_text(width, height) + " are no multiples of " +
+                              std::to_string(kBlockSide));
 }
 
 // Calls f(first texel of a block, number of the block) for each block of a picture.
@@ -171,7 +173,7 @@ ImageLevel decompressed(std::uint32_t width, std::uint32_t height, std::span<con
   require_blocks(width, height);
   if (blocks.size() != std::size_t{width} * height) {
     throw std::invalid_argument("compressed texels: " + std::to_string(blocks.size()) + " bytes of blocks, " +
-                                std::to_string(width) + "x" + std::to_string(height) + " texels have one a texel");
+                                size_text(width, height) + " texels have one a texel");
   }
   ImageLevel level{width, height, std::vector<std::uint8_t>(4 * blocks.size())};
   for_each_block(width, height, [&](std::size_t first, std::size_t block) {

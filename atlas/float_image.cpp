@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -22,8 +23,8 @@ void check(const FloatImage& image) {
   constexpr std::size_t kMostNameBytes = 255;  // that OpenEXR can hold
   const auto fits = [](std::uint32_t side) { return side >= 1 && side <= kMaxSide; };
   if (!fits(image.width) || !fits(image.height)) {
-    throw std::invalid_argument("float image: size is " + std::to_string(image.width) + "x" +
-                                std::to_string(image.height) + "; each side must be in [1, 65536]");
+    throw std::invalid_argument("float image: size is " + size_text(image.width, image.height) +
+                                "; each side must be in [1, 65536]");
   }
   const std::size_t expected = std::size_t{image.width} * image.height * image.channels.size();
   if (image.channels.empty()) throw std::invalid_argument("float image: it has no channels");

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "atlas/srgb.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -80,9 +81,8 @@ std::uint32_t levels_of_gutter(std::uint32_t gutter_px) {
 std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& rect, std::uint32_t levels) {
   const std::uint32_t unit = levels == 0 ? 0 : 1u << (levels - 1);
   if (unit == 0 || rect.width % unit != 0 || rect.height % unit != 0) {
-    throw std::invalid_argument("image levels: a part of " + std::to_string(rect.width) + "x" +
-                                std::to_string(rect.height) + " pixels does not have " + std::to_string(levels) +
-                                " levels");
+    throw std::invalid_argument("image levels: a part of " + size_text(rect.width, rect.height) +
+                                " pixels does not have " + std::to_string(levels) + " levels");
   }
   check(view.camera);
   require_photograph_of(view.name, view.camera, view.photograph);

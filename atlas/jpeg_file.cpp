@@ -13,6 +13,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -139,9 +140,8 @@ std::vector<std::uint8_t> decode_jpeg(std::span<const std::uint8_t> bytes, const
   if (!read_header(decoder, bytes)) throw damaged(decoder);
   const jpeg_decompress_struct& jpeg = decoder.jpeg;
   if (jpeg.image_width != width || jpeg.image_height != height) {
-    throw InputError(path.string() + ": its header says " + std::to_string(width) + "x" + std::to_string(height) +
-                     " pixels, its decoder finds " + std::to_string(jpeg.image_width) + "x" +
-                     std::to_string(jpeg.image_height) + ": it is damaged");
+    throw InputError(path.string() + ": its header says " + size_text(width, height) + " pixels, its decoder finds " +
+                     size_text(jpeg.image_width, jpeg.image_height) + ": it is damaged");
   }
   if (jpeg.jpeg_color_space == JCS_UNKNOWN) {
     throw InputError(path.string() + ": has " + std::to_string(jpeg.num_components) +

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "atlas/srgb.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -24,7 +25,7 @@ constexpr int kChannels = 4;
 
 void require_sizes(ImageSize from, ImageSize to, std::size_t values, const char* what) {
   const auto refuse = [](const std::string& why) { throw std::invalid_argument("lower resolution: " + why); };
-  const auto text = [](ImageSize size) { return std::to_string(size.width) + "x" + std::to_string(size.height); };
+  const auto text = [](ImageSize size) { return size_text(size.width, size.height); };
   if (to.width < 1 || to.height < 1 || to.width > from.width || to.height > from.height) {
     refuse("the new size is " + text(to) + ", each side must be from 1 to that of " + text(from));
   }

@@ -429,9 +429,8 @@ ImageSize size_of(const GltfImage& image) {
 Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera) const {
   const ImageSize size = size_of(image);
   if (size.width != camera.width || size.height != camera.height) {
-    throw InputError(image.file.string() + ": is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
-                     ", its view in " + path_.string() + " says " + std::to_string(camera.width) + "x" +
-                     std::to_string(camera.height));
+    throw InputError(image.file.string() + ": is " + size_text(size.width, size.height) + ", its view in " +
+                     path_.string() + " says " + size_text(camera.width, camera.height));
   }
   return image.bytes.empty() ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
 }

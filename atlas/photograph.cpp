@@ -21,6 +21,7 @@
 #include "atlas/image_header.h"
 #include "atlas/jpeg_file.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "mesh/base/pending_file.h"
 #include "mesh/base/whole_file.h"
 
@@ -171,7 +172,7 @@ struct Header {
 
 void check_size(const Source& source, const Header& header) {
   const fs::path& path = source.path();
-  const std::string size = std::to_string(header.width) + "x" + std::to_string(header.height) + " pixels";
+  const std::string size = size_text(header.width, header.height) + " pixels";
   if (header.width < 1 || header.height < 1) fail(path, size + ", there is nothing in it");
   if (header.width > kMaxSide || header.height > kMaxSide) fail(path, size + ", more than 65536 a side");
   const std::uint64_t file_bytes = source.size();
@@ -315,9 +316,8 @@ void require_size_of(const fs::path& path, const Header& header, const OIIO::Ima
   const bool same = spec.width > 0 && spec.height > 0 && static_cast<std::uint64_t>(spec.width) == header.width &&
                     static_cast<std::uint64_t>(spec.height) == header.height && spec.depth <= 1 && spec.nchannels >= 1;
   if (same) return;
-  fail(path, "its header says " + std::to_string(header.width) + "x" + std::to_string(header.height) +
-                 " pixels, its decoder finds " + std::to_string(spec.width) + "x" + std::to_string(spec.height) +
-                 ": it is damaged");
+  fail(path, "its header says " + size_text(header.width, header.height) + " pixels, its decoder finds " +
+                 size_text(spec.width, spec.height) + ": it is damaged");
 }
 
 // As stored, row by row.
@@ -383,7 +383,7 @@ std::vector<std::uint8_t> upright_rgb(std::vector<std::uint8_t> stored, const He
 void check(const Photograph& image) {
   const std::size_t expected = std::size_t{3} * image.width * image.height;
   if (expected == 0 || image.width > kMaxSide || image.height > kMaxSide) {
-    throw std::invalid_argument("image size is " + std::to_string(image.width) + "x" + std::to_string(image.height) +
+    throw std::invalid_argument("image size is " + size_text(image.width, image.height) +
                                 "; each side must be in [1, 65536]");
   }
   if (image.rgb.size() != expected) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -15,9 +16,8 @@ namespace {
 void require_size(const std::string& view, const char* what, std::uint32_t width, std::uint32_t height,
                   const Camera& camera) {
   if (width == camera.width && height == camera.height) return;
-  throw std::invalid_argument("view " + view + ": the " + what + " is " + std::to_string(width) + "x" +
-                              std::to_string(height) + ", must be as large as its camera, " +
-                              std::to_string(camera.width) + "x" + std::to_string(camera.height));
+  throw std::invalid_argument("view " + view + ": the " + what + " is " + size_text(width, height) +
+                              ", must be as large as its camera, " + size_text(camera.width, camera.height));
 }
 
 void require_count(const std::string& view, const char* field, std::size_t count, std::size_t expected) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "blend/egl_context.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -141,12 +142,12 @@ void require_picture_size(std::uint32_t width, std::uint32_t height) {
   constexpr std::uint64_t kMostPixels = std::numeric_limits<GLsizei>::max() / 4;
   const auto most = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
   if (std::max(width, height) > most) {
-    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) +
-                  " is above this driver's limit of " + std::to_string(most) + " pixels a side: render it smaller");
+    throw GlError("a picture of " + size_text(width, height) + " is above this driver's limit of " +
+                  std::to_string(most) + " pixels a side: render it smaller");
   }
   if (std::uint64_t{width} * height > kMostPixels) {
-    throw GlError("a picture of " + std::to_string(width) + "x" + std::to_string(height) + " has more than the " +
-                  std::to_string(kMostPixels) + " pixels that OpenGL reads back at once: render it smaller");
+    throw GlError("a picture of " + size_text(width, height) + " has more than the " + std::to_string(kMostPixels) +
+                  " pixels that OpenGL reads back at once: render it smaller");
   }
 }
 

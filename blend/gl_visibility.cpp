@@ -26,7 +26,7 @@ namespace {
 
 // The depth nearest to the camera that is drawn, as a share of the farthest: nothing that a float can place. Depth is
 // reversed and a float, so its relative precision does not depend on this while near / far is far above 1e-38.
-constexpr double kNearShare = 1e-24;
+constexpr double kNearestShare = 1e-24;
 
 // Planning looks at a view in a few sizes again and again: coarse for counting cells, full for storing it.
 constexpr std::size_t kKeptTargets = 4;
@@ -90,10 +90,10 @@ struct ShaderCamera {
         cam_from_world(camera.cam_from_world_rotation),
         clip_from_cam(glm::dvec4(2 * camera.fx / camera.width, 2 * camera.fy / camera.height,
                                  2 * camera.cx / camera.width - 1, 2 * camera.cy / camera.height - 1)),
-        near_depth(static_cast<float>(kNearShare * farthest_depth(box, camera.center()))) {}
+        near_depth(static_cast<float>(kNearestShare * farthest_depth(box, camera.center()))) {}
 
   [[nodiscard]] bool is_finite() const {
-    const glm::vec4 scaled = clip_from_cam * near_depth / static_cast<float>(kNearShare);
+    const glm::vec4 scaled = clip_from_cam * near_depth / static_cast<float>(kNearestShare);
     return std::isfinite(center.x + center.y + center.z) && std::isfinite(scaled.x + scaled.y + scaled.z + scaled.w);
   }
 };

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "blend/egl_context.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -39,9 +40,9 @@ void add_samples(PictureTargets& targets, std::uint32_t across) {
   targets.samples = {};
   const auto most = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
   if (std::uint64_t{across} * std::max(targets.width, targets.height) > most) {
-    throw GlError("a picture of " + std::to_string(targets.width) + "x" + std::to_string(targets.height) + " with " +
-                  std::to_string(across) + " samples across a pixel is above this driver's limit of " +
-                  std::to_string(most) + " a side: render it smaller or with fewer samples");
+    throw GlError("a picture of " + size_text(targets.width, targets.height) + " with " + std::to_string(across) +
+                  " samples across a pixel is above this driver's limit of " + std::to_string(most) +
+                  " a side: render it smaller or with fewer samples");
   }
   targets.samples = surface_targets(across * targets.width, across * targets.height, false);
   targets.samples_across = across;

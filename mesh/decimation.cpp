@@ -16,8 +16,8 @@ namespace lumatlas {
 namespace {
 
 namespace simplification = CGAL::Surface_mesh_simplification;
-using Kernel = CGAL::Simple_cartesian<double>;
-using CgalMesh = CGAL::Surface_mesh<Kernel::Point_3>;
+using DoubleKernel = CGAL::Simple_cartesian<double>;
+using CgalMesh = CGAL::Surface_mesh<DoubleKernel::Point_3>;
 using CgalVertex = CgalMesh::Vertex_index;
 
 CgalMesh to_cgal(const Mesh& mesh) {
@@ -40,7 +40,7 @@ Mesh from_cgal(const CgalMesh& mesh) {
   std::vector<std::uint32_t> index(mesh.num_vertices());
   for (const CgalVertex vertex : mesh.vertices()) {
     index[vertex] = static_cast<std::uint32_t>(result.positions.size());
-    const Kernel::Point_3& p = mesh.point(vertex);
+    const DoubleKernel::Point_3& p = mesh.point(vertex);
     result.positions.emplace_back(p.x(), p.y(), p.z());
   }
   for (const CgalMesh::Face_index face : mesh.faces()) {

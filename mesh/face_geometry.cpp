@@ -11,16 +11,17 @@ namespace lumatlas {
 
 namespace {
 
-using Kernel = CGAL::Simple_cartesian<double>;
+using DoubleKernel = CGAL::Simple_cartesian<double>;
 
-Kernel::Point_3 to_point(const glm::vec3& p) {
+DoubleKernel::Point_3 to_point(const glm::vec3& p) {
   return {p.x, p.y, p.z};
 }
 
-FaceGeometry geometry_of(const Kernel::Point_3& a, const Kernel::Point_3& b, const Kernel::Point_3& c) {
+FaceGeometry geometry_of(const DoubleKernel::Point_3& a, const DoubleKernel::Point_3& b,
+                         const DoubleKernel::Point_3& c) {
   FaceGeometry geometry;
   geometry.area = CGAL::sqrt(CGAL::squared_area(a, b, c));
-  const Kernel::Vector_3 normal = CGAL::cross_product(b - a, c - a);  // CGAL::normal() wants some area
+  const DoubleKernel::Vector_3 normal = CGAL::cross_product(b - a, c - a);  // CGAL::normal() wants some area
   const double length = CGAL::sqrt(normal.squared_length());
   if (length > 0) geometry.normal = {normal.x() / length, normal.y() / length, normal.z() / length};
   return geometry;

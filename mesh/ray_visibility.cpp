@@ -12,6 +12,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
 #include "mesh/embree_scene.h"
 
 namespace lumatlas {
@@ -98,8 +99,7 @@ void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_
                                VisibilityBuffer& buffer) const {
   if (wanted.size() != std::size_t{camera.width} * camera.height) {
     throw std::invalid_argument("ray casting: wanted has " + std::to_string(wanted.size()) +
-                                " values, must have one per pixel of " + std::to_string(camera.width) + "x" +
-                                std::to_string(camera.height));
+                                " values, must have one per pixel of " + size_text(camera.width, camera.height));
   }
   tree_->trace(camera, wanted, buffer);
 }

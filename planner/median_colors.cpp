@@ -60,11 +60,11 @@ struct PointColors {
   std::vector<Ratio> ratios;
 };
 
-class Comparison {
+class ViewComparison {
  public:
-  Comparison(const Camera& camera, const Pyramid& photograph, const Atlas& atlas,
-             std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> except,
-             const AlignmentOptions& alignment)
+  ViewComparison(const Camera& camera, const Pyramid& photograph, const Atlas& atlas,
+                 std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> except,
+                 const AlignmentOptions& alignment)
       : camera_(camera), photograph_(photograph), atlas_(atlas), views_(views), except_(except) {
     for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
       needed_.push_back(needs_level(alignment, photograph, level));
@@ -173,7 +173,7 @@ MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std:
   const std::size_t faces = atlas.surface().cells.cell_of_face.size();
   for (const SurfaceSample& sample : samples)
     median_colors_requires.is_below(sample.face, faces, "a sample's face", "the faces");
-  const Comparison comparison(camera, photograph, atlas, views, except, alignment);
+  const ViewComparison comparison(camera, photograph, atlas, views, except, alignment);
   std::vector<PointColors> points(samples.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 64),
                     [&](const tbb::blocked_range<std::size_t>& range) {

@@ -20,7 +20,7 @@ constexpr float kDepthEdge = 0.05f;         // of the nearer depth, as in the va
 constexpr Requirement surface_samples_requires{"surface samples"};
 
 // The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
-struct Grid {
+struct SampleGrid {
   const Photograph& photograph;  // full resolution
   const Photograph& reduced;
   const VisibilityBuffer& visible;
@@ -77,7 +77,7 @@ struct Block {
 };
 
 // The pixels that are chosen from one block, at most two.
-std::vector<glm::uvec2> chosen(const Grid& grid, const Block& block) {
+std::vector<glm::uvec2> chosen(const SampleGrid& grid, const Block& block) {
   const glm::ivec2 middle((block.left + block.right) / 2, (block.top + block.bottom) / 2);
   int steepest = -1;
   int nearest = std::numeric_limits<int>::max();
@@ -100,7 +100,7 @@ std::vector<glm::uvec2> chosen(const Grid& grid, const Block& block) {
   return {sharp, central};
 }
 
-SurfaceSample sample_at(const Grid& grid, const Camera& camera, const glm::uvec2& pixel) {
+SurfaceSample sample_at(const SampleGrid& grid, const Camera& camera, const glm::uvec2& pixel) {
   const std::size_t index = std::size_t{pixel.y} * grid.visible.width + pixel.x;
   const glm::dvec2 image = grid.image_of(pixel.x, pixel.y);
   return {camera.center() + static_cast<double>(grid.visible.depth[index]) * camera.ray(image), image,
@@ -132,7 +132,7 @@ std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Py
   surface_samples_requires.has_size(visible.depth.size(), all_pixels, "visible.depth", "the number of its pixels");
   surface_samples_requires.has_size(visible.face.size(), all_pixels, "visible.face", "the number of its pixels");
   const std::uint32_t level = photograph.level_near(std::max(visible.width, visible.height));
-  const Grid grid{photograph.level(0), photograph.level(level), visible};
+  const SampleGrid grid{photograph.level(0), photograph.level(level), visible};
   const double pixels = static_cast<double>(visible.width) * visible.height;
   const auto side = static_cast<std::uint32_t>(
       std::max(1.0, std::floor(std::sqrt(2 * pixels / static_cast<double>(std::max<std::size_t>(count, 1))))));

@@ -23,7 +23,7 @@ constexpr double kHighlightSlack = 0.03;  // by which a highlight may seem darke
 constexpr int kNeighboursAgreeing = 5;    // of the 3x3 blocks around one, itself among them: no lone errors
 
 // Blocks of pixels of the photograph, each with the surface point at its middle.
-struct Grid {
+struct TrustGrid {
   std::uint32_t width, height;
   std::vector<glm::dvec3> low, high;  // square roots of linear light: range over the 3x3 blocks around
   [[nodiscard]] std::size_t size() const { return std::size_t{width} * height; }
@@ -41,13 +41,13 @@ glm::dvec3 encoded(const glm::dvec3& linear) {
   return glm::sqrt(glm::clamp(linear, 0.0, 4.0));
 }
 
-glm::dvec2 image_of(const Photograph& photograph, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+glm::dvec2 image_of(const Photograph& photograph, const TrustGrid& grid, std::uint32_t x, std::uint32_t y) {
   return {(x + 0.5) * photograph.width / grid.width, (y + 0.5) * photograph.height / grid.height};
 }
 
-Grid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
+TrustGrid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
   const Photograph& photograph = pyramid.level(0);
-  Grid grid{visible.width, visible.height, {}, {}};
+  TrustGrid grid{visible.width, visible.height, {}, {}};
   std::vector<glm::dvec3> middle(grid.size());
   const std::uint32_t level = pyramid.level_near(std::max(grid.width, grid.height));
   tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
@@ -148,7 +148,8 @@ class Judge {
   }
 
   // `others` is filled anew.
-  [[nodiscard]] Judgement at(const Grid& grid, std::uint32_t x, std::uint32_t y, std::vector<OtherView>& others) const {
+  [[nodiscard]] Judgement at(const TrustGrid& grid, std::uint32_t x, std::uint32_t y,
+                             std::vector<OtherView>& others) const {
     const std::size_t block = std::size_t{y} * grid.width + x;
     if (visible_.face[block] == kNoFace || agrees_with_most(grid, x, y, others)) return Judgement::trusted;
     return is_contradicted(grid.low[block], grid.high[block], others, options_) ? Judgement::contradicted
@@ -158,7 +159,7 @@ class Judge {
  private:
   // Looks at the views that are evidence for or against the block until more than half of all that can be are near
   // enough to its colours: then so is their median, whatever the others show.
-  [[nodiscard]] bool agrees_with_most(const Grid& grid, std::uint32_t x, std::uint32_t y,
+  [[nodiscard]] bool agrees_with_most(const TrustGrid& grid, std::uint32_t x, std::uint32_t y,
                                       std::vector<OtherView>& others) const {
     const std::size_t block = std::size_t{y} * grid.width + x;
     const double z = static_cast<double>(visible_.depth[block]);
@@ -195,7 +196,7 @@ class Judge {
   std::vector<glm::dvec3> centers_;  // of the views' cameras
 };
 
-int count_around(const std::vector<Judgement>& judgements, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+int count_around(const std::vector<Judgement>& judgements, const TrustGrid& grid, std::uint32_t x, std::uint32_t y) {
   int count = 0;
   for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
     for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
@@ -211,7 +212,8 @@ bool is_judged_first(std::uint32_t x, std::uint32_t y) {
 }
 
 // Whether a block can be among kNeighboursAgreeing that are contradicted, when those that are not judged yet are too.
-bool may_be_coherent(const std::vector<Judgement>& judgements, const Grid& grid, std::uint32_t x, std::uint32_t y) {
+bool may_be_coherent(const std::vector<Judgement>& judgements, const TrustGrid& grid, std::uint32_t x,
+                     std::uint32_t y) {
   int unjudged = 0;
   for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
     for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
@@ -223,7 +225,7 @@ bool may_be_coherent(const std::vector<Judgement>& judgements, const Grid& grid,
 
 // Only where those that are judged first leave it open whether some block is coherent are the others judged: what is
 // left after cleaned() is the same.
-std::vector<Judgement> judged(const Judge& judge, const Grid& grid) {
+std::vector<Judgement> judged(const Judge& judge, const TrustGrid& grid) {
   std::vector<Judgement> judgements(grid.size(), Judgement::trusted);
   const auto judge_those = [&](const auto& are_meant) {
     tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
@@ -251,7 +253,7 @@ std::vector<Judgement> judged(const Judge& judge, const Grid& grid) {
 
 // Blocks that stand alone are taken for misalignment and dropped. What is left grows by one block, because its edges
 // are blurred.
-std::vector<Judgement> cleaned(const std::vector<Judgement>& judgements, const Grid& grid) {
+std::vector<Judgement> cleaned(const std::vector<Judgement>& judgements, const TrustGrid& grid) {
   std::vector<Judgement> coherent(judgements.size(), Judgement::trusted);
   std::vector<Judgement> grown = coherent;
   const auto sweep = [&](const std::vector<Judgement>& from, int least, std::vector<Judgement>& to) {
@@ -274,7 +276,7 @@ float block_position(std::uint32_t pixel, std::uint32_t pixels, std::uint32_t bl
 }
 
 // Bilinear between the blocks' middles.
-std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, const Grid& grid,
+std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, const TrustGrid& grid,
                                    const Photograph& photograph) {
   std::vector<std::uint8_t> mask(std::size_t{photograph.width} * photograph.height);
   const auto trust = [&](std::uint32_t x, std::uint32_t y) {
@@ -327,7 +329,7 @@ std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photog
   const std::size_t pixels = std::size_t{visible.width} * visible.height;
   trust_requires.has_size(visible.depth.size(), pixels, "visible.depth", "the number of its pixels");
   trust_requires.has_size(visible.face.size(), pixels, "visible.face", "the number of its pixels");
-  const Grid grid = make_grid(photograph, gain, visible);
+  const TrustGrid grid = make_grid(photograph, gain, visible);
   const Judge judge(camera, photograph.level(0), visible, atlas, views, self, options);
   const std::vector<Judgement> judgements = cleaned(judged(judge, grid), grid);
   if (std::find(judgements.begin(), judgements.end(), Judgement::contradicted) == judgements.end()) return {};

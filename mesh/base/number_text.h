@@ -29,4 +29,15 @@ template <std::floating_point Number>
   return std::string(text, end.ptr);
 }
 
+// "34%" for a share of 0.341.
+[[nodiscard]] inline std::string percent_text(double share) {
+  return number_text(100 * share, 0) + "%";
+}
+
+// "640x480".
+template <std::integral Count>
+[[nodiscard]] std::string size_text(Count width, Count height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
+
 }  // namespace lumatlas

@@ -24,7 +24,7 @@ namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
-using Faces = std::vector<glm::uvec3>;
+using FaceList = std::vector<glm::uvec3>;
 using Colors = std::vector<glm::u8vec3>;
 
 TriangleSoup ply(std::string_view contents) {
@@ -146,7 +146,7 @@ TEST_CASE("PLY: positions of every scalar type in every encoding") {
   const TriangleSoup soup = ply(square(encoding, type).bytes());
   CHECK(soup.positions == kSquare);
   CHECK(soup.colors.empty());
-  CHECK(soup.faces == Faces{{0, 1, 2}, {0, 2, 3}});
+  CHECK(soup.faces == FaceList{{0, 1, 2}, {0, 2, 3}});
 }
 
 TEST_CASE("PLY: double positions far from the origin are kept to the last bit") {
@@ -181,12 +181,12 @@ TEST_CASE("PLY: elements and properties that are not asked for are skipped") {
   file.record({{"int", 0}, {"int", 1}});
   const TriangleSoup soup = ply(file.bytes());
   CHECK(soup.positions == std::vector<glm::dvec3>{{1, -1, 1.5}, {2, -2, 2.5}, {3, -3, 3.5}});
-  CHECK(soup.faces == Faces{{2, 1, 0}, {0, 1, 2}});
+  CHECK(soup.faces == FaceList{{2, 1, 0}, {0, 1, 2}});
 }
 
 TEST_CASE("PLY: polygons become fans, and one or two corners a degenerate triangle") {
   CHECK(ply(triangle_with_faces("3", "5 0 1 2 1 0\n2 1 2\n1 2\n")).faces ==
-        Faces{{0, 1, 2}, {0, 2, 1}, {0, 1, 0}, {1, 2, 2}, {2, 2, 2}});
+        FaceList{{0, 1, 2}, {0, 2, 1}, {0, 1, 0}, {1, 2, 2}, {2, 2, 2}});
 }
 
 TEST_CASE("PLY and OBJ: a concave polygon is not cut into a fan, also if its vertices come after it") {
@@ -238,7 +238,7 @@ TEST_CASE("PLY: vertex numbers of every type") {
   file.declare("element face 1").declare(std::string("property list int ") + type + " vertex_indices");
   for (int i = 0; i < 3; ++i) file.record({{"float", 0}, {"float", 0}, {"float", 0}});
   file.record({{"int", 3}, {type, 0}, {type, 2}, {type, 1}});
-  CHECK(ply(file.bytes()).faces == Faces{{0, 2, 1}});
+  CHECK(ply(file.bytes()).faces == FaceList{{0, 2, 1}});
 }
 
 TEST_CASE("PLY: colours of every type") {
@@ -300,7 +300,7 @@ TEST_CASE("PLY: positions that are not finite are kept for repair() to count") {
 }
 
 TEST_CASE("PLY: blank lines and tabs between ASCII records are nothing") {
-  CHECK(ply(triangle_with_faces("1", "\n \t\n\t3  0\t1 2 \n\n")).faces == Faces{{0, 1, 2}});
+  CHECK(ply(triangle_with_faces("1", "\n \t\n\t3  0\t1 2 \n\n")).faces == FaceList{{0, 1, 2}});
 }
 
 TEST_CASE("PLY: a file that is cut off is refused at any length") {
@@ -429,21 +429,21 @@ TEST_CASE("OBJ: vertices and faces in all their forms") {
       "v 9 9 9");
   CHECK(soup.positions == std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {9, 9, 9}});
   CHECK(soup.colors.empty());
-  CHECK(soup.faces == Faces{{0, 1, 2},
-                            {0, 1, 2},
-                            {0, 1, 2},
-                            {0, 1, 2},
-                            {0, 1, 2},
-                            {2, 0, 1},  // corners that repeat are nothing
-                            {0, 0, 0},
-                            {0, 0, 0},
-                            {0, 1, 1},
-                            {3, 0, 1}});
+  CHECK(soup.faces == FaceList{{0, 1, 2},
+                               {0, 1, 2},
+                               {0, 1, 2},
+                               {0, 1, 2},
+                               {0, 1, 2},
+                               {2, 0, 1},  // corners that repeat are nothing
+                               {0, 0, 0},
+                               {0, 0, 0},
+                               {0, 1, 1},
+                               {3, 0, 1}});
 }
 
 TEST_CASE("OBJ: a statement goes on after a backslash, and the lines are still counted") {
   const std::string start = "v 0 0 0\nv 1 0 \\\n 0\nv 0 1 0\nf 1 \\\r\n2 \\\n\\\n3\n";
-  CHECK(obj(start).faces == Faces{{0, 1, 2}});
+  CHECK(obj(start).faces == FaceList{{0, 1, 2}});
   check_refused_obj(start + "f 1 2 x\n",
                     "line 9: a face has the corner 'x', which does not begin with a vertex number");
 }
@@ -527,7 +527,7 @@ TEST_CASE("STL: corners at the same place are one vertex, in binary and ASCII fi
   for (const std::string& contents : {binary_stl("made by hand"), binary_stl("solid"), kAsciiStl}) {
     const TriangleSoup soup = parse_stl(contents, "m.stl");
     CHECK(soup.positions == std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {0, 1.5, 0}, {1, 1, 0}});
-    CHECK(soup.faces == Faces{{0, 1, 2}, {1, 3, 2}});
+    CHECK(soup.faces == FaceList{{0, 1, 2}, {1, 3, 2}});
     CHECK(soup.colors.empty());
   }
 }
@@ -615,7 +615,7 @@ TEST_CASE("a mesh that cannot be written leaves nothing behind") {
 TEST_CASE("the reader of a mesh file is picked by its ending, in any case") {
   const TemporaryFolder folder;
   CHECK(read_triangle_soup(folder.with_file("a.PlY", square(Encoding::Little).bytes())).positions == kSquare);
-  CHECK(read_triangle_soup(folder.with_file("a.OBJ", "v 0 0 0\nf 1 1 1\n")).faces == Faces{{0, 0, 0}});
+  CHECK(read_triangle_soup(folder.with_file("a.OBJ", "v 0 0 0\nf 1 1 1\n")).faces == FaceList{{0, 0, 0}});
   CHECK(read_triangle_soup(folder.with_file("a.Stl", kAsciiStl)).faces.size() == 2);
   const fs::path fbx = folder.with_file("a.fbx", "solid");
   CHECK_THROWS_WITH(read_triangle_soup(fbx),

@@ -14,7 +14,7 @@
 namespace lumatlas {
 namespace {
 
-using Faces = std::vector<glm::uvec3>;
+using FaceList = std::vector<glm::uvec3>;
 using Points = std::vector<glm::dvec3>;
 
 // One polygon through these points in their order.
@@ -69,9 +69,9 @@ TEST_CASE("a concave polygon is covered once, whichever corner comes first and w
 }
 
 TEST_CASE("convex polygons of few corners stay fans") {
-  CHECK(triangulated({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}).faces == Faces{{0, 1, 2}, {0, 2, 3}});
+  CHECK(triangulated({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}).faces == FaceList{{0, 1, 2}, {0, 2, 3}});
   CHECK(triangulated({{0, 0, 0}, {2, 0, 0}, {3, 1, 0}, {2, 2, 0}, {0, 2, 0}}).faces ==
-        Faces{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
+        FaceList{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
 }
 
 TEST_CASE("a quadrilateral with a dent is cut at the dent") {
@@ -114,7 +114,7 @@ TEST_CASE("a polygon that touches itself at a corner is covered, and one that do
   CHECK(hourglass.faces.size() == 4);
   CHECK(covered_area(hourglass) == Approx(8));
   const Points along{{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {2, 0, 0}, {0, 4, 0}};  // its fourth corner on its first edge
-  CHECK(triangulated(along).faces == Faces{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
+  CHECK(triangulated(along).faces == FaceList{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}});
 }
 
 TEST_CASE("a polygon that crosses itself, has no area or is not finite stays a fan") {
@@ -123,7 +123,7 @@ TEST_CASE("a polygon that crosses itself, has no area or is not finite stays a f
        {Points{{0, 0, 0}, {2, 2, 0}, {2, 0, 0}, {0, 1, 0}}, Points{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}},
         Points{{0, 0, 0}, {1, 0, 0}, {nan, 0.2, 0}, {0, 1, 0}},
         Points{{-1e308, 0, 0}, {1e308, 0, 0}, {0, 1e307, 0}, {0, 1e308, 0}}}) {
-    CHECK(triangulated(points).faces == Faces{{0, 1, 2}, {0, 2, 3}});
+    CHECK(triangulated(points).faces == FaceList{{0, 1, 2}, {0, 2, 3}});
   }
 }
 

@@ -18,7 +18,7 @@
 namespace lumatlas {
 namespace {
 
-constexpr std::size_t kViews = 13;
+constexpr std::size_t kRoomViews = 13;
 
 Camera true_camera(std::size_t number) {
   return room_camera(number).scaled_to(240, 180);
@@ -137,7 +137,7 @@ TEST_CASE("what is wrong with a lens is found, believed, and gone once the photo
                                                          Case{"k1", {1, {0, 0}, -0.05, 0, 0, 0}, 0.5, 0.5},
                                                          Case{"all", {1.01, {0.012, -0.012}, 0.04, 0, 0, 0}, 1, 0.5});
   CAPTURE(what);
-  PaintedRoom room(kViews, error);
+  PaintedRoom room(kRoomViews, error);
   CHECK(room.planner.estimate_lenses({.most_points = 100}).undecided());
   const LensEstimates estimates = room.planner.estimate_lenses({.most_points = 1000});
   const LensEstimate& lens = only_lens(estimates);
@@ -165,11 +165,11 @@ TEST_CASE("what is wrong with a lens is found, believed, and gone once the photo
 }
 
 TEST_CASE("right lenses are left alone, and fewer points find the same less precisely") {
-  const PaintedRoom room(kViews, {});
+  const PaintedRoom room(kRoomViews, {});
   const LensEstimates all = room.planner.estimate_lenses();
   const LensEstimate& lens = only_lens(all);
   CAPTURE(lens.correction.focal, lens.deviation.focal, lens.correction.k1, lens.residual.before, lens.residual.after);
-  CHECK(all.views > kViews / 2);
+  CHECK(all.views > kRoomViews / 2);
   CHECK_FALSE(all.significant());
   CHECK_FALSE(all.undecided());
   CHECK(lens.correction.focal == Approx(1).margin(0.002));
@@ -188,7 +188,7 @@ TEST_CASE("right lenses are left alone, and fewer points find the same less prec
 
 TEST_CASE("few points do not clear a lens that is wrong in a term which is tried last") {
   const auto error = GENERATE(LensCorrection{1, {0, 0}, 0, 0.05, 0, 0}, LensCorrection{1, {0, 0}, 0, 0, 0.01, 0});
-  const PaintedRoom room(kViews, error);
+  const PaintedRoom room(kRoomViews, error);
   REQUIRE(corner_move_px(error, true_camera(0)) > 0.5);
   CHECK(room.planner.estimate_lenses({.most_points = 100}).undecided());
 }
@@ -197,12 +197,12 @@ TEST_CASE("of two lenses the wrong one is corrected, the right one is left alone
   const LensCorrection error{1, {0, 0}, 0.05, 0, 0, 0};
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
-  Atlas atlas(surface, 2 * kViews);
+  Atlas atlas(surface, 2 * kRoomViews);
   Planner planner(atlas, *visibility, refining());
   const auto camera_of = [](std::size_t number) {
     return number % 2 == 0 ? true_camera(number / 2) : room_camera(number / 2).scaled_to(200, 150);
   };
-  for (std::size_t number = 0; number < 2 * kViews; ++number) {
+  for (std::size_t number = 0; number < 2 * kRoomViews; ++number) {
     const Camera camera = camera_of(number);
     const LensCorrection lens = number % 2 == 0 ? LensCorrection{} : error;
     planner.offer(std::to_string(number), camera, photograph_of(camera, *visibility, lens));

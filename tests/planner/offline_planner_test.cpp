@@ -26,7 +26,7 @@ const Surface& room() {
   return *surface;
 }
 
-OfflineOptions options_of(CoverageOptions::Metric metric) {
+OfflineOptions offline_options(CoverageOptions::Metric metric) {
   OfflineOptions options;
   options.coverage.metric = metric;
   options.coverage.ideal_distance = 2;
@@ -99,7 +99,7 @@ constexpr double kDoubleRounding = 1e-9;
 TEST_CASE(
     "of a submodular measure the offline choice is worth what greedy selection promises, and never beats the best") {
   std::mt19937 random(11);
-  const OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  const OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   double worst = 1;
   for (int round = 0; round < 30; ++round) {
     const Views views = random_views(random, 9, 6);
@@ -121,7 +121,7 @@ TEST_CASE(
 TEST_CASE("the coverage that the offline planner reports is that of the views that it names") {
   const auto metric = GENERATE(CoverageOptions::Metric::directions, CoverageOptions::Metric::paper);
   std::mt19937 random(12);
-  const OfflineOptions options = options_of(metric);
+  const OfflineOptions options = offline_options(metric);
   for (int round = 0; round < 10; ++round) {
     const Views views = random_views(random, 30, 10);
     const OfflineChoice offline = plan_offline(room(), views, 8, options);
@@ -135,7 +135,7 @@ TEST_CASE("the coverage that the offline planner reports is that of the views th
 
 TEST_CASE("once the exchanges rest, no exchange of one view against another raises the coverage") {
   std::mt19937 random(13);
-  const OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  const OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   std::size_t exchanged = 0;
   for (int round = 0; round < 10; ++round) {
     const Views views = random_views(random, 24, 8);
@@ -157,7 +157,7 @@ TEST_CASE("once the exchanges rest, no exchange of one view against another rais
 
 TEST_CASE("lazy evaluation chooses what plain greedy selection does, and asks less") {
   std::mt19937 random(14);
-  OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   options.max_passes = 0;
   for (int round = 0; round < 10; ++round) {
     const Views views = random_views(random, 60, 12);
@@ -173,7 +173,7 @@ TEST_CASE("lazy evaluation chooses what plain greedy selection does, and asks le
 TEST_CASE("the offline choice is the same on one thread as on many, and of equals the first is chosen") {
   const auto metric = GENERATE(CoverageOptions::Metric::directions, CoverageOptions::Metric::paper);
   std::mt19937 random(15);
-  const OfflineOptions options = options_of(metric);
+  const OfflineOptions options = offline_options(metric);
   Views views = random_views(random, 40, 300);
   views.insert(views.end(), views.begin(), views.begin() + 40);  // each twice
   const OfflineChoice many = plan_offline(room(), views, 12, options);
@@ -188,7 +188,7 @@ TEST_CASE("the offline choice is the same on one thread as on many, and of equal
 
 TEST_CASE("planning offline comes by its interruption point at each view, and what is thrown there ends it") {
   std::mt19937 random(17);
-  OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   const Views views = random_views(random, 20, 50);
   std::size_t calls = 0;
   options.interruption_point = [&] { ++calls; };
@@ -207,7 +207,7 @@ TEST_CASE("planning offline comes by its interruption point at each view, and wh
 
 TEST_CASE("with room for all, every view that adds something is chosen, and none that sees nothing") {
   std::mt19937 random(16);
-  const OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  const OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   Views views = random_views(random, 5, 8);
   views.insert(views.begin() + 2, std::vector<CellPart>{});
   CHECK(plan_offline(room(), views, 6, options).views == Choice{0, 1, 3, 4, 5});
@@ -217,11 +217,11 @@ TEST_CASE("with room for all, every view that adds something is chosen, and none
 }
 
 TEST_CASE("an offline choice of no view, or by options that break a rule, is refused") {
-  OfflineOptions options = options_of(CoverageOptions::Metric::directions);
+  OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   CHECK_THROWS_WITH(plan_offline(room(), {}, 0, options), "offline planner: count is 0, must be at least 1");
   options.coverage.lambda = 2;
   CHECK_THROWS_WITH(plan_offline(room(), {}, 1, options), Catch::Contains("lambda"));
-  options = options_of(CoverageOptions::Metric::directions);
+  options = offline_options(CoverageOptions::Metric::directions);
   for (const double gain : {-0.1, std::numeric_limits<double>::quiet_NaN()}) {
     options.min_reference_gain = gain;
     CHECK_THROWS_WITH(plan_offline(room(), {}, 1, options), Catch::Contains("min_reference_gain is "));

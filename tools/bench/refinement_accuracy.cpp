@@ -14,6 +14,7 @@
 #include "atlas/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 #include "tools/score/json_fields.h"
 #include "tools/score/pose_error.h"
 #include "tools/synth/disturbance.h"
@@ -63,9 +64,8 @@ void add_mask(const StoredView& view, const TrueView& truth, MaskAccuracy& masks
   const Photograph mask = truth.mask ? read_photograph(*truth.mask) : Photograph{};
   const std::size_t pixels = std::size_t{view.camera.width} * view.camera.height;
   if (truth.mask && mask.rgb.size() != 3 * pixels) {
-    throw InputError(truth.mask->string() + ": is " + std::to_string(mask.width) + "x" + std::to_string(mask.height) +
-                     " pixels, but its photograph is " + std::to_string(view.camera.width) + "x" +
-                     std::to_string(view.camera.height));
+    throw InputError(truth.mask->string() + ": is " + size_text(mask.width, mask.height) +
+                     " pixels, but its photograph is " + size_text(view.camera.width, view.camera.height));
   }
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
     const bool hidden = truth.mask && mask.rgb[3 * pixel] >= 128;

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tools/base/interrupt.h"
 #include "tools/capture/step_record.h"
 
@@ -38,8 +39,8 @@ std::string lens_text(const fs::path& path) {
     return {};
   }
   const OIIO::ImageSpec& spec = input->spec();
-  return std::to_string(spec.width) + "x" + std::to_string(spec.height) + " " +
-         std::string(spec.get_string_attribute("Make")) + " " + std::string(spec.get_string_attribute("Model")) + " " +
+  return size_text(spec.width, spec.height) + " " + std::string(spec.get_string_attribute("Make")) + " " +
+         std::string(spec.get_string_attribute("Model")) + " " +
          std::to_string(spec.get_float_attribute("Exif:FocalLength"));
 }
 

@@ -76,10 +76,6 @@ json result_json(const SceneMesh& made, const std::filesystem::path& output, dou
           {"time_ms", {{"total", milliseconds}}}};
 }
 
-std::string percent(double share) {
-  return number_text(100 * share, 0) + "%";
-}
-
 std::string source_text(const SceneMesh& made) {
   if (!made.depth) {
     return "from " + std::to_string(made.points_used) + " of " + std::to_string(made.points) + " points of " +
@@ -87,7 +83,7 @@ std::string source_text(const SceneMesh& made) {
   }
   const DepthFacts& depth = *made.depth;
   return "from " + std::to_string(depth.images) + " depth images in voxels of " + number_text(depth.voxel, 5) +
-         " scene units, " + number_text(depth.voxel_px, 1) + " of their pixels\n  " + percent(depth.confirmed) +
+         " scene units, " + number_text(depth.voxel_px, 1) + " of their pixels\n  " + percent_text(depth.confirmed) +
          " of the depths in sight of another depth image are confirmed by it; " + std::to_string(depth.removed_pieces) +
          " small pieces of " + std::to_string(depth.removed_faces) + " faces were left out\n";
 }
@@ -95,10 +91,10 @@ std::string source_text(const SceneMesh& made) {
 void print_text(const SceneMesh& made, const std::filesystem::path& output) {
   const std::string measured = made.depth ? "depth" : "point";
   std::cout << output.string() << ": " << made.surface.positions.size() << " vertices, " << made.surface.faces.size()
-            << " faces, " << source_text(made) << "  " << percent(made.trust.points_on_surface) << " of the "
+            << " faces, " << source_text(made) << "  " << percent_text(made.trust.points_on_surface) << " of the "
             << measured << "s lie on it, within " << number_text(kOnSurfacePx) << " pixels\n  "
-            << percent(made.trust.pixels_covered) << " of the photographs' pixels see it; of these "
-            << percent(made.trust.pixels_guessed) << " are a guess, more than " << number_text(kFarFromPointsPx)
+            << percent_text(made.trust.pixels_covered) << " of the photographs' pixels see it; of these "
+            << percent_text(made.trust.pixels_guessed) << " are a guess, more than " << number_text(kFarFromPointsPx)
             << " pixels from every " << measured << '\n';
 }
 

@@ -26,7 +26,7 @@ const Names<Mode> kModes{{"picture", Mode::picture},
                          {"depth", Mode::depth},
                          {"error", Mode::error}};
 
-const Names<PictureFormat> kFormats{
+const Names<PictureFormat> kPictureFormats{
     {"png", PictureFormat::png}, {"exr", PictureFormat::exr}, {"mp4", PictureFormat::mp4}};
 
 constexpr std::uint64_t kMostPixelsASide = 65536;
@@ -85,7 +85,7 @@ void RenderFlags::add_files_to(CLI::App& command) {
   begin_group(command, "Files and messages");
   add_file(command, "-o,--output", output, "DIR", "Folder of the pictures; earlier ones there are replaced")
       ->required();
-  add_choice(command, "--format", format, kFormats,
+  add_choice(command, "--format", format, kPictureFormats,
              "exr has linear light, or a mode's numbers; mp4 is one video, made by ffmpeg");
   frames_per_second_option_ = command.add_option("--fps", frames_per_second, "With --format mp4, pictures a second")
                                   ->type_name("N")
@@ -170,7 +170,7 @@ std::string RenderFlags::mode_name() const {
 }
 
 std::string RenderFlags::format_name() const {
-  return name_of(kFormats, format);
+  return name_of(kPictureFormats, format);
 }
 
 nlohmann::json RenderFlags::json() const {

@@ -15,61 +15,62 @@ function(lumatlas_compile_options target)
   endif()
   if(LUMATLAS_SANITIZE)
     target_compile_options(${target} PUBLIC -fsanitize=${LUMATLAS_SANITIZE} -fno-omit-frame-pointer
-                                            -fno-sanitize-recover=all)
+                                            -fno-sanitize-recover=all
+      $<$<CXX_COMPILER_ID:Clang>:-fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/tools/cmake/sanitizer-ignores.txt>)
     target_link_options(${target} PUBLIC -fsanitize=${LUMATLAS_SANITIZE})
     # GCC's documentation warns of false alarms from this one in sanitized code.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)
   endif()
 endfunction()
 
-# lumatlas_compile_together(TARGET COUNT)
-# Where LUMATLAS_TOGETHER is set, compiles the target's sources together, so many at a time, so that headers that they all
+# lumatlas_compile_together(TARGET)
+# Where LUMATLAS_TOGETHER is set, compiles the target's sources together, many at a time, so that headers that they all
 # include are read once, and templates that they all use are compiled once. Their unnamed namespaces are then one: a name
 # that two of them give to different things is an error there.
-# Comes after everything else that is said of the sources: those with options of their own are compiled alone.
+# Comes after everything else that is said of the sources: those with options of their own are compiled alone, but for
+# the quick ones.
 option(LUMATLAS_TOGETHER "Compile many sources together: sooner from nothing, later after a change" OFF)
+set(lumatlas_quick_options $<$<CONFIG:Release>:-O1>)
 
-function(lumatlas_compile_together target count)
+function(lumatlas_compile_together target)
   if(NOT LUMATLAS_TOGETHER)
     return()
   endif()
-  get_target_property(sources ${target} SOURCES)
-  lumatlas_sources_without_options(together ${sources})
-  lumatlas_join_sources(${target} ${count} ${together})
+  lumatlas_join_sources(${target} "" "")
+  lumatlas_join_sources(${target} _quick "${lumatlas_quick_options}")
   # GCC takes a source that is included in another for a header.
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
-# lumatlas_sources_without_options(RESULT SOURCES ...)
-# Sets RESULT to those of the sources that lie in this folder or below and that nothing is said of.
-function(lumatlas_sources_without_options result)
-  set(plain "")
-  foreach(source IN LISTS ARGN)
-    get_source_file_property(options ${source} COMPILE_OPTIONS)
+# lumatlas_join_sources(TARGET SUFFIX OPTIONS)
+# Puts files that include up to 20 sources each in the place of those sources of the target that lie in this folder or
+# below and have these options and no others: TARGET + SUFFIX + _0.cpp, _1.cpp and so on. CMake's own UNITY_BUILD would
+# name them by where the checkout lies, and ccache would not know them in the next checkout.
+function(lumatlas_join_sources target suffix options)
+  get_target_property(sources ${target} SOURCES)
+  set(joined "")
+  foreach(source IN LISTS sources)
+    get_source_file_property(own ${source} COMPILE_OPTIONS)
     get_source_file_property(apart ${source} SKIP_UNITY_BUILD_INCLUSION)
-    if(source MATCHES "\\.cpp$" AND NOT IS_ABSOLUTE ${source} AND NOT options AND NOT apart)
-      list(APPEND plain ${source})
+    if(NOT own)
+      set(own "")
+    endif()
+    if(source MATCHES "\\.cpp$" AND NOT IS_ABSOLUTE ${source} AND NOT apart AND own STREQUAL options)
+      list(APPEND joined ${source})
     endif()
   endforeach()
-  set(${result} ${plain} PARENT_SCOPE)
-endfunction()
+  list(REMOVE_ITEM sources ${joined})
 
-# lumatlas_join_sources(TARGET COUNT SOURCES ...)
-# Puts files that include so many of the sources each in their place. CMake's own UNITY_BUILD would name them by where
-# the checkout lies, and ccache would not know them in the next checkout.
-function(lumatlas_join_sources target count)
   file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
-  get_target_property(sources ${target} SOURCES)
-  list(REMOVE_ITEM sources ${ARGN})
-  set(joined ${ARGN})
   set(index 0)
   while(joined)
-    list(SUBLIST joined 0 ${count} some)
+    list(SUBLIST joined 0 20 some)
     list(REMOVE_ITEM joined ${some})
     list(TRANSFORM some REPLACE "(.+)" "#include \"${folder}/\\1\"\n")
     list(JOIN some "" content)
-    set(file ${CMAKE_CURRENT_BINARY_DIR}/${target}_${index}.cpp)
+    set(file ${CMAKE_CURRENT_BINARY_DIR}/${target}${suffix}_${index}.cpp)
     file(CONFIGURE OUTPUT ${file} CONTENT "${content}" @ONLY)
+    set_property(SOURCE ${file} PROPERTY COMPILE_OPTIONS ${options})
     list(APPEND sources ${file})
     math(EXPR index "${index} + 1")
   endwhile()
@@ -79,13 +80,13 @@ endfunction()
 # lumatlas_compile_quickly(TARGET)
 # For what runs once or waits for a disk: a release spends no time on optimising it.
 function(lumatlas_compile_quickly target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
-  lumatlas_compile_together(${target} 4)
+  target_compile_options(${target} PRIVATE ${lumatlas_quick_options})
+  lumatlas_compile_together(${target})
 endfunction()
 
 # lumatlas_compile_quickly_sources(SOURCES ...): the same of these sources of the folder.
 function(lumatlas_compile_quickly_sources)
-  set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
+  set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS ${lumatlas_quick_options})
 endfunction()
 
 # lumatlas_find_package(NAME [VERSION] ...)

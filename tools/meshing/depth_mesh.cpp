@@ -64,10 +64,6 @@ double spread(const std::vector<SceneDepth>& depths) {
   return farthest;
 }
 
-std::string percent(double share) {
-  return number_text(100 * share, 0) + "%";
-}
-
 // Of what nothing hides from another image; 1 where there is no such thing.
 double confirmed_share(const DepthAgreement& agreement) {
   const std::size_t in_sight = agreement.confirmed + agreement.seen_through;
@@ -92,7 +88,7 @@ std::string contradiction(const SceneViews& scene, const DepthSamples& samples, 
   }
   const double share = static_cast<double>(agreement.confirmed) / static_cast<double>(agreement.compared());
   if (agreement.compared() >= kEnoughToTell && share < kHardlyAny) {
-    return where + "only " + percent(share) +
+    return where + "only " + percent_text(share) +
            " of the depths in the view of another depth image are confirmed by it: " +
            unit_advice(scene.depths.front()) + "; or the poses are wrong";
   }
@@ -142,16 +138,16 @@ std::vector<std::string> warnings_of(const SurfaceTrust& trust, const DepthAgree
   constexpr double kLittleCovered = 0.5, kMuchSeenThrough = 0.3, kFewOnSurface = 0.5;
   std::vector<std::string> warnings;
   if (trust.pixels_covered < kLittleCovered) {
-    warnings.push_back("the mesh covers only " + percent(trust.pixels_covered) +
+    warnings.push_back("the mesh covers only " + percent_text(trust.pixels_covered) +
                        " of the photographs: the rest stays empty, for lack of depths there");
   }
   const double through = 1 - confirmed_share(agreement);
   if (through > kMuchSeenThrough) {
-    warnings.push_back("depth images look through " + percent(through) +
+    warnings.push_back("depth images look through " + percent_text(through) +
                        " of what others measured: the poses, the unit or the depths are inexact");
   }
   if (trust.points_on_surface < kFewOnSurface) {
-    warnings.push_back("only " + percent(trust.points_on_surface) +
+    warnings.push_back("only " + percent_text(trust.points_on_surface) +
                        " of the depths lie on the mesh: they are noisy, or its voxels are coarse");
   }
   return warnings;

@@ -11,15 +11,12 @@
 
 #include "atlas/photograph.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 namespace {
 
 constexpr double kLeastCosine = 0.1;  // of the angle to the normal, 84 degrees
-
-std::string size_text(std::uint32_t width, std::uint32_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 // Sizes that differ by less than a pixel from the same shape are of the same shape.
 void check_shape(const GreyImage& image, const SceneDepth& depth) {

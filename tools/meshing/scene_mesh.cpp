@@ -104,24 +104,20 @@ ScenePoints thinned_to_fit(const ScenePoints& points, std::span<const Camera> vi
   return result;
 }
 
-std::string percent(double share) {
-  return number_text(100 * share, 0) + "%";
-}
-
 std::vector<std::string> warnings_of(const SurfaceTrust& trust) {
   constexpr double kLittleCovered = 0.5, kMuchGuessed = 0.4, kFewOnSurface = 0.5;
   std::vector<std::string> warnings;
   if (trust.pixels_covered < kLittleCovered) {
-    warnings.push_back("the mesh covers only " + percent(trust.pixels_covered) +
+    warnings.push_back("the mesh covers only " + percent_text(trust.pixels_covered) +
                        " of the photographs: the rest stays empty, for lack of points there");
   }
   if (trust.pixels_guessed > kMuchGuessed) {
-    warnings.push_back(percent(trust.pixels_guessed) +
+    warnings.push_back(percent_text(trust.pixels_guessed) +
                        " of what photographs see of the mesh is far from every point and a guess: take more "
                        "photographs, or give denser points (--points)");
   }
   if (trust.points_on_surface < kFewOnSurface) {
-    warnings.push_back("only " + percent(trust.points_on_surface) +
+    warnings.push_back("only " + percent_text(trust.points_on_surface) +
                        " of the points lie on the mesh: they are noisy, or many are wrong");
   }
   return warnings;

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tools/base/child_process.h"
 
 namespace lumatlas {
@@ -45,7 +46,7 @@ std::vector<std::string> arguments(const fs::path& ffmpeg, const fs::path& file,
           "-pixel_format",
           "rgb24",
           "-video_size",
-          std::to_string(width) + "x" + std::to_string(height),
+          size_text(width, height),
           "-framerate",
           text_of(frames_per_second),
           "-i",
@@ -148,9 +149,8 @@ void FfmpegPipe::fail(const std::string& what) {
 
 void FfmpegPipe::write(const Photograph& frame) {
   if (frame.width != width_ || frame.height != height_) {
-    throw std::invalid_argument("video: a frame is " + std::to_string(frame.width) + "x" +
-                                std::to_string(frame.height) + ", must be " + std::to_string(width_) + "x" +
-                                std::to_string(height_) + " as the first");
+    throw std::invalid_argument("video: a frame is " + size_text(frame.width, frame.height) + ", must be " +
+                                std::to_string(width_) + "x" + std::to_string(height_) + " as the first");
   }
   const char* bytes = reinterpret_cast<const char*>(frame.rgb.data());
   for (std::size_t left = frame.rgb.size(); left > 0;) {

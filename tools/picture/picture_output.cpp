@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -86,8 +87,8 @@ void PictureOutput::write_frame(const Photograph& picture) {
   }
   if (picture.width != video_width_ || picture.height != video_height_) {
     throw InputError("the views are of different sizes, " + std::to_string(video_width_) + "x" +
-                     std::to_string(video_height_) + " and " + std::to_string(picture.width) + "x" +
-                     std::to_string(picture.height) + ", a video has one: write pictures (--format png)");
+                     std::to_string(video_height_) + " and " + size_text(picture.width, picture.height) +
+                     ", a video has one: write pictures (--format png)");
   }
   video_->write(picture);
 }

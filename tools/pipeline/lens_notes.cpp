@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/lens_notes.h"
 
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -50,10 +49,9 @@ void correct(std::vector<SceneView>& views, const Camera& camera, const LensCorr
   }
 }
 
-std::string printed(const char* format, double value) {
-  std::array<char, 64> text{};
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
+// "+0.25" for 0.25 and 2 decimals.
+std::string signed_text(double value, int decimals) {
+  return (value < 0 ? "" : "+") + number_text(value, decimals);
 }
 
 // Of a correction what moves a corner by a tenth of a pixel or more.
@@ -66,16 +64,16 @@ std::string terms_text(const LensCorrection& c, const Camera& camera) {
   };
   LensCorrection alone;
   alone.focal = c.focal;
-  add(alone, "focal length " + printed("%+.2f %%", 100 * (c.focal - 1)));
+  add(alone, "focal length " + signed_text(100 * (c.focal - 1), 2) + " %");
   alone = {};
   alone.principal = c.principal;
-  add(alone, "principal point (" + printed("%+.1f", c.principal.x * camera.width) + ", " +
-                 printed("%+.1f", c.principal.y * camera.width) + ") px");
+  add(alone, "principal point (" + signed_text(c.principal.x * camera.width, 1) + ", " +
+                 signed_text(c.principal.y * camera.width, 1) + ") px");
   for (const auto& [field, name] : {std::pair(&LensCorrection::k1, "k1 "), std::pair(&LensCorrection::k2, "k2 "),
                                     std::pair(&LensCorrection::p1, "p1 "), std::pair(&LensCorrection::p2, "p2 ")}) {
     alone = {};
     alone.*field = c.*field;
-    add(alone, name + printed("%.4f", c.*field));
+    add(alone, name + number_text(c.*field, 4));
   }
   return text;
 }
@@ -101,7 +99,7 @@ std::string lenses_text(std::span<const RefinedLens> lenses) {
   for (const RefinedLens& lens : lenses) {
     if (!lens.applied) continue;
     text += "lens: " + terms_text(lens.estimate.correction, lens.camera) + ", a corner moves " +
-            printed("%.1f", lens.estimate.corner_px) + " px; " + std::to_string(lens.views) +
+            number_text(lens.estimate.corner_px, 1) + " px; " + std::to_string(lens.views) +
             " photographs undistorted again\n";
   }
   return text;

@@ -34,22 +34,22 @@ class Bytes {
   std::string text_;
 };
 
-using Lens = std::array<double, 6>;
+using LensKey = std::array<double, 6>;
 
-Lens lens_of(const Camera& c) {
+LensKey lens_key(const Camera& c) {
   return {static_cast<double>(c.width), static_cast<double>(c.height), c.fx, c.fy, c.cx, c.cy};
 }
 
 // Id of each distinct lens, from 1, in the order in which they appear.
-std::map<Lens, std::uint32_t> lens_ids(std::span<const WrittenView> images) {
-  std::map<Lens, std::uint32_t> ids;
+std::map<LensKey, std::uint32_t> lens_ids(std::span<const WrittenView> images) {
+  std::map<LensKey, std::uint32_t> ids;
   for (const WrittenView& image : images)
-    ids.try_emplace(lens_of(image.camera), static_cast<std::uint32_t>(ids.size() + 1));
+    ids.try_emplace(lens_key(image.camera), static_cast<std::uint32_t>(ids.size() + 1));
   return ids;
 }
 
-Bytes cameras_file(const std::map<Lens, std::uint32_t>& ids) {
-  std::map<std::uint32_t, Lens> by_id;
+Bytes cameras_file(const std::map<LensKey, std::uint32_t>& ids) {
+  std::map<std::uint32_t, LensKey> by_id;
   for (const auto& [lens, id] : ids) by_id[id] = lens;
   Bytes bytes;
   bytes.put<std::uint64_t>(by_id.size());
@@ -75,14 +75,14 @@ void put_pose(const Camera& camera, Bytes& bytes) {
   for (int axis = 0; axis < 3; ++axis) bytes.put<double>(camera.cam_from_world_translation[axis]);
 }
 
-Bytes images_file(std::span<const WrittenView> images, const std::map<Lens, std::uint32_t>& lenses,
+Bytes images_file(std::span<const WrittenView> images, const std::map<LensKey, std::uint32_t>& lenses,
                   const std::vector<std::vector<Keypoint>>& keypoints) {
   Bytes bytes;
   bytes.put<std::uint64_t>(images.size());
   for (std::size_t i = 0; i < images.size(); ++i) {
     bytes.put(static_cast<std::uint32_t>(i + 1));
     put_pose(images[i].camera, bytes);
-    bytes.put<std::uint32_t>(lenses.at(lens_of(images[i].camera)));
+    bytes.put<std::uint32_t>(lenses.at(lens_key(images[i].camera)));
     bytes.put_text(images[i].name);
     bytes.put<std::uint64_t>(keypoints[i].size());
     for (const Keypoint& keypoint : keypoints[i]) {
@@ -121,7 +121,7 @@ void write_colmap_model(const std::filesystem::path& folder, std::span<const Wri
       keypoints[seen.image].push_back({seen.position, i + 1});
     }
   }
-  const std::map<Lens, std::uint32_t> lenses = lens_ids(images);
+  const std::map<LensKey, std::uint32_t> lenses = lens_ids(images);
   cameras_file(lenses).write(folder / "cameras.bin");
   images_file(images, lenses, keypoints).write(folder / "images.bin");
   points_file.write(folder / "points3D.bin");

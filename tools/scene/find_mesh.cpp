@@ -31,7 +31,7 @@ constexpr std::array kNames{
     "scene_mesh_texture",               // OpenMVS
     "raw",                              // Polycam
 };
-constexpr std::array kEndings{".ply", ".obj", ".stl", ".glb", ".gltf"};  // the preferred first
+constexpr std::array kMeshEndings{".ply", ".obj", ".stl", ".glb", ".gltf"};  // the preferred first
 constexpr std::array kFolders{"", "dense", "dense/0"};
 
 bool is_file(const fs::path& path) {
@@ -58,7 +58,7 @@ std::string lower_case_ending(const fs::path& path) {
 
 TriangleSoup read_scene_mesh(const fs::path& file) {
   const std::string ending = lower_case_ending(file);
-  if (std::find(kEndings.begin(), kEndings.end(), ending) == kEndings.end()) {
+  if (std::find(kMeshEndings.begin(), kMeshEndings.end(), ending) == kMeshEndings.end()) {
     throw InputError(file.string() + ": the ending " + in_quotes(ending) +
                      " is not .ply, .obj, .stl, .glb or .gltf; convert the mesh to one of these");
   }
@@ -68,7 +68,7 @@ TriangleSoup read_scene_mesh(const fs::path& file) {
 std::optional<fs::path> mesh_beside(const fs::path& scene) {
   for (const char* const folder : kFolders) {
     for (const char* const name : kNames) {
-      for (const char* const ending : kEndings) {
+      for (const char* const ending : kMeshEndings) {
         fs::path candidate = scene / folder / (std::string(name) + ending);
         if (is_file(candidate)) {
           return candidate;

@@ -9,6 +9,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 #include "mesh/visibility.h"
 #include "tools/base/progress.h"
 #include "tools/scene/scene.h"
@@ -83,8 +84,7 @@ Glance glance(const Surface& surface, const SceneViews& scene, bool quiet) {
 std::map<std::string, std::size_t> lenses_of(const SceneViews& scene) {
   std::map<std::string, std::size_t> lenses;
   for (const SceneView& view : scene.views) {
-    ++lenses[std::string(name(view.lens.model)) + " " + std::to_string(view.lens.width) + "x" +
-             std::to_string(view.lens.height)];
+    ++lenses[std::string(name(view.lens.model)) + " " + size_text(view.lens.width, view.lens.height)];
   }
   return lenses;
 }

@@ -32,7 +32,7 @@ struct Similarity {
 };
 
 // Where in the file something is, for sentences.
-struct Place {
+struct XmlPlace {
   const fs::path& path;
   std::string where;
 
@@ -42,7 +42,7 @@ struct Place {
 };
 
 // pugixml would read them as the C locale has it, and what is no number as 0.
-std::vector<double> numbers(const pugi::xml_node& node, std::size_t count, const Place& place) {
+std::vector<double> numbers(const pugi::xml_node& node, std::size_t count, const XmlPlace& place) {
   std::string_view text = node.text().get();
   std::vector<double> values;
   while (true) {
@@ -62,12 +62,12 @@ std::vector<double> numbers(const pugi::xml_node& node, std::size_t count, const
   return values;
 }
 
-double number_or_0(const pugi::xml_node& parent, const char* name, const Place& place) {
+double number_or_0(const pugi::xml_node& parent, const char* name, const XmlPlace& place) {
   const pugi::xml_node node = parent.child(name);
   return node ? numbers(node, 1, place)[0] : 0;
 }
 
-std::uint32_t size_in(const pugi::xml_node& resolution, const char* name, const Place& place) {
+std::uint32_t size_in(const pugi::xml_node& resolution, const char* name, const XmlPlace& place) {
   const std::string_view text = resolution.attribute(name).value();
   const std::optional<long long> value = parse_integer(text);
   if (!value || *value < 1 || *value > 65536) {
@@ -89,7 +89,7 @@ CameraModel fisheye_lens(const BrownLens& b) {
   return lens;
 }
 
-CameraModel lens_of_sensor(const pugi::xml_node& sensor, const Place& place) {
+CameraModel lens_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) {
   const pugi::xml_node calibration = calibration_of(sensor);
   if (!calibration) place.refuse("has no calibration: export the cameras after aligning them");
   const pugi::xml_node resolution =
@@ -123,7 +123,7 @@ CameraModel lens_of_sensor(const pugi::xml_node& sensor, const Place& place) {
   }
 }
 
-Similarity similarity_of(const pugi::xml_node& transform, const Place& place) {
+Similarity similarity_of(const pugi::xml_node& transform, const XmlPlace& place) {
   Similarity result;
   if (const pugi::xml_node node = transform.child("rotation")) {
     const std::vector<double> r = numbers(node, 9, place);
@@ -182,7 +182,7 @@ class ChunkReader {
 
   void read_camera(const pugi::xml_node& camera) {
     const std::string label = camera.attribute("label").value();
-    const Place place{path_, "camera " + in_quotes(label)};
+    const XmlPlace place{path_, "camera " + in_quotes(label)};
     PosedPhotograph photograph = photographs_.find(label);
     const std::vector<double> m = numbers(camera.child("transform"), 16, place);
     glm::dmat3 chunk_from_camera;
@@ -201,7 +201,7 @@ class ChunkReader {
     return found == components_.end() ? world_from_chunk_ : found->second;
   }
 
-  const CameraModel& lens_of_camera(const pugi::xml_node& camera, const Place& place) {
+  const CameraModel& lens_of_camera(const pugi::xml_node& camera, const XmlPlace& place) {
     const std::string id = camera.attribute("sensor_id").value();
     const auto sensor = sensors_.find(id);
     if (sensor == sensors_.end()) place.refuse("is of sensor " + in_quotes(id) + ", which is not in the file");

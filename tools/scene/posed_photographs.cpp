@@ -33,8 +33,9 @@ std::string lower_case(std::string text) {
 }
 
 bool is_picture(const fs::path& file) {
-  constexpr std::array kEndings{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp"};
-  return std::find(kEndings.begin(), kEndings.end(), lower_case(file.extension().string())) != kEndings.end();
+  constexpr std::array kPhotographEndings{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp"};
+  return std::find(kPhotographEndings.begin(), kPhotographEndings.end(), lower_case(file.extension().string())) !=
+         kPhotographEndings.end();
 }
 
 bool ends_a_path(const std::string& name, std::string_view end) {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/scene_list.h"
 #include "tools/scene/undistortion.h"
@@ -14,10 +15,6 @@ namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string size_text(std::uint32_t width, std::uint32_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
-}
 
 // What the task throws is the caller's, or, where bad views are to be skipped, what is bad about this one.
 template <typename Task>

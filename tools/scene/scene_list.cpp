@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tools/scene/capture_forms.h"
 #include "tools/scene/colmap.h"
 #include "tools/scene/for_each_index.h"
@@ -45,10 +46,6 @@ std::map<std::uint32_t, Camera> pinhole_views(const ColmapModel& model) {
     result.emplace(used[i].id, cameras[i]);
   }
   return result;
-}
-
-std::string size_text(std::uint32_t width, std::uint32_t height) {
-  return std::to_string(width) + "x" + std::to_string(height);
 }
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).

@@ -13,6 +13,8 @@
 #include <string>
 #include <vector>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 namespace {
 
@@ -196,9 +198,8 @@ bool undistort_row(const Photograph& photograph, const SourceOfPixel& source, st
 
 void require_size(const char* what, std::uint32_t width, std::uint32_t height, const CameraModel& lens) {
   if (width != lens.width || height != lens.height) {
-    throw std::invalid_argument("undistort: the " + std::string(what) + " is " + std::to_string(width) + "x" +
-                                std::to_string(height) + ", must be the lens's " + std::to_string(lens.width) + "x" +
-                                std::to_string(lens.height));
+    throw std::invalid_argument("undistort: the " + std::string(what) + " is " + size_text(width, height) +
+                                ", must be the lens's " + size_text(lens.width, lens.height));
   }
 }
 

@@ -4,15 +4,16 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
 
 namespace {
 
 void check_pictures(const Photograph& rendering, const Photograph& photograph) {
   if (rendering.width != photograph.width || rendering.height != photograph.height) {
-    throw std::invalid_argument("scores: the rendering is " + std::to_string(rendering.width) + "x" +
-                                std::to_string(rendering.height) + ", must be " + std::to_string(photograph.width) +
-                                "x" + std::to_string(photograph.height) + " as the photograph");
+    throw std::invalid_argument("scores: the rendering is " + size_text(rendering.width, rendering.height) +
+                                ", must be " + size_text(photograph.width, photograph.height) + " as the photograph");
   }
   const std::size_t pixels = std::size_t{photograph.width} * photograph.height;
   if (pixels == 0) {

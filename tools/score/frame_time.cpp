@@ -10,14 +10,14 @@
 #include <string>
 
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 #include "tools/base/elapsed.h"
 
 namespace lumatlas {
 
 std::vector<Camera> cameras_between_views(const Snapshot& model, std::size_t count, const FrameSize& size) {
   if (size.width == 0 || size.height == 0) {
-    throw std::invalid_argument("frame size: it is " + std::to_string(size.width) + "x" + std::to_string(size.height) +
-                                " pixels, must have some");
+    throw std::invalid_argument("frame size: it is " + size_text(size.width, size.height) + " pixels, must have some");
   }
   std::vector<Camera> stored;
   for (const auto& view : model.views) {

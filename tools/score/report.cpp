@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "mesh/base/number_text.h"
 #include "tools/base/output_folder.h"
 #include "tools/score/json_fields.h"
 
@@ -46,8 +47,7 @@ void check(const Report& report) {
              std::to_string(report.methods.size()) + ", one per method");
     }
     if (view.width == 0 || view.height == 0) {
-      refuse("the size of view " + view.name, std::to_string(view.width) + "x" + std::to_string(view.height),
-             "at least 1x1");
+      refuse("the size of view " + view.name, size_text(view.width, view.height), "at least 1x1");
     }
     check_path(view.name, view.photograph);
     for (const ReportRendering& rendering : view.renderings) {

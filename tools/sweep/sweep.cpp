@@ -157,7 +157,6 @@ std::vector<SweepValue> SweepReader::values(const JsonPlace& place, const SweptO
 }
 
 std::vector<SweepSeries> SweepReader::series(const JsonPlace& file) const {
-  using Mark = SweepSeries::Mark;
   std::vector<SweepSeries> all;
   std::set<std::string> labels;
   for (const JsonPlace& place : file.at("series").elements()) {
@@ -166,7 +165,8 @@ std::vector<SweepSeries> SweepReader::series(const JsonPlace& file) const {
     one.label = place.at("label").text();
     if (!labels.insert(one.label).second) place.refuse("\"" + one.label + "\" is there twice");
     if (place.has("mark")) {
-      one.mark = place.at("mark").one_of({"default", "printed"}) == "default" ? Mark::is_default : Mark::printed;
+      one.mark = place.at("mark").one_of({"default", "printed"}) == "default" ? SweepSeries::Mark::is_default
+                                                                              : SweepSeries::Mark::printed;
     }
     one.once = place.has("once") && place.at("once").boolean();
     one.options = command_options(place);

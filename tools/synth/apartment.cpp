@@ -17,7 +17,6 @@ using glm::dvec3;
 using glm::vec3;
 
 constexpr double kCeiling = 2.6;
-constexpr double kPi = std::numbers::pi;
 
 enum Room : std::size_t { kLiving, kBedroom, kDoorway, kNorthWindow, kEastWindow, kRoomCount };
 
@@ -183,8 +182,8 @@ class Apartment : private Furnisher {
       const double side = random_.uniform(0.13, 0.2);
       const double shift = random_.uniform(-0.03, 0.03);
       const dvec2 place = at + dvec2(0.32 * column + shift, 0.34 * row + random_.uniform(-0.03, 0.03));
-      toy_block(place, 0, side, random_.uniform(0, 0.5 * kPi));
-      if (i == 1 || i == 3) toy_block(place, side, 0.12, random_.uniform(0, 0.5 * kPi));
+      toy_block(place, 0, side, random_.uniform(0, 0.5 * std::numbers::pi));
+      if (i == 1 || i == 3) toy_block(place, side, 0.12, random_.uniform(0, 0.5 * std::numbers::pi));
     }
   }
 

@@ -17,9 +17,9 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-constexpr double kLength = 7.2;  // along x
-constexpr double kWidth = 5.2;   // along y
-constexpr double kCeiling = 2.8;
+constexpr double kLabLength = 7.2;  // along x
+constexpr double kLabWidth = 5.2;   // along y
+constexpr double kLabHeight = 2.8;
 constexpr double kBench = 0.9;  // height of what is worked at standing
 constexpr double kDesk = 0.74;
 
@@ -31,9 +31,9 @@ class Lab : private Furnisher {
     make_room();
     make_lights();
     rack({0.24, 3.0});
-    workbench({3.3, kWidth - 0.37});
+    workbench({3.3, kLabWidth - 0.37});
     island({3.6, 2.5});
-    glossy_cabinet({kLength - 0.27, 3.1});
+    glossy_cabinet({kLabLength - 0.27, 3.1});
     desk({5.6, 0.38});
     lamp_stand({0.75, 0.7});
     gas_bottles({0.3, 1.2});
@@ -60,17 +60,17 @@ class Lab : private Furnisher {
     const std::int32_t outside =
         add_emission(Pattern::sky, linear_from_srgb(120, 168, 226), linear_from_srgb(236, 238, 240), 1.15F);
     std::vector<BlockPart> air(2);
-    air[0] = {{0, 0, 0}, {kLength, kWidth, kCeiling}, {wall, accent, wall, wall, floor, ceiling}};
-    air[1] = {{kLength, 1.1, 1.0}, {kLength + 0.2, 2.1, 2.2}, {jamb, outside, jamb, jamb, jamb, jamb}};
+    air[0] = {{0, 0, 0}, {kLabLength, kLabWidth, kLabHeight}, {wall, accent, wall, wall, floor, ceiling}};
+    air[1] = {{kLabLength, 1.1, 1.0}, {kLabLength + 0.2, 2.1, 2.2}, {jamb, outside, jamb, jamb, jamb, jamb}};
     scene_.solids.emplace_back(Block{{}, 0, air, true});
   }
 
   void make_lights() {
     const vec3 white(0.95F, 0.95F, 0.9F);
-    ceiling_panel({1.9, 2.6}, {1.2, 0.5}, kCeiling, kLampRadiance * white);
-    ceiling_panel({5.2, 2.6}, {1.2, 0.5}, kCeiling, kLampRadiance * white);
+    ceiling_panel({1.9, 2.6}, {1.2, 0.5}, kLabHeight, kLampRadiance * white);
+    ceiling_panel({5.2, 2.6}, {1.2, 0.5}, kLabHeight, kLampRadiance * white);
     const vec3 day(0.72F, 0.86F, 1.0F);
-    scene_.lights.push_back({{kLength + 0.16F, 2.1F, 1.0F}, {0, -1.0F, 0}, {0, 0, 1.2F}, 4.0F * day});  // towards -x
+    scene_.lights.push_back({{kLabLength + 0.16F, 2.1F, 1.0F}, {0, -1.0F, 0}, {0, 0, 1.2F}, 4.0F * day});  // towards -x
     scene_.ambient_above = {0.2F, 0.2F, 0.2F};
     scene_.ambient_below = {0.32F, 0.31F, 0.29F};
   }
@@ -292,15 +292,15 @@ class Lab : private Furnisher {
   void pipes() {
     const std::int32_t paint = add(Pattern::bands, {tone(200, 196, 186), tone(170, 60, 50), tone(190, 188, 180)}, 0.6F);
     const std::int32_t steel = add_metal(vec3(0.7F, 0.72F, 0.75F), 0.08F);
-    const dvec3 west(0.12, kWidth - 0.12, 2.55);
-    const dvec3 east(kLength - 0.12, kWidth - 0.12, 2.55);
+    const dvec3 west(0.12, kLabWidth - 0.12, 2.55);
+    const dvec3 east(kLabLength - 0.12, kLabWidth - 0.12, 2.55);
     pipe(west, east, 0.05, paint);
     pipe(dvec3(west.x, west.y, 0), west, 0.05, paint);
     pipe(dvec3(east.x, east.y, 0.9), east, 0.05, paint);
     sphere(west, 0.062, paint);
     sphere(east, 0.062, paint);
-    for (const double y : {kWidth - 0.26, kWidth - 0.34}) {
-      pipe({0.1, y, 2.62}, {kLength - 0.1, y, 2.62}, 0.02, steel);
+    for (const double y : {kLabWidth - 0.26, kLabWidth - 0.34}) {
+      pipe({0.1, y, 2.62}, {kLabLength - 0.1, y, 2.62}, 0.02, steel);
     }
   }
 
@@ -308,14 +308,20 @@ class Lab : private Furnisher {
   void cables() {
     const std::int32_t rubber = matte(vec3(0.05F));
     const std::int32_t orange = matte(linear_from_srgb(214, 110, 40));
-    cable({{1.2, kWidth - 0.02, 2.3}, {1.8, kWidth - 0.02, 2.0}, {2.1, kWidth - 0.02, 1.4}, {2.2, kWidth - 0.05, 0.92}},
+    cable({{1.2, kLabWidth - 0.02, 2.3},
+           {1.8, kLabWidth - 0.02, 2.0},
+           {2.1, kLabWidth - 0.02, 1.4},
+           {2.2, kLabWidth - 0.05, 0.92}},
           0.012, rubber);
-    cable({{2.6, kWidth - 0.02, 2.2}, {2.7, kWidth - 0.02, 1.6}, {3.1, kWidth - 0.02, 1.3}, {3.6, kWidth - 0.06, 1.1}},
+    cable({{2.6, kLabWidth - 0.02, 2.2},
+           {2.7, kLabWidth - 0.02, 1.6},
+           {3.1, kLabWidth - 0.02, 1.3},
+           {3.6, kLabWidth - 0.06, 1.1}},
           0.01, orange);
     cable({{4.6, 1.9, 0.012}, {4.1, 1.6, 0.012}, {3.3, 1.75, 0.012}, {2.7, 1.5, 0.012}, {2.2, 1.0, 0.012}}, 0.014,
           orange);
     cable({{5.3, 0.05, 0.74}, {5.3, 0.02, 0.4}, {4.7, 0.02, 0.3}, {4.2, 0.02, 0.3}}, 0.01, rubber);
-    const dvec3 hook(3.6, 2.5, kCeiling - 0.001);  // a lamp hangs over the island
+    const dvec3 hook(3.6, 2.5, kLabHeight - 0.001);  // a lamp hangs over the island
     cable({hook, hook - dvec3(0, 0, 0.5)}, 0.008, rubber);
     const std::int32_t shade = add(Pattern::bands, {dye(), dye(), dye()}, 0.08F);
     scene_.solids.emplace_back(Cylinder{hook - dvec3(0, 0, 0.68), 0.16, 0.18, shade, shade, shade});
@@ -333,10 +339,10 @@ class Lab : private Furnisher {
         add(Pattern::wood, {linear_from_srgb(70, 52, 40), linear_from_srgb(40, 28, 20), vec3(0.1F)});
     hang({2.0, 0, 1.6}, {1.2, 0.85}, 3, poster(), frame);
     hang({5.6, 0, 1.75}, {1.3, 0.7}, 3, print_page(), frame);
-    hang({kLength, 3.1, 1.9}, {1.0, 0.7}, 0, poster(), frame);
-    hang({kLength, 0.5, 1.5}, {0.6, 0.9}, 0, print_page(), frame);
+    hang({kLabLength, 3.1, 1.9}, {1.0, 0.7}, 0, poster(), frame);
+    hang({kLabLength, 0.5, 1.5}, {0.6, 0.9}, 0, print_page(), frame);
     hang({0, 0.9, 1.9}, {0.8, 0.6}, 1, print_page(), frame);
-    hang({5.4, kWidth, 1.6}, {0.9, 1.1}, 2, poster(), frame);
+    hang({5.4, kLabWidth, 1.6}, {0.9, 1.1}, 2, poster(), frame);
     const std::int32_t mirror = add_metal(vec3(0.9F), 0);
     hang({3.7, 0, 1.35}, {0.9, 1.3}, 3, mirror, add_metal(vec3(0.5F), 0.1F));  // a polished plate
   }

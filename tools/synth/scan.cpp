@@ -37,7 +37,7 @@ constexpr std::array<double, 3> kPitches{-0.7, -0.2, 0.3};  // radians
 constexpr std::uint32_t kFrames = 64;                       // of each loop
 constexpr double kTurns = 9;                                // in each loop: frames overlap by a quarter
 
-enum Use : std::uint64_t { kScan = 0x7363616e, kAim, kAxial };  // what random numbers are for
+enum ScanUse : std::uint64_t { kScan = 0x7363616e, kAim, kAxial };  // what random numbers are for
 
 // Standard normal, smooth over windows of `window` >= 1 pixels: values on their grid, interpolated, at unit variance.
 double correlated_noise(std::uint64_t seed, const glm::dvec2& pixel, double window) {

@@ -17,8 +17,6 @@ namespace {
 
 using glm::dvec3;
 
-constexpr double kPi = std::numbers::pi;
-
 std::uint32_t steps(double length, double max_edge) {
   constexpr double kMost = 65535;  // keeps lattice indices within 20 bits each for up to 16 intervals
   return static_cast<std::uint32_t>(std::clamp(std::ceil(length / max_edge - 1e-9), 1.0, kMost));
@@ -206,7 +204,7 @@ struct CylinderSteps {
 };
 
 CylinderSteps cylinder_steps(const Cylinder& cylinder, double max_edge) {
-  const double side = 2 * cylinder.radius * std::sin(kPi / kCylinderSides);
+  const double side = 2 * cylinder.radius * std::sin(std::numbers::pi / kCylinderSides);
   return {kCylinderSides * steps(side, max_edge), steps(cylinder.height, max_edge), steps(cylinder.radius, max_edge)};
 }
 
@@ -225,8 +223,8 @@ Ring add_ring(const Cylinder& cylinder, double scale, double height, std::uint32
   Ring ring;
   for (std::uint32_t i = 0; i < around; ++i) {
     const std::uint32_t side = i / per_side;
-    const double from = 2 * kPi * side / kCylinderSides;
-    const double to = 2 * kPi * (side + 1) / kCylinderSides;
+    const double from = 2 * std::numbers::pi * side / kCylinderSides;
+    const double to = 2 * std::numbers::pi * (side + 1) / kCylinderSides;
     const double share = static_cast<double>(i % per_side) / per_side;
     const dvec3 corner =
         (1 - share) * dvec3(std::cos(from), std::sin(from), 0) + share * dvec3(std::cos(to), std::sin(to), 0);
@@ -281,7 +279,7 @@ void append(const Cylinder& cylinder, double max_edge, Tessellation& out) {
     surface.shape = Shape::cylinder;
     surface.origin = cylinder.base;
     surface.radius = static_cast<float>(cylinder.radius);
-    surface.size = {2 * kPi * cylinder.radius, cylinder.height};
+    surface.size = {2 * std::numbers::pi * cylinder.radius, cylinder.height};
     surface.material = static_cast<std::uint32_t>(cylinder.side);
     const std::uint32_t id = add_surface(out, surface);
     for (std::uint32_t row = 1; row <= n.up; ++row) {
@@ -315,7 +313,7 @@ void append(const Sphere& sphere, double max_edge, Tessellation& out) {
   surface.shape = Shape::sphere;
   surface.origin = sphere.center;
   surface.radius = static_cast<float>(sphere.radius);
-  surface.size = {2 * kPi * sphere.radius, kPi * sphere.radius};
+  surface.size = {2 * std::numbers::pi * sphere.radius, std::numbers::pi * sphere.radius};
   surface.material = static_cast<std::uint32_t>(sphere.material);
   const std::uint32_t id = add_surface(out, surface);
   const Polyhedron base = unit_sphere();
@@ -456,7 +454,7 @@ Convex frustum(const FrustumSize& size, std::int32_t side, std::int32_t bottom, 
   Convex body;
   const auto add_ring = [&](double radius, double height) {
     for (std::uint32_t i = 0; i < size.sides; ++i) {
-      const double angle = 2 * kPi * i / size.sides;
+      const double angle = 2 * std::numbers::pi * i / size.sides;
       body.corners.emplace_back(radius * std::cos(angle), radius * std::sin(angle), height);
     }
   };

@@ -15,8 +15,6 @@ namespace {
 using glm::vec2;
 using glm::vec3;
 
-constexpr float kPi = std::numbers::pi_v<float>;
-
 std::uint64_t cell_hash(std::uint32_t seed, float i, float j) {
   return hashed(seed, static_cast<std::uint64_t>(static_cast<std::int64_t>(i)),
                 static_cast<std::uint64_t>(static_cast<std::int64_t>(j)));
@@ -41,7 +39,9 @@ float clouds(vec2 p, std::uint32_t seed) {
 }
 
 vec3 hue(float turn) {
-  const auto channel = [&](float shift) { return 0.5F + 0.5F * std::cos(2 * kPi * (turn + shift)); };
+  const auto channel = [&](float shift) {
+    return 0.5F + 0.5F * std::cos(2 * std::numbers::pi_v<float> * (turn + shift));
+  };
   return {channel(0), channel(-1.0F / 3), channel(1.0F / 3)};
 }
 
@@ -96,7 +96,7 @@ vec3 wallpaper(const Material& m, vec2 st) {
 // Fibres along s, in [0, 1].
 float grain(vec2 st, std::uint32_t seed) {
   const float bend = 5 * noise(st * vec2(1.1F, 5), seed);
-  const float rings = 0.5F + 0.5F * std::sin(2 * kPi * (st.y * 9 + bend));
+  const float rings = 0.5F + 0.5F * std::sin(2 * std::numbers::pi_v<float> * (st.y * 9 + bend));
   return 0.45F * rings + 0.3F * noise(st * vec2(5, 90), seed + 1) + 0.25F * noise(st * vec2(14, 240), seed + 2);
 }
 
@@ -339,7 +339,7 @@ vec3 foliage(const Material& m, vec2 st) {
     const vec2 grid = st / m.scale + 0.37F * static_cast<float>(layer);
     const vec2 cell = glm::floor(grid);
     const std::uint64_t h = cell_hash(m.seed + 11 * layer, cell.x, cell.y);
-    const float angle = kPi * cell_value(h, 1);
+    const float angle = std::numbers::pi_v<float> * cell_value(h, 1);
     const vec2 local = grid - cell - vec2(0.4F + 0.2F * cell_value(h, 2), 0.4F + 0.2F * cell_value(h, 3));
     const vec2 turned(std::cos(angle) * local.x + std::sin(angle) * local.y,
                       std::cos(angle) * local.y - std::sin(angle) * local.x);
@@ -357,10 +357,10 @@ vec2 coordinates(const Surface& surface, const vec3& point) {
   const float along = glm::dot(local, surface.v);
   if (surface.shape == Shape::plane) return {glm::dot(local, surface.u), along};
   float angle = std::atan2(glm::dot(local, glm::cross(surface.v, surface.u)), glm::dot(local, surface.u));
-  if (angle < 0) angle += 2 * kPi;
+  if (angle < 0) angle += 2 * std::numbers::pi_v<float>;
   if (surface.shape == Shape::cylinder) return {angle * surface.radius, along};
   const float sine = glm::clamp(along / glm::length(local), -1.0F, 1.0F);
-  return {angle * surface.radius, (std::asin(sine) + kPi / 2) * surface.radius};
+  return {angle * surface.radius, (std::asin(sine) + std::numbers::pi_v<float> / 2) * surface.radius};
 }
 
 vec3 normal(const Surface& surface, const vec3& point) {

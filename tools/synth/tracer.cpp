@@ -26,10 +26,10 @@ namespace {
 using glm::vec2;
 using glm::vec3;
 
-constexpr float kOffset = 2e-4F;      // rays start this far off the surface, scene units: above float noise at 10 units
-constexpr float kBrightest = 2.0F;    // of one path: lamps stay white, their edges and reflections stay smooth
-constexpr float kNearest = 0.6F;      // lights are no nearer than this, scene units: else their frames are all noise
-constexpr float kNegligible = 1e-3F;  // of a light's part of white: no shadow ray
+constexpr float kOffset = 2e-4F;    // rays start this far off the surface, scene units: above float noise at 10 units
+constexpr float kBrightest = 2.0F;  // of one path: lamps stay white, their edges and reflections stay smooth
+constexpr float kNearestLight = 0.6F;  // lights are no nearer than this, scene units: else their frames are all noise
+constexpr float kNegligible = 1e-3F;   // of a light's part of white: no shadow ray
 constexpr std::uint64_t kSensor = 0x6e6f697365;  // what the sensor's random numbers are for
 
 EmbreeScene make_scene(RTCDevice device, const Mesh& mesh) {
@@ -413,7 +413,7 @@ class Paths {
     const float arriving = glm::dot(place.n, step);
     const float leaving = -glm::dot(glm::cross(light.edge_u, light.edge_v), step);  // times the light's area
     if (arriving <= 0 || leaving <= 0 || glm::dot(place.hit.geometric_normal, step) <= 0) return vec3(0.0F);
-    const float squared = std::max(glm::dot(step, step), kNearest * kNearest);
+    const float squared = std::max(glm::dot(step, step), kNearestLight * kNearestLight);
     return light.radiance * (arriving * leaving / (std::numbers::pi_v<float> * squared * squared));
   }
 

@@ -207,10 +207,10 @@ Camera random_camera(const Scene& scene, const Tracer& tracer, Camera camera, Ra
   throw std::invalid_argument("scene: no random pose sees surface, in " + std::to_string(kAttempts) + " attempts");
 }
 
-enum Use : std::uint64_t { kViews = 0x72616e64, kTests };  // of random poses
+enum PoseUse : std::uint64_t { kViews = 0x72616e64, kTests };  // of random poses
 
 std::vector<Camera> random_cameras(const Scene& scene, const Tracer& tracer, const SynthOptions& options,
-                                   std::uint32_t count, Use use) {
+                                   std::uint32_t count, PoseUse use) {
   std::vector<Camera> cameras(count);
   tbb::parallel_for(std::uint32_t{0}, count, [&](std::uint32_t i) {
     cameras[i] =

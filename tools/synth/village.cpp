@@ -19,15 +19,14 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-constexpr double kHalf = 30;    // of the village's side
-constexpr double kAir = 26;     // height of the air that cameras may be in
-constexpr double kStreet = 11;  // of the streets' middles from the village's
+constexpr double kHalfVillage = 30;  // of the village's side
+constexpr double kAir = 26;          // height of the air that cameras may be in
+constexpr double kStreet = 11;       // of the streets' middles from the village's
 constexpr double kStreetHalf = 2.5;
-constexpr double kPi = std::numbers::pi;
 
 // The lines between streets and blocks, along x and y alike.
-constexpr std::array kLines{
-    -kHalf, -kStreet - kStreetHalf, -kStreet + kStreetHalf, kStreet - kStreetHalf, kStreet + kStreetHalf, kHalf};
+constexpr std::array kLines{-kHalfVillage,         -kStreet - kStreetHalf, -kStreet + kStreetHalf,
+                            kStreet - kStreetHalf, kStreet + kStreetHalf,  kHalfVillage};
 
 // A frame on the ground: `at` is the origin.
 struct Frame {
@@ -138,7 +137,7 @@ class Village : private SceneBuilder {
   void make_house(dvec2 lot) {
     const dvec2 shift(random_.uniform(-0.3, 0.3), random_.uniform(-0.3, 0.3));
     const double quarter = random_.below(4);
-    const Frame frame{lot + shift, 0.5 * kPi * quarter + random_.uniform(-0.05, 0.05)};
+    const Frame frame{lot + shift, 0.5 * std::numbers::pi * quarter + random_.uniform(-0.05, 0.05)};
     const dvec2 size(random_.uniform(5, 6), random_.uniform(4, 5));
     const int storeys = random_.uniform() < 0.5F ? 1 : 2;
     const double height = 2.9 * storeys;
@@ -301,12 +300,12 @@ class Village : private SceneBuilder {
     }
     tower.parts[0].material[5] = kOpen;
     Convex roof = frustum({4, 2.75, 0, 3}, 0, 0, kOpen);
-    roof.yaw = 0.25 * kPi;
+    roof.yaw = 0.25 * std::numbers::pi;
     for (ConvexSide& side : roof.sides) {
       side.material =
           add_soft(Pattern::shingles, {tone(90, 130, 120), tone(70, 110, 102), tone(56, 86, 80)}, 1.5F, 0.3F);
     }
-    convex(roof, dvec3(at, 7 - kSink), 0.25 * kPi);
+    convex(roof, dvec3(at, 7 - kSink), 0.25 * std::numbers::pi);
     for (const int side : {0, 1, 2, 3}) {
       const double out = side % 2 == 0 ? -1.7 : 1.7;
       const dvec2 face = at + (side / 2 == 0 ? dvec2(out, 0) : dvec2(0, out));
@@ -362,7 +361,7 @@ class Village : private SceneBuilder {
       const dvec2 at = kStreet * corners[i];
       for (const dvec2 arm : {dvec2(corners[i].x, 0), dvec2(0, corners[i].y)}) {
         const dvec2 aside = 0.9 * dvec2(-arm.y, arm.x);
-        const dvec2 end = at + (kHalf - kStreet - 3.0) * arm;
+        const dvec2 end = at + (kHalfVillage - kStreet - 3.0) * arm;
         add_line(at - aside, end - aside);
         add_line(end - aside, end + aside);
         add_line(end + aside, at + aside);

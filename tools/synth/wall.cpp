@@ -20,15 +20,14 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-constexpr double kHalf = 9;  // of the front's width
+constexpr double kHalfFront = 9;  // of the front's width
 constexpr double kHeight = 11;
 constexpr double kFar = 9;        // how far before the front cameras may be
 constexpr double kReveal = 0.22;  // depth of the windows' niches
-constexpr int kColumns = 5;
+constexpr int kBalconyColumns = 5;
 constexpr int kStoreys = 3;
 constexpr double kBay = 3.3;     // between the middles of two columns
 constexpr double kStorey = 3.3;  // height of one
-constexpr double kPi = std::numbers::pi;
 
 struct Opening {
   dvec2 low, high;  // x and z
@@ -57,8 +56,8 @@ class Wall : private SceneBuilder {
   }
 
  private:
-  static constexpr std::size_t kDoor = 2;                // the middle of the lowest row
-  static constexpr std::size_t kBalcony = kColumns + 2;  // above it
+  static constexpr std::size_t kDoor = 2;                       // the middle of the lowest row
+  static constexpr std::size_t kBalcony = kBalconyColumns + 2;  // above it
 
   Colors clay() { return {tone(178, 104, 80), tone(132, 72, 58), tone(196, 186, 170)}; }
   std::int32_t stone() { return add(Pattern::plaster, {tone(210, 200, 178), vec3(0.5F), vec3(0.3F)}, 0.5F); }
@@ -68,8 +67,8 @@ class Wall : private SceneBuilder {
 
   void make_openings() {
     for (int storey = 0; storey < kStoreys; ++storey) {
-      for (int column = 0; column < kColumns; ++column) {
-        const double x = kBay * (column - 0.5 * (kColumns - 1));
+      for (int column = 0; column < kBalconyColumns; ++column) {
+        const double x = kBay * (column - 0.5 * (kBalconyColumns - 1));
         const double bottom = kStorey * storey + 0.95;
         openings_.push_back({{x - 0.55, bottom}, {x + 0.55, bottom + 1.75}});
       }
@@ -81,7 +80,7 @@ class Wall : private SceneBuilder {
   void make_front() {
     Block air;
     air.hollow = true;
-    BlockPart before{{-kHalf, -kFar, 0}, {kHalf, 0, kHeight}, {}};
+    BlockPart before{{-kHalfFront, -kFar, 0}, {kHalfFront, 0, kHeight}, {}};
     before.material.fill(kOpen);
     before.material[3] = add(Pattern::bricks, clay(), 0.25F);
     before.material[4] = add(Pattern::cobbles, {tone(150, 142, 132), tone(104, 98, 94), tone(66, 62, 58)}, 0.16F);
@@ -136,8 +135,8 @@ class Wall : private SceneBuilder {
     constexpr double kRow = 0.34;
     for (int row = 0; row < 2; ++row) {
       for (int i = 0; i < 19; ++i) {
-        const dvec2 low(-kHalf + 0.04 + 0.94 * i - (row == 1 && i > 0 ? 0.45 : 0), 0.01 + (kRow + 0.03) * row);
-        const double length = std::min(row == 1 && i == 0 ? kLength - 0.45 : kLength, kHalf - 0.04 - low.x);
+        const dvec2 low(-kHalfFront + 0.04 + 0.94 * i - (row == 1 && i > 0 ? 0.45 : 0), 0.01 + (kRow + 0.03) * row);
+        const double length = std::min(row == 1 && i == 0 ? kLength - 0.45 : kLength, kHalfFront - 0.04 - low.x);
         if (overlaps_opening(low, low + dvec2(length, kRow), 0.2)) continue;
         relief(low, {length, kRow}, random_.uniform(0.05, 0.08), stone());
       }
@@ -152,7 +151,7 @@ class Wall : private SceneBuilder {
         if (z + 0.3 > kHeight - 0.7) break;
         if (std::abs(std::remainder(z + 0.15, kStorey)) < 0.32) continue;  // room for the courses
         const double length = i % 2 == 0 ? 0.6 : 0.4;
-        const double x = side < 0 ? -kHalf + 0.01 : kHalf - 0.01 - length;
+        const double x = side < 0 ? -kHalfFront + 0.01 : kHalfFront - 0.01 - length;
         relief({x, z}, {length, 0.3}, 0.045, stone());
       }
     }
@@ -162,7 +161,7 @@ class Wall : private SceneBuilder {
   void moulding(double bottom, std::span<const dvec2> heights_and_depths) {
     double z = bottom;
     for (const dvec2& step : heights_and_depths) {
-      relief({-kHalf + 0.005, z}, {2 * kHalf - 0.01, step.x}, step.y, stone());
+      relief({-kHalfFront + 0.005, z}, {2 * kHalfFront - 0.01, step.x}, step.y, stone());
       z += step.x + 1e-3;
     }
   }
@@ -173,7 +172,7 @@ class Wall : private SceneBuilder {
 
   void make_cornice() {
     moulding(kHeight - 0.62, std::array{dvec2(0.06, 0.05), dvec2(0.2, 0.08)});
-    for (double x = -kHalf + 0.1; x < kHalf - 0.15; x += 0.24) {  // dentils
+    for (double x = -kHalfFront + 0.1; x < kHalfFront - 0.15; x += 0.24) {  // dentils
       relief({x, kHeight - 0.355}, {0.12, 0.12}, 0.2, stone());
     }
     moulding(kHeight - 0.23, std::array{dvec2(0.08, 0.3), dvec2(0.1, 0.36)});
@@ -278,8 +277,8 @@ class Wall : private SceneBuilder {
     constexpr double kRow = 0.36 * kLength;
     for (int i = 0; i < 700; ++i) {
       const auto row = static_cast<int>(random_.uniform(9, (kHeight - 0.75) / kRow));
-      const auto column = static_cast<int>(random_.uniform(4, 2 * kHalf / kLength - 5));
-      const dvec2 low(-kHalf + (column - (row % 2 == 1 ? 0.5 : 0)) * kLength + 0.006, row * kRow + 0.006);
+      const auto column = static_cast<int>(random_.uniform(4, 2 * kHalfFront / kLength - 5));
+      const dvec2 low(-kHalfFront + (column - (row % 2 == 1 ? 0.5 : 0)) * kLength + 0.006, row * kRow + 0.006);
       const dvec2 size(kLength - 0.012, kRow - 0.012);
       const bool in_course = std::abs(std::remainder(low.y + 0.5 * kRow, kStorey)) < 0.2;
       if (in_course || overlaps_opening(low, low + size, 0.6) || !place(low, low + size)) continue;
@@ -353,7 +352,7 @@ class Wall : private SceneBuilder {
       add_row(-6.8, z, forth);
       forth = !forth;
     }
-    const double front = 0.5 * kPi;
+    const double front = 0.5 * std::numbers::pi;
     scene_.walk_gaze = {Gaze::Heading::fixed, front, 0, 0.3, 13, 0, 0.12, 19};
     scene_.flight = {{-7.5, -4.5, 1}, {15, 0, 0}, {0, 0, 9.2}, {Gaze::Heading::fixed, front, 0, 0.3, 13, 0, 0.12, 19}};
     scene_.orbit = {{0, 0, 5}, {7.5, 7.5}, 5.5};

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "planner/pyramid.h"
 #include "planner/surface_samples.h"
 #include "tools/base/interrupt.h"
@@ -163,9 +164,9 @@ void PlacedPhotographs::each(const std::function<void(const TextureView&)>& use,
     const StoredView* const stored = in_model_[read_[i]];
     const Camera& expected = stored != nullptr ? stored->camera : listed.camera;
     if (photograph.width != expected.width || photograph.height != expected.height) {
-      throw InputError(listed.name + ": is " + std::to_string(photograph.width) + "x" +
-                       std::to_string(photograph.height) + " pixels, but " + std::to_string(expected.width) + "x" +
-                       std::to_string(expected.height) + " in the model: name the scene that the model was built from");
+      throw InputError(listed.name + ": is " + size_text(photograph.width, photograph.height) + " pixels, but " +
+                       size_text(expected.width, expected.height) +
+                       " in the model: name the scene that the model was built from");
     }
     if (!places_[i]) places_[i] = place(read_[i], photograph);
     const Placed& placed = *places_[i];

@@ -25,7 +25,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint32_t kNone = ~0u;
 constexpr const char* kWebp = "EXT_texture_webp";
 
 // The faces of one page, with a vertex for each that a chart has.
@@ -39,7 +38,9 @@ std::vector<PageMesh> page_meshes(const TexturedMesh& textured) {
   const Mesh& mesh = textured.mesh();
   const TextureLayout& layout = textured.layout();
   std::vector<PageMesh> pages(layout.pages);
-  std::vector<std::uint32_t> number(mesh.positions.size(), kNone), chart_of_number(mesh.positions.size(), kNone);
+  constexpr std::uint32_t kNoNumber = ~0u;
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNoNumber),
+      chart_of_number(mesh.positions.size(), kNoNumber);
   for (std::uint32_t i = 0; i < textured.charts().size(); ++i) {
     const Chart& chart = textured.charts()[i];
     const ChartPlace& place = layout.places[i];
