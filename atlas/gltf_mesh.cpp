@@ -238,13 +238,19 @@ class MeshReader {
   }
 
   void add_colors(const tinygltf::Primitive& primitive, const std::string& what, std::size_t vertices) {
-    const auto found = primitive.attributes.find("COLOR_0");
+    auto found = primitive.attributes.find("COLOR_0");
+    // Beside a texture, models of this program have them under a name that no viewer multiplies with it.
+    if (found == primitive.attributes.end()) found = primitive.attributes.find(kTexturedColorAttribute);
     all_colored_ = all_colored_ && found != primitive.attributes.end();
     if (!all_colored_) return;
-    const GltfElements colors = file_.elements(found->second, what + ": COLOR_0");
+    const GltfElements colors = file_.elements(found->second, what + ": " + found->first);
+    if (found->first == kTexturedColorAttribute && colors.components < 3) {  // some other program's
+      all_colored_ = false;
+      return;
+    }
     if (colors.components < 3 || colors.components > 4 || colors.count != vertices) {
-      file_.refuse(what + ": COLOR_0 must be of three or four numbers for each of " + std::to_string(vertices) +
-                   " vertices");
+      file_.refuse(what + ": " + found->first + " must be of three or four numbers for each of " +
+                   std::to_string(vertices) + " vertices");
     }
     for (std::size_t i = 0; i < vertices; ++i) {
       glm::u8vec3& color = soup_.colors.emplace_back();

@@ -128,6 +128,18 @@ TEST_CASE("strips and fans become triangles, points and lines nothing, and colou
   CHECK(both.colors.empty());
 }
 
+TEST_CASE("colours that a model has beside its texture are read, another program's attribute of that name is not") {
+  const TemporaryFolder folder;
+  Triangle triangle;
+  const TriangleSoup expected = triangle.read(folder);
+  json& attributes = triangle.primitive()["attributes"];
+  attributes["_COLOR"] = attributes["COLOR_0"];
+  attributes.erase("COLOR_0");
+  CHECK(triangle.read(folder).colors == expected.colors);
+  triangle.document["accessors"][2]["type"] = "SCALAR";
+  CHECK(triangle.read(folder).colors.empty());
+}
+
 TEST_CASE("what this program does not read is refused by its name") {
   const auto refused = [](const auto& change) {
     Triangle triangle;

@@ -39,12 +39,14 @@ void require_within(const char* field, std::uint32_t value, std::uint32_t least,
                               std::to_string(least) + ", " + std::to_string(most) + "]");
 }
 
-// Half a texel on either side keeps a chart's outline between the middles of its outermost texels.
+// Half a texel on either side keeps a chart's outline between the middles of its outermost texels. A chart that is
+// longer than a page becomes coarser by itself: one stray vertex shall not make all others as coarse.
 std::vector<ChartPlace> rectangles(std::span<const Chart> charts, std::span<const double> densities, double scale,
-                                   std::uint32_t gutter_px) {
+                                   std::uint32_t gutter_px, std::uint32_t most_side_px) {
+  const double most_texels = std::max(most_side_px - 2.0 - 2.0 * gutter_px, 1.0);
   std::vector<ChartPlace> places(charts.size());
   for (std::size_t i = 0; i < charts.size(); ++i) {
-    places[i].density = scale * densities[i];
+    places[i].density = std::min(scale * densities[i], most_texels / std::max(charts[i].size.x, charts[i].size.y));
     const glm::dvec2 texels = places[i].density * charts[i].size + 1.0 + 2.0 * gutter_px;
     places[i].width = rounded_up(std::min(texels.x, 1e6), kGrid);
     places[i].height = rounded_up(std::min(texels.y, 1e6), kGrid);
@@ -134,7 +136,7 @@ TextureLayout lay_out(std::span<const Chart> charts, std::span<const double> den
   TextureLayout layout;
   layout.gutter_px = options.gutter_px;
   for (layout.scale = 1; layout.scale > kLeastScale;) {
-    layout.places = rectangles(charts, densities, layout.scale, options.gutter_px);
+    layout.places = rectangles(charts, densities, layout.scale, options.gutter_px, most_side_px);
     layout.side_px = pack_one_small_page(layout.places, most_side_px);
     layout.pages = 1;
     if (layout.side_px > 0) return layout;

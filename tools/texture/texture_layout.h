@@ -38,7 +38,9 @@ struct TextureLayout {
   std::uint32_t side_px = 0;  // of every page
   std::uint32_t pages = 0;
   std::uint32_t gutter_px = 0;
-  double scale = 1;                // of the densities that were asked for, (0, 1]: below 1 where the pages bound them
+  // Of the densities that were asked for, (0, 1]: below 1 where the pages bound them. Charts that are longer than a
+  // page are coarser than this.
+  double scale = 1;
   std::vector<ChartPlace> places;  // one per chart
 
   // Of a point of that chart, in texels of its rectangle. Add the rectangle's corner for those of the page.
@@ -47,9 +49,10 @@ struct TextureLayout {
   [[nodiscard]] glm::vec2 uv(const Chart& chart, const ChartPlace& place, const glm::dvec3& point) const;
 };
 
-// Each chart with the density that is wanted for it (texels per scene unit, > 0, one per chart), all by one factor less
-// where the pages are too few; pages are no larger than needed. Rectangles do not overlap. Throws std::invalid_argument
-// for bad options or densities, InputError where the charts do not fit even as points.
+// Each chart with the density that is wanted for it (texels per scene unit, > 0, one per chart), or as many as a page
+// has for its longer side; all by one factor less where the pages are too few. Pages are no larger than needed.
+// Rectangles do not overlap. Throws std::invalid_argument for bad options or densities, InputError where the charts do
+// not fit even as points.
 [[nodiscard]] TextureLayout lay_out(std::span<const Chart> charts, std::span<const double> densities,
                                     const LayoutOptions& options);
 

@@ -75,6 +75,21 @@ TEST_CASE("pages and their size bound the density, which falls no further than i
   }
 }
 
+TEST_CASE("a chart that a stray vertex made long leaves the others their density") {
+  std::vector<Chart> charts = charts_of_sizes(50, 2, 6);
+  LayoutOptions options;
+  options.most_side_px = 512;
+  const std::vector<double> all(charts.size() + 1, 20.0);
+  const double without = lay_out(charts, std::span(all).first(50), options).scale;
+  charts.push_back({});
+  charts.back().size = {1e4, 2};
+  const TextureLayout layout = lay_out(charts, all, options);
+  check_layout(charts, layout, options);
+  CHECK(layout.scale > 0.9 * without);
+  CHECK(layout.places.back().density * 1e4 > 400);
+  CHECK(layout.places.front().density == Approx(20 * layout.scale));
+}
+
 TEST_CASE("charts that fit nowhere are refused with what to do") {
   const std::vector<Chart> charts = charts_of_sizes(100, 1, 5);
   LayoutOptions options;
