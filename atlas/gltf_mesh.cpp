@@ -238,7 +238,7 @@ class MeshReader {
   }
 
   void add_colors(const tinygltf::Primitive& primitive, const std::string& what, std::size_t vertices) {
-    auto found = primitive.attributes.find("COLOR_0");
+    auto found = primitive.attributes.find(kColorAttribute);
     // Beside a texture, models of this program have them under a name that no viewer multiplies with it.
     if (found == primitive.attributes.end()) found = primitive.attributes.find(kTexturedColorAttribute);
     all_colored_ = all_colored_ && found != primitive.attributes.end();
