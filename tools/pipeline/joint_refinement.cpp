@@ -17,11 +17,15 @@ namespace {
 // A step that lowers the mean residual by less than this share is the last.
 constexpr double kRestingShare = 0.002;
 
+void polish_once(Planner& planner, BuildStage& stage, BuildResult& result) {
+  result.polish.push_back(planner.polish());
+  stage.tick();
+}
+
 void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
-  double last = std::numeric_limits<double>::infinity();
-  for (std::uint32_t step = 0; step < options.max_polish_steps; ++step) {
-    result.polish.push_back(planner.polish());
-    stage.tick();
+  double last = result.polish.empty() ? std::numeric_limits<double>::infinity() : result.polish.back().residual_after;
+  while (result.polish.size() < options.max_polish_steps) {
+    polish_once(planner, stage, result);
     if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
     const double residual = result.polish.back().residual_after;
     if (!(residual < (1 - kRestingShare) * last)) break;
@@ -63,9 +67,9 @@ void note_lenses(const LensEstimates& estimates, std::vector<RefinedLens>& lense
 }
 
 // Estimates the lenses, undistorts the stored photographs again by those that are plainly wrong, from the originals,
-// and polishes; until nothing is wrong any more.
-void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
-                   BuildResult& result) {
+// and polishes once; until nothing is wrong any more. More polishing in between would move poses to where they hide
+// what a lens gets wrong.
+void refine_lenses(Planner& planner, std::vector<SceneView>& views, BuildStage& stage, BuildResult& result) {
   if (planner.stored_views() == 0 || planner.stored_views() > kMostViewsForLenses) return;
   LensOptions lens_options;
   if (result.polish.back().moved_px == 0) {
@@ -86,7 +90,7 @@ void refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
       return load_photograph(
           *std::find_if(views.begin(), views.end(), [&](const SceneView& v) { return v.name == name; }));
     });
-    polish_until_rest(planner, options, stage, result);
+    polish_once(planner, stage, result);
   }
 }
 
@@ -97,9 +101,12 @@ void refine_jointly(Planner& planner, std::vector<SceneView>& views, const Build
   const auto start = std::chrono::steady_clock::now();
   if (options.refine == RefineMode::joint) {
     BuildStage stage(callback, "polishing jointly", 0);
-    polish_until_rest(planner, options, stage, result);
     if (options.refine_lenses && result.effective.refinement.any()) {
-      refine_lenses(planner, views, options, stage, result);
+      polish_once(planner, stage, result);
+      refine_lenses(planner, views, stage, result);
+    }
+    if (result.polish.empty() || result.polish.back().moved_px > 0) {
+      polish_until_rest(planner, options, stage, result);
     }
     stage.finish();
   }

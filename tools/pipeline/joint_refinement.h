@@ -11,10 +11,10 @@
 
 namespace lumatlas {
 
-// With RefineMode::joint polishes the stored views until they rest, estimates their lenses and, where one is plainly
-// wrong, undistorts its photographs again from the originals; with masks, masks what they contradict at last. `views`
-// are those of the stream, whose cameras follow the lenses; `result` learns what was done. Throws InputError for a
-// photograph that cannot be read again.
+// With RefineMode::joint polishes the stored views once, estimates their lenses and, where one is plainly wrong,
+// undistorts its photographs again from the originals; then polishes until the views rest. With masks, masks what they
+// contradict at last. `views` are those of the stream, whose cameras follow the lenses; `result` learns what was done.
+// Throws InputError for a photograph that cannot be read again.
 void refine_jointly(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options,
                     const BuildCallback& callback, BuildResult& result);
 
