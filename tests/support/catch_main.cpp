@@ -8,6 +8,7 @@
 #include <tbb/global_control.h>
 #endif
 
+#include "mesh/base/freed_memory.h"
 #include "tests/support/skip.h"
 #include "tests/support/skipped_cases.h"
 
@@ -18,6 +19,7 @@ int main(int argc, char** argv) {
   // So each of our threads does its own work, and what they share among themselves is what is watched.
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
 #endif
+  keep_freed_memory();
   const int result = Catch::Session().run(argc, argv);
   for (const SkippedCase& skipped : skipped_cases()) {
     std::cout << "not checked here: " << skipped.name << ": " << skipped.reason << '\n';

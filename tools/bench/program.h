@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the main functions of the benchmark programs share: exit codes as those of `lumatlas`.
+// What the main functions of the benchmark programs share: memory and exit codes as those of `lumatlas`.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,11 +7,14 @@
 #include <functional>
 #include <iostream>
 
+#include "mesh/base/freed_memory.h"
+
 namespace lumatlas {
 
 // Parses the arguments, which runs subcommands, and then runs `run`, if given. Returns the exit code.
 inline int run_program(CLI::App& program, const char* name, int argc, char** argv,
                        const std::function<void()>& run = {}) {
+  keep_freed_memory();
   try {
     program.parse(argc, argv);
     if (run) run();

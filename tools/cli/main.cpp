@@ -3,11 +3,13 @@
 #include <exception>
 #include <iostream>
 
+#include "mesh/base/freed_memory.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/standard_streams.h"
 #include "tools/cli/command_line.h"
 
 int main(int argc, char** argv) {
+  lumatlas::keep_freed_memory();
   lumatlas::install_interrupt_handler();
   try {
     lumatlas::reserve_standard_streams();

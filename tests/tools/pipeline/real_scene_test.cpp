@@ -66,7 +66,7 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
   renderer.load(built.snapshot);
   double pixels = 0, different = 0;
   for (const std::size_t rank : {std::size_t{0}, std::size_t{8}}) {
-    const Camera camera = scene.views[rank].camera.shrunk_to(640);
+    const Camera camera = scene.views[rank].camera.shrunk_to(400);
     const Photograph cpu = render_reference(built.snapshot, camera, *visibility, {}).picture;
     different += static_cast<double>(count_different(cpu, renderer.render(camera, {}).picture));
     pixels += static_cast<double>(cpu.rgb.size() / 3);
@@ -88,7 +88,7 @@ TEST_CASE("on a real scene the diagnosis agrees with its CPU reference, and tile
   std::size_t diagnosed = 0;
   std::size_t in_tiles = 0;
   for (const std::size_t rank : {std::size_t{0}, std::size_t{16}}) {
-    const Camera camera = scene.views[rank].camera.shrunk_to(640);
+    const Camera camera = scene.views[rank].camera.shrunk_to(400);
     const Diagnosis cpu = diagnose_reference(built.snapshot, camera, visibility->trace(camera), {});
     const Diagnosis gpu = renderer.diagnose(camera, {});
     for (std::size_t pixel = 0; pixel < cpu.pixels.size(); ++pixel) {
