@@ -70,7 +70,7 @@ struct BuildOptions {
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
   RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
-  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1
+  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1; each corrected lens has one more
   bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
