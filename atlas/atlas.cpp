@@ -118,17 +118,32 @@ std::uint32_t Atlas::size() const {
 
 std::uint32_t Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
   check_view(view, shown, layout_);
-  const auto stored = std::make_shared<const StoredView>(std::move(view));
+  auto stored = std::make_shared<const StoredView>(std::move(view));
   auto shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
   const std::scoped_lock lock(mutex_);
-  require_cells_of(stored->name, *shared);
   const auto free_slot = std::find(views_.begin(), views_.end(), nullptr);
   if (free_slot == views_.end()) throw std::logic_error("atlas: insert into a full store");
-  *free_slot = stored;
   const auto slot = static_cast<std::uint32_t>(free_slot - views_.begin());
-  shown_[slot] = std::move(shared);
-  tenants_[slot] = ++inserted_;
+  put(slot, std::move(stored), std::move(shared));
   return slot;
+}
+
+void Atlas::insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
+  check_view(view, shown, layout_);
+  auto stored = std::make_shared<const StoredView>(std::move(view));
+  auto shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
+  const std::scoped_lock lock(mutex_);
+  require_slot(slot);
+  if (views_[slot]) throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds a view already");
+  put(slot, std::move(stored), std::move(shared));
+}
+
+// Under the lock, into a free slot.
+void Atlas::put(std::uint32_t slot, std::shared_ptr<const StoredView> view, SharedShownCells shown) {
+  require_cells_of(view->name, *shown);
+  views_[slot] = std::move(view);
+  shown_[slot] = std::move(shown);
+  tenants_[slot] = ++inserted_;
 }
 
 void Atlas::replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
@@ -157,10 +172,7 @@ void Atlas::erase(std::uint32_t slot) {
 
 std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
   const std::scoped_lock lock(mutex_);
-  if (slot >= views_.size()) {
-    throw std::invalid_argument("atlas: slot is " + std::to_string(slot) + ", must be below the capacity, " +
-                                std::to_string(views_.size()));
-  }
+  require_slot(slot);
   return views_[slot];
 }
 
@@ -323,6 +335,12 @@ void Atlas::require_cells_of(const std::string& view, std::span<const ShownCell>
                                 std::to_string(shown[i].cell) + ", must be below the number of cells, " +
                                 std::to_string(references_.size()) + ": was it made for another surface?");
   }
+}
+
+void Atlas::require_slot(std::uint32_t slot) const {
+  if (slot < views_.size()) return;
+  throw std::invalid_argument("atlas: slot is " + std::to_string(slot) + ", must be below the capacity, " +
+                              std::to_string(views_.size()));
 }
 
 void Atlas::require_stored(std::uint32_t slot) const {

@@ -50,6 +50,9 @@ class Atlas {
   // std::invalid_argument unless the view passes check(), `shown` passes require_shown_cells_of() and names cells that
   // the surface has now, which another thread may have replaced since `shown` was made.
   std::uint32_t insert(StoredView view, std::vector<ShownCell> shown = {});
+  // The same in a slot of the caller's choice, which must be free (std::logic_error) and below capacity()
+  // (std::invalid_argument).
+  void insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
   // Puts a view in the place of the one in a slot, which must hold one (std::logic_error): the same photograph with
   // another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view. What is
   // handed in is checked as by insert().
@@ -97,7 +100,9 @@ class Atlas {
   void bound_tiles(std::uint32_t max_tiles);
 
  private:
+  void require_slot(std::uint32_t slot) const;
   void require_stored(std::uint32_t slot) const;
+  void put(std::uint32_t slot, std::shared_ptr<const StoredView> view, SharedShownCells shown);
   void require_cell(std::uint32_t cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;

@@ -90,6 +90,10 @@ void check(const PlannerOptions& options) {
 
 namespace {
 
+void require_source(const std::string& name, const PhotographSource& photograph) {
+  if (!photograph) throw std::invalid_argument("planner: view " + name + ": there is no function for its photograph");
+}
+
 // Three values of colour a pixel, and one, or none at all, of the lens's image.
 void require_pixels(const std::string& name, const Photograph& photograph) {
   const std::size_t pixels = std::size_t{photograph.width} * photograph.height;
@@ -131,7 +135,8 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
       visibility_(&visibility),
       options_(options),
       refiner_(atlas, visibility, options.refinement),
-      ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain) {
+      ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain),
+      promised_(atlas.capacity()) {
   if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
   if (options.max_loss_db) offered_.emplace(atlas.surface(), options.coverage);
 }
@@ -196,7 +201,7 @@ std::vector<std::uint32_t> Planner::lowest_ranked(std::vector<std::uint32_t> slo
 }
 
 bool Planner::fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const {
-  if (atlas_.size() - freed_slots >= atlas_.capacity()) return false;
+  if (held_views_ - freed_slots >= atlas_.capacity()) return false;
   return options_.max_bytes == 0 || stored_bytes_ - freed_bytes + bytes <= options_.max_bytes;
 }
 
@@ -205,7 +210,7 @@ Planner::Exchange Planner::best_exchange(std::span<const CellPart> parts, std::u
   std::vector<std::uint32_t> candidates = stored_slots();
   std::erase_if(candidates, [&](std::uint32_t slot) { return !fits(bytes, bytes_of(slot), 1); });
   if (candidates.empty()) return joint_exchange(parts, bytes);
-  const bool each_makes_room = candidates.size() == atlas_.size();
+  const bool each_makes_room = candidates.size() == held_views_;
   if (options_.victims > 0) candidates = lowest_ranked(std::move(candidates), options_.victims);
   const std::vector<double> gains = ledger_.exchange_gains(parts, candidates);
   const auto best = std::max_element(gains.begin(), gains.end());
@@ -240,14 +245,18 @@ Planner::Exchange Planner::joint_exchange(std::span<const CellPart> parts, std::
   return exchange;
 }
 
+std::string Planner::name_of(std::uint32_t slot) const {
+  return promised_[slot] ? promised_[slot]->name : atlas_.view(slot)->name;
+}
+
 std::uint64_t Planner::bytes_of(std::uint32_t slot) const {
-  return lumatlas::stored_bytes(atlas_.view(slot)->camera);
+  return lumatlas::stored_bytes(promised_[slot] ? promised_[slot]->camera : atlas_.view(slot)->camera);
 }
 
 bool Planner::is_worth_it(const Exchange& exchange, std::span<const CellPart> seen) const {
   double least = options_.min_view_gain * ledger_.weight(seen);
   if (!exchange.victims.empty()) {
-    least = std::max(least, options_.min_exchange_gain * ledger_.summed_coverage() / atlas_.size());
+    least = std::max(least, options_.min_exchange_gain * ledger_.summed_coverage() / held_views_);
   }
   return exchange.gain > least;
 }
@@ -259,26 +268,58 @@ void Planner::require_room_for(const std::string& name, const Camera& camera) co
                               " bytes, more than all views together may (" + std::to_string(options_.max_bytes) + ")");
 }
 
-Verdict Planner::offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
-  Verdict verdict;
-  if (!photograph) throw std::invalid_argument("planner: view " + name + ": there is no function for its photograph");
-  check(camera);
-  require_room_for(name, camera);
-  std::vector<CellPart> seen = look(camera, verdict);
-  std::optional<PendingDemand> demand;
-  Exchange exchange;
-  {
-    const Stopwatch stopwatch(verdict.plan_ms);
-    demand.emplace(ledger_, offered_, seen);
-    exchange = best_exchange(seen, lumatlas::stored_bytes(camera));
-  }
+// None if the view is not worth its place.
+std::optional<Planner::Exchange> Planner::exchange_for(const Camera& camera, std::span<const CellPart> seen,
+                                                       Verdict& verdict) {
+  const Stopwatch stopwatch(verdict.plan_ms);
+  Exchange exchange = best_exchange(seen, lumatlas::stored_bytes(camera));
   verdict.gain = exchange.gain;
   const bool needed = is_needed(seen);
   short_of_room_ = short_of_room_ || (needed && !exchange.victims.empty());
-  if (needed && is_worth_it(exchange, seen)) take(name, camera, seen, exchange, photograph(), verdict);
+  if (!needed || !is_worth_it(exchange, seen)) return std::nullopt;
+  return exchange;
+}
+
+Verdict Planner::offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+  require_source(name, photograph);
+  check(camera);
+  require_room_for(name, camera);
+  Verdict verdict;
+  const std::vector<CellPart> seen = look(camera, verdict);
+  PendingDemand demand(ledger_, offered_, seen);
+  const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
+  if (exchange) take(name, camera, seen, *exchange, photograph(), verdict);
   if (verdict.decision == Decision::outlier) return verdict;
-  demand->confirm();
+  demand.confirm();
   count_offered(seen);
+  return verdict;
+}
+
+Verdict Planner::reserve(const std::string& name, const Camera& camera) {
+  if (offered_) throw std::logic_error("planner: nothing can be reserved with max_loss_db");
+  check(camera);
+  require_room_for(name, camera);
+  Verdict verdict;
+  const std::vector<CellPart> seen = look(camera, verdict);
+  PendingDemand demand(ledger_, offered_, seen);
+  const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
+  demand.confirm();
+  if (!exchange) return verdict;
+  claim_slot(camera, seen, *exchange, verdict);
+  promised_[*verdict.slot] = Promise{name, camera};
+  return verdict;
+}
+
+Verdict Planner::offer_again(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+  if (offered_) throw std::logic_error("planner: nothing can be offered again with max_loss_db");
+  require_source(name, photograph);
+  check(camera);
+  require_room_for(name, camera);
+  Verdict verdict;
+  const std::vector<CellPart> seen = look(camera, verdict);
+  const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
+  if (exchange) take(name, camera, seen, *exchange, photograph(), verdict);
+  if (verdict.decision == Decision::outlier) ledger_.unask(seen);
   return verdict;
 }
 
@@ -287,7 +328,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
 }
 
 Verdict Planner::keep(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
-  if (!photograph) throw std::invalid_argument("planner: view " + name + ": there is no function for its photograph");
+  require_source(name, photograph);
   check(camera);
   if (!fits(lumatlas::stored_bytes(camera), 0, 0)) {
     throw std::invalid_argument("planner: there is no room to keep view " + name);
@@ -311,52 +352,104 @@ void Planner::pass_by(const Camera& camera) {
   count_offered(seen);
 }
 
+void Planner::claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
+                         Verdict& verdict) {
+  verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
+  for (const std::uint32_t victim : exchange.victims) {
+    verdict.replaced.push_back(name_of(victim));
+    evict(victim);
+  }
+  std::uint32_t slot = 0;
+  while (ledger_.stored(slot)) ++slot;
+  verdict.slot = slot;
+  ledger_.insert(slot, seen);
+  ++held_views_;
+  stored_bytes_ += lumatlas::stored_bytes(camera);
+}
+
+// Returns whether the photograph belongs into the store.
+bool Planner::refine(const std::string& name, const Camera& camera, const Photograph& photograph, Verdict& verdict) {
+  require_photograph_of(name, camera, photograph);
+  require_pixels(name, photograph);
+  if (!options_.refinement.any()) return true;
+  const Stopwatch stopwatch(verdict.refine_ms);
+  verdict.refinement = refiner_.refine(camera, photograph);
+  if (!verdict.refinement->outlier) return true;
+  verdict.refinement->prepared.reset();
+  verdict.decision = Decision::outlier;
+  return false;
+}
+
+Planner::ReadyView Planner::ready(const std::string& name, const Camera& camera, Photograph photograph,
+                                  Verdict& verdict) const {
+  const Stopwatch stopwatch(verdict.store_ms);
+  const Camera refined = verdict.refinement ? verdict.refinement->alignment.camera : camera;
+  VisibilityBuffer visible = visibility_->trace(refined);
+  std::vector<std::uint32_t> face = visible.face;
+  return {make_tiled_view(name, refined, std::move(photograph), std::move(visible), atlas_.surface().cells,
+                          atlas_.layout(), options_.validity),
+          std::move(face)};
+}
+
+// In the verdict's slot, which is the view's in the ledger already.
+void Planner::store(ReadyView ready, const Camera& camera, Verdict& verdict) {
+  const Stopwatch stopwatch(verdict.store_ms);
+  const std::uint32_t slot = *verdict.slot;
+  atlas_.insert_at(slot, std::move(ready.tiled.view), std::move(ready.tiled.shown));
+  promised_[slot].reset();
+  publish(ledger_.parts(slot));
+  if (!verdict.refinement) return;
+  refiner_.stored(slot, camera, *verdict.refinement, options_.validity, ready.face);
+  verdict.refinement->prepared.reset();  // verdicts are kept for longer than photographs
+}
+
 // Stores the view unless it is an outlier. `seen` was counted at the given pose, and stays.
 void Planner::take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen,
                    const Exchange& exchange, Photograph photograph, Verdict& verdict) {
-  require_photograph_of(name, camera, photograph);
-  require_pixels(name, photograph);
-  Camera refined = camera;
-  if (options_.refinement.any()) {
-    const Stopwatch stopwatch(verdict.refine_ms);
-    verdict.refinement = refiner_.refine(camera, photograph);
-    refined = verdict.refinement->alignment.camera;
-    if (verdict.refinement->outlier) {
-      verdict.refinement->prepared.reset();
-      verdict.decision = Decision::outlier;
-      return;
-    }
+  if (!refine(name, camera, photograph, verdict)) return;
+  ReadyView view = ready(name, camera, std::move(photograph), verdict);
+  claim_slot(camera, seen, exchange, verdict);
+  store(std::move(view), camera, verdict);
+}
+
+void Planner::fill(const PhotographSource& photograph, Verdict& verdict) {
+  if (!verdict.slot || !is_promised(*verdict.slot)) throw std::logic_error("planner: fill without a promised slot");
+  const std::uint32_t slot = *verdict.slot;
+  const Promise promise = *promised_[slot];
+  require_source(promise.name, photograph);
+  Photograph read = photograph();
+  if (refine(promise.name, promise.camera, read, verdict)) {
+    return store(ready(promise.name, promise.camera, std::move(read), verdict), promise.camera, verdict);
   }
-  const Stopwatch stopwatch(verdict.store_ms);
-  VisibilityBuffer visible = visibility_->trace(refined);
-  const std::vector<std::uint32_t> face = visible.face;
-  TiledView tiled = make_tiled_view(name, refined, std::move(photograph), std::move(visible), atlas_.surface().cells,
-                                    atlas_.layout(), options_.validity);
-  verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
-  for (const std::uint32_t victim : exchange.victims) {
-    verdict.replaced.push_back(atlas_.view(victim)->name);
-    evict(victim);
-  }
-  verdict.slot = atlas_.insert(std::move(tiled.view), std::move(tiled.shown));
-  stored_bytes_ += bytes_of(*verdict.slot);
-  ledger_.insert(*verdict.slot, seen);
-  publish(ledger_.parts(*verdict.slot));
-  if (!verdict.refinement) return;
-  refiner_.stored(*verdict.slot, camera, *verdict.refinement, options_.validity, face);
-  verdict.refinement->prepared.reset();  // verdicts are kept for longer than photographs
+  ledger_.unask(ledger_.parts(slot));
+  evict(slot);
+  verdict.slot.reset();
+}
+
+bool Planner::is_promised(std::uint32_t slot) const {
+  return slot < promised_.size() && promised_[slot].has_value();
 }
 
 void Planner::evict(std::uint32_t slot) {
   const std::vector<CellPart> seen(ledger_.parts(slot).begin(), ledger_.parts(slot).end());
-  ledger_.erase(slot);
-  publish(seen);
+  const bool promised = promised_[slot].has_value();
   stored_bytes_ -= bytes_of(slot);
+  --held_views_;
+  ledger_.erase(slot);
+  promised_[slot].reset();
+  publish(seen);
+  if (promised) return;
   refiner_.erased(slot);
   atlas_.erase(slot);
 }
 
+// Views that are promised a slot have nothing yet to refer to.
 void Planner::publish(std::span<const CellPart> cells) {
-  for (const CellPart& entry : cells) atlas_.set_references(entry.cell, ledger_.references(entry.cell));
+  for (const CellPart& entry : cells) {
+    std::vector<std::uint32_t> references = ledger_.references(entry.cell);
+    std::erase_if(references, [&](std::uint32_t slot) { return promised_[slot].has_value(); });
+    atlas_.set_references(entry.cell, std::move(references));
+  }
 }
 
 }  // namespace lumatlas

@@ -114,6 +114,22 @@ class Planner {
   // still be found an outlier.
   Verdict keep(const std::string& name, const Camera& camera, const PhotographSource& photograph);
 
+  // Decides as offer() would if the photograph agreed with the others, without asking for it: a view that is to be
+  // stored is promised a slot, in which the store holds it once fill() has brought the photograph. Where all cameras
+  // are known beforehand, photographs that would leave again for others are thus never read. Promised views take part
+  // in every later decision, and may lose their slot to another. Not with max_loss_db (std::logic_error): what was
+  // offered could not be taken back from a promised view that turns out to be an outlier.
+  Verdict reserve(const std::string& name, const Camera& camera);
+  // Whether the slot is promised and not filled yet.
+  [[nodiscard]] bool is_promised(std::uint32_t slot) const;
+  // Stores the photograph of the view that was promised the verdict's slot, to which it adds what offer() would have
+  // told of it; what offer() throws. An outlier gives back its slot, and what it asked for does not count. Throws
+  // std::logic_error unless the slot is promised.
+  void fill(const PhotographSource& photograph, Verdict& verdict);
+  // As offer(), for a view that was rejected or replaced before, where there is room again: what it asks for counts
+  // already. Not with max_loss_db (std::logic_error).
+  Verdict offer_again(const std::string& name, const Camera& camera, const PhotographSource& photograph);
+
   // Looks at a view that was not chosen elsewhere: it is not stored, but counts for what the stream asks for.
   void pass_by(const Camera& camera);
 
@@ -146,9 +162,10 @@ class Planner {
 
   // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say
   // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it
-  // was. Views that can see a cell that is new, changed or gone are counted again, at the poses that they are stored
-  // with, and their depths and masks made again; nothing else is. References are then those of the new cells. Throws
-  // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
+  // was. No slot may be promised (std::logic_error). Views that can see a cell that is new, changed or gone are counted
+  // again, at the poses that they are stored with, and their depths and masks made again; nothing else is. References
+  // are then those of the new cells. Throws std::invalid_argument, and changes nothing, if the surface does not fit:
+  // see Atlas::replace_surface().
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
                                std::span<const std::uint32_t> previous_cell, std::span<const std::uint8_t> changed);
 
@@ -160,6 +177,16 @@ class Planner {
   [[nodiscard]] std::vector<float> cell_coverage() const;
 
  private:
+  // A view that has a slot, but no photograph yet.
+  struct Promise {
+    std::string name;
+    Camera camera;
+  };
+  // What the atlas is about to hold, and which face each pixel shows.
+  struct ReadyView {
+    TiledView tiled;
+    std::vector<std::uint32_t> face;
+  };
   // Which views would leave for a view, and by how much scov would rise.
   struct Exchange {
     std::vector<std::uint32_t> victims;
@@ -171,6 +198,7 @@ class Planner {
   [[nodiscard]] std::vector<CellPart> look(const Camera& camera, Verdict& verdict);
   [[nodiscard]] std::vector<std::uint32_t> stored_slots() const;
   [[nodiscard]] std::vector<std::uint32_t> lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const;
+  [[nodiscard]] std::string name_of(std::uint32_t slot) const;
   [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const;
   [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const;
   void require_room_for(const std::string& name, const Camera& camera) const;
@@ -179,6 +207,14 @@ class Planner {
   [[nodiscard]] bool is_worth_it(const Exchange& exchange, std::span<const CellPart> seen) const;
   [[nodiscard]] bool is_needed(std::span<const CellPart> seen) const;
   void count_offered(std::span<const CellPart> seen);
+  [[nodiscard]] std::optional<Exchange> exchange_for(const Camera& camera, std::span<const CellPart> seen,
+                                                     Verdict& verdict);
+  void claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange, Verdict& verdict);
+  [[nodiscard]] bool refine(const std::string& name, const Camera& camera, const Photograph& photograph,
+                            Verdict& verdict);
+  [[nodiscard]] ReadyView ready(const std::string& name, const Camera& camera, Photograph photograph,
+                                Verdict& verdict) const;
+  void store(ReadyView ready, const Camera& camera, Verdict& verdict);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
   void evict(std::uint32_t slot);
@@ -195,10 +231,12 @@ class Planner {
   PlannerOptions options_;
   Refiner refiner_;
   CoverageLedger ledger_;
-  std::optional<OfferedCoverage> offered_;  // of max_loss_db
+  std::optional<OfferedCoverage> offered_;        // of max_loss_db
+  std::vector<std::optional<Promise>> promised_;  // by slot
   bool short_of_room_ = false;
   VisibilityBuffer buffer_;
-  std::uint64_t stored_bytes_ = 0;
+  std::uint32_t held_views_ = 0;    // stored or promised a slot
+  std::uint64_t stored_bytes_ = 0;  // of these
 };
 
 }  // namespace lumatlas

@@ -99,6 +99,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
                                       std::span<const std::uint32_t> previous_cell,
                                       std::span<const std::uint8_t> changed) {
   if (!surface) throw std::invalid_argument("planner: surface is null");
+  if (held_views_ != atlas_.size()) throw std::logic_error("planner: the surface changes while slots are promised");
   const std::size_t cells = surface->cells.cells.size();
   if (changed.size() != cells || previous_cell.size() != cells) {
     throw std::invalid_argument("planner: what became of the cells is said of " + std::to_string(changed.size()) +

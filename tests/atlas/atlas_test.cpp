@@ -193,6 +193,18 @@ TEST_CASE("a view goes into the lowest free slot") {
   CHECK(atlas.view(2) == nullptr);
 }
 
+TEST_CASE("a view goes into the slot that the caller chose, if it is free") {
+  Atlas atlas(wall_and_panel(), 3);
+  atlas.insert_at(1, tiny_view("a"));
+  CHECK(atlas.insert(tiny_view("b")) == 0);
+  CHECK_THROWS_MATCHES(atlas.insert_at(1, tiny_view("c")), std::logic_error,
+                       Catch::Message("atlas: slot 1 holds a view already"));
+  CHECK_THROWS_MATCHES(atlas.insert_at(3, tiny_view("c")), std::invalid_argument,
+                       Catch::Message("atlas: slot is 3, must be below the capacity, 3"));
+  CHECK(atlas.view(1)->name == "a");
+  CHECK(atlas.size() == 2);
+}
+
 TEST_CASE("a full store takes no view and keeps what it has") {
   Atlas atlas(wall_and_panel(), 2);
   atlas.insert(tiny_view("a"));

@@ -8,10 +8,12 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <set>
 #include <stdexcept>
 
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
+#include "planner/predicted_loss.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {
@@ -196,6 +198,72 @@ TEST_CASE("a photograph is asked for once if the view is stored, and never if it
   }
   CHECK(rejected > 10);
   CHECK(rejected < 70);
+}
+
+TEST_CASE("views that are reserved first and filled later make the store of the stream, from fewer photographs") {
+  constexpr std::array<std::uint32_t, 3> kDivisors{1, 2, 3};
+  for (const double pictures : {0.0, 4.2}) {
+    PlannerOptions options = without_refinement();
+    options.max_bytes = static_cast<std::uint64_t>(pictures * static_cast<double>(stored_bytes(room_camera(0))));
+    Store stream(6, options), ahead(6, options);
+    std::vector<Verdict> verdicts;
+    for (std::size_t i = 0; i < 60; ++i) {
+      const Camera camera = cropped_camera((13 * i) % 50, kDivisors[i % kDivisors.size()]);
+      const std::string name = std::to_string(i);
+      const Verdict offered = stream.offer(name, camera);
+      verdicts.push_back(ahead.planner.reserve(name, camera));
+      REQUIRE(verdicts.back().decision == offered.decision);
+      REQUIRE(verdicts.back().slot == offered.slot);
+      REQUIRE(verdicts.back().replaced == offered.replaced);
+      REQUIRE(verdicts.back().gain == offered.gain);
+      REQUIRE(ahead.planner.stored_bytes() == stream.planner.stored_bytes());
+    }
+    CHECK(ahead.planner.stored_views() == 0);
+    std::map<std::uint32_t, std::size_t> last_in_slot;
+    for (std::size_t i = 0; i < verdicts.size(); ++i) {
+      if (verdicts[i].slot && ahead.planner.is_promised(*verdicts[i].slot)) last_in_slot[*verdicts[i].slot] = i;
+    }
+    std::set<std::size_t> left;
+    for (const auto& [slot, i] : last_in_slot) left.insert(i);
+    REQUIRE(left.size() == stream.planner.stored_views());
+    for (const std::size_t i : left) {
+      const Camera camera = cropped_camera((13 * i) % 50, kDivisors[i % kDivisors.size()]);
+      ahead.planner.fill([&] { return pattern_photograph(camera, 1); }, verdicts[i]);
+      CHECK_FALSE(ahead.planner.is_promised(*verdicts[i].slot));
+    }
+    CHECK(Image(ahead) == Image(stream));
+  }
+}
+
+TEST_CASE("a promised slot waits for its photograph, and only such a slot is filled") {
+  Store store(3, without_refinement());
+  Verdict verdict = store.planner.reserve("later", room_camera(0));
+  REQUIRE(verdict.slot == 0u);
+  CHECK(store.planner.is_promised(0));
+  CHECK_FALSE(store.planner.is_promised(1));
+  CHECK_FALSE(store.planner.is_promised(3));
+  CHECK(store.planner.summed_coverage() > 0);
+  CHECK(store.atlas.size() == 0);
+  const PhotographSource broken = []() -> Photograph { throw std::runtime_error("the file is gone"); };
+  CHECK_THROWS_WITH(store.planner.fill(broken, verdict), "the file is gone");
+  CHECK_THROWS_AS(store.planner.fill([] { return Photograph{}; }, verdict), std::invalid_argument);
+  CHECK_THROWS_WITH(store.planner.fill({}, verdict), Catch::Contains("no function for its photograph"));
+  CHECK(store.planner.is_promised(0));
+  CHECK_THROWS_AS(store.planner.update_surface(store.surface, *store.visibility, {}, {}), std::logic_error);
+  // A view that comes in between takes the next slot, and refers to nothing that is not there.
+  REQUIRE(store.offer("now", room_camera(8)).slot == 1u);
+  store.planner.fill([] { return pattern_photograph(room_camera(0), 1); }, verdict);
+  CHECK(store.stored().size() == 2);
+  CHECK_THROWS_AS(store.planner.fill(broken, verdict), std::logic_error);
+  Verdict rejected;
+  CHECK_THROWS_AS(store.planner.fill(broken, rejected), std::logic_error);
+
+  PlannerOptions bounded = without_refinement();
+  bounded.coverage = parsimony_coverage(bounded.coverage);
+  bounded.max_loss_db = 0.1;
+  Store thinned(3, bounded);
+  CHECK_THROWS_AS(thinned.planner.reserve("later", room_camera(0)), std::logic_error);
+  CHECK_THROWS_AS(thinned.planner.offer_again("later", room_camera(0), broken), std::logic_error);
 }
 
 TEST_CASE("a photograph that cannot be had, or is not of its camera's size, leaves the store as it was") {

@@ -207,6 +207,29 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
   check_same_store(stream.atlas, untouched.atlas);
 }
 
+TEST_CASE("a reserved view that turns out to be an outlier gives its slot back, and another can be offered again") {
+  ReliefStream ahead(9, options_for_relief()), untouched(9, options_for_relief());
+  std::vector<Frame> frames;
+  for (std::size_t i = 0; i < 8; ++i) frames.push_back(ahead.frame(i, 1, 0.5));
+  frames.push_back(misplaced_frame(ahead, 3));
+  std::vector<Verdict> verdicts;
+  for (const Frame& f : frames) verdicts.push_back(ahead.planner.reserve(f.name, f.given));
+  const Frame late = ahead.frame(10, 1, 0.5);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    REQUIRE(verdicts[i].decision == Decision::kept);
+    ahead.planner.fill([&] { return ahead.relief.photograph(frames[i].truth, frames[i].exposure); }, verdicts[i]);
+    if (i < 8) untouched.offer(frames[i]);
+  }
+  CHECK(verdicts.back().decision == Decision::outlier);
+  CHECK_FALSE(verdicts.back().slot);
+  CHECK(ahead.planner.summed_coverage() == Approx(untouched.planner.summed_coverage()).epsilon(1e-12));
+  check_same_store(ahead.atlas, untouched.atlas);
+  const Verdict again = ahead.planner.offer_again(late.name, late.given,
+                                                  [&] { return ahead.relief.photograph(late.truth, late.exposure); });
+  CHECK(again.decision == Decision::kept);
+  CHECK(again.slot == 8u);
+}
+
 TEST_CASE("a view with the pose of another place is kept where too few others show what it should") {
   PlannerOptions options = options_for_relief();
   options.refinement.least_views = 5;

@@ -238,37 +238,106 @@ std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, At
   return std::nullopt;
 }
 
-enum class Treatment { offer, keep, pass_by };
-
-PlannedView plan(Planner& planner, const SceneView& view, Treatment treatment) {
-  PlannedView planned;
-  planned.name = view.name;
-  const PhotographSource photograph = [&] {
+// Gives a view's photograph when it is asked for, and notes how long reading took.
+PhotographSource photograph_of(const SceneView& view, PlannedView& planned) {
+  return [&view, &planned] {
     const auto start = std::chrono::steady_clock::now();
     Photograph read = load_photograph(view);
     planned.read_ms = ms_since(start);
     return read;
   };
-  if (treatment == Treatment::offer) planned.verdict = planner.offer(view.name, view.camera, photograph);
-  if (treatment == Treatment::keep) planned.verdict = planner.keep(view.name, view.camera, photograph);
-  if (treatment == Treatment::pass_by) planner.pass_by(view.camera);
+}
+
+PlannedView offer(Planner& planner, const SceneView& view) {
+  PlannedView planned;
+  planned.name = view.name;
+  planned.verdict = planner.offer(view.name, view.camera, photograph_of(view, planned));
   planned.summed_coverage = planner.summed_coverage();
   return planned;
 }
 
-void run_stream(Planner& planner, const Stream& stream, const std::optional<std::vector<std::size_t>>& chosen,
-                const BuildCallback& callback, BuildResult& result) {
+void offer_all(Planner& planner, const Stream& stream, const BuildCallback& callback, BuildResult& result) {
   BuildStage stage(callback, "planning views", stream.size());
-  for (std::size_t place = 0; place < stream.size(); ++place) {
-    Treatment treatment = Treatment::offer;
-    if (chosen) {
-      const bool is_chosen = std::binary_search(chosen->begin(), chosen->end(), place);
-      treatment = is_chosen ? Treatment::keep : Treatment::pass_by;
-    }
-    result.planned.push_back(plan(planner, *stream[place], treatment));
+  for (const SceneView* view : stream) {
+    result.planned.push_back(offer(planner, *view));
     stage.tick();
   }
   stage.finish();
+}
+
+void keep_chosen(Planner& planner, const Stream& stream, const std::vector<std::size_t>& chosen,
+                 const BuildCallback& callback, BuildResult& result) {
+  BuildStage stage(callback, "planning views", stream.size());
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    const SceneView& view = *stream[place];
+    PlannedView planned;
+    planned.name = view.name;
+    if (std::binary_search(chosen.begin(), chosen.end(), place)) {
+      planned.verdict = planner.keep(view.name, view.camera, photograph_of(view, planned));
+    } else {
+      planner.pass_by(view.camera);
+    }
+    planned.summed_coverage = planner.summed_coverage();
+    result.planned.push_back(std::move(planned));
+    stage.tick();
+  }
+  stage.finish();
+}
+
+// Returns the places in the stream of the views that the store would hold at its end, ascending.
+std::vector<std::size_t> reserve_all(Planner& planner, std::uint32_t slots, const Stream& stream,
+                                     const BuildCallback& callback, BuildResult& result) {
+  std::vector<std::size_t> place_in_slot(slots);
+  BuildStage stage(callback, "planning views", stream.size());
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    PlannedView planned;
+    planned.name = stream[place]->name;
+    planned.verdict = planner.reserve(planned.name, stream[place]->camera);
+    planned.summed_coverage = planner.summed_coverage();
+    if (planned.verdict.slot) place_in_slot[*planned.verdict.slot] = place;
+    result.planned.push_back(std::move(planned));
+    stage.tick();
+  }
+  stage.finish();
+  std::vector<std::size_t> places;
+  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+    if (planner.is_promised(slot)) places.push_back(place_in_slot[slot]);
+  }
+  std::sort(places.begin(), places.end());
+  return places;
+}
+
+// What outliers left is offered to all the others.
+void refill(Planner& planner, const Stream& stream, const std::vector<std::size_t>& filled,
+            const BuildCallback& callback, BuildResult& result) {
+  BuildStage stage(callback, "planning again", stream.size());
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    if (!std::binary_search(filled.begin(), filled.end(), place)) {
+      const SceneView& view = *stream[place];
+      PlannedView& planned = result.planned[place];
+      Verdict verdict = planner.offer_again(view.name, view.camera, photograph_of(view, planned));
+      if (verdict.decision != Decision::rejected) planned.verdict = std::move(verdict);
+    }
+    stage.tick();
+  }
+  stage.finish();
+}
+
+// All cameras are known before the first photograph is read. So the planner goes through them first, and only the
+// photographs that are still in the store at the end of the stream are read, refined and stored.
+void plan_ahead(Planner& planner, std::uint32_t slots, const Stream& stream, const BuildCallback& callback,
+                BuildResult& result) {
+  const std::vector<std::size_t> places = reserve_all(planner, slots, stream, callback, result);
+  bool outliers = false;
+  BuildStage stage(callback, "storing views", places.size());
+  for (const std::size_t place : places) {
+    PlannedView& planned = result.planned[place];
+    planner.fill(photograph_of(*stream[place], planned), planned.verdict);
+    outliers = outliers || planned.verdict.decision == Decision::outlier;
+    stage.tick();
+  }
+  stage.finish();
+  if (outliers) refill(planner, stream, places, callback, result);
 }
 
 // Until nothing comes any more. Returns the views that were offered, in that order.
@@ -281,7 +350,7 @@ std::vector<SceneView> run_watched(Planner& planner, WatchedScene& scene, const 
       const Stream alone{&*view};
       require_names_that_a_model_can_hold(alone);
       require_room_for_each(alone, result.options, result.effective.max_bytes);
-      result.planned.push_back(plan(planner, *view, Treatment::offer));
+      result.planned.push_back(offer(planner, *view));
     } catch (const InputError& error) {
       scene.give_back(*view, error.what());  // it may still be being written
       continue;
@@ -401,8 +470,12 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
     views.views = run_watched(planner, *watched_scene, callback, result);
     note_watched(*watched_scene, views, result);
     stream = stream_of(views.views);
+  } else if (chosen) {
+    keep_chosen(planner, stream, *chosen, callback, result);
+  } else if (options.planner.max_loss_db) {
+    offer_all(planner, stream, callback, result);
   } else {
-    run_stream(planner, stream, chosen, callback, result);
+    plan_ahead(planner, atlas.capacity(), stream, callback, result);
   }
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();

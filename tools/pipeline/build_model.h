@@ -44,7 +44,9 @@ struct SkippedView {
 // What became of one view that was offered.
 struct PlannedView {
   std::string name;
-  Verdict verdict;             // of a view that nobody looked at: rejected, and nothing else
+  // Of a view that nobody looked at: rejected, and nothing else. One that lost its place again before its photograph
+  // was read counts as kept, or replaced, as it was decided then; its `slot` is another's.
+  Verdict verdict;
   double read_ms = 0;          // wall time of reading the photograph; 0: it was not read
   double summed_coverage = 0;  // scov afterwards, in cells
 };
