@@ -280,15 +280,24 @@ std::optional<Planner::Exchange> Planner::exchange_for(const Camera& camera, std
   return exchange;
 }
 
-Verdict Planner::offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+void Planner::require_offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) const {
   require_source(name, photograph);
   check(camera);
   require_room_for(name, camera);
+}
+
+void Planner::decide(const std::string& name, const Camera& camera, const PhotographSource& photograph,
+                     const std::vector<CellPart>& seen, Verdict& verdict) {
+  const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
+  if (exchange) take(name, camera, seen, *exchange, photograph(), verdict);
+}
+
+Verdict Planner::offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+  require_offer(name, camera, photograph);
   Verdict verdict;
   const std::vector<CellPart> seen = look(camera, verdict);
   PendingDemand demand(ledger_, offered_, seen);
-  const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
-  if (exchange) take(name, camera, seen, *exchange, photograph(), verdict);
+  decide(name, camera, photograph, seen, verdict);
   if (verdict.decision == Decision::outlier) return verdict;
   demand.confirm();
   count_offered(seen);
@@ -312,13 +321,10 @@ Verdict Planner::reserve(const std::string& name, const Camera& camera) {
 
 Verdict Planner::offer_again(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
   if (offered_) throw std::logic_error("planner: nothing can be offered again with max_loss_db");
-  require_source(name, photograph);
-  check(camera);
-  require_room_for(name, camera);
+  require_offer(name, camera, photograph);
   Verdict verdict;
   const std::vector<CellPart> seen = look(camera, verdict);
-  const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
-  if (exchange) take(name, camera, seen, *exchange, photograph(), verdict);
+  decide(name, camera, photograph, seen, verdict);
   if (verdict.decision == Decision::outlier) ledger_.unask(seen);
   return verdict;
 }

@@ -209,6 +209,9 @@ class Planner {
   void count_offered(std::span<const CellPart> seen);
   [[nodiscard]] std::optional<Exchange> exchange_for(const Camera& camera, std::span<const CellPart> seen,
                                                      Verdict& verdict);
+  void require_offer(const std::string& name, const Camera& camera, const PhotographSource& photograph) const;
+  void decide(const std::string& name, const Camera& camera, const PhotographSource& photograph,
+              const std::vector<CellPart>& seen, Verdict& verdict);
   void claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange, Verdict& verdict);
   [[nodiscard]] bool refine(const std::string& name, const Camera& camera, const Photograph& photograph,
                             Verdict& verdict);
