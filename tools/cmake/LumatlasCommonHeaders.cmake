@@ -20,4 +20,7 @@ if(LUMATLAS_COMMON_HEADERS)
     <optional> <span> <sstream> <stdexcept> <string> <string_view> <utility> <vector>
     <glm/glm.hpp> <tbb/parallel_for.h>)
   lumatlas_compile_options(lumatlas_common_headers)
+  # Clang notes when the headers were written, which each checkout and each configuration does anew: ccache would take
+  # them for others.
+  target_compile_options(lumatlas_common_headers PRIVATE $<$<CXX_COMPILER_ID:Clang>:SHELL:-Xclang -fno-pch-timestamp>)
 endif()
