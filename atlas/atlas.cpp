@@ -116,45 +116,45 @@ std::uint32_t Atlas::size() const {
   return static_cast<std::uint32_t>(std::count_if(views_.begin(), views_.end(), [](const auto& view) { return view; }));
 }
 
-std::uint32_t Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
+Atlas::Entry Atlas::entry_of(StoredView view, std::vector<ShownCell> shown) const {
   check_view(view, shown, layout_);
-  auto stored = std::make_shared<const StoredView>(std::move(view));
-  auto shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
+  return {std::make_shared<const StoredView>(std::move(view)),
+          std::make_shared<const std::vector<ShownCell>>(std::move(shown))};
+}
+
+std::uint32_t Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
+  Entry entry = entry_of(std::move(view), std::move(shown));
   const std::scoped_lock lock(mutex_);
   const auto free_slot = std::find(views_.begin(), views_.end(), nullptr);
   if (free_slot == views_.end()) throw std::logic_error("atlas: insert into a full store");
   const auto slot = static_cast<std::uint32_t>(free_slot - views_.begin());
-  put(slot, std::move(stored), std::move(shared));
+  put(slot, std::move(entry));
   return slot;
 }
 
 void Atlas::insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
-  check_view(view, shown, layout_);
-  auto stored = std::make_shared<const StoredView>(std::move(view));
-  auto shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
+  Entry entry = entry_of(std::move(view), std::move(shown));
   const std::scoped_lock lock(mutex_);
   require_slot(slot);
   if (views_[slot]) throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds a view already");
-  put(slot, std::move(stored), std::move(shared));
+  put(slot, std::move(entry));
 }
 
 // Under the lock, into a free slot.
-void Atlas::put(std::uint32_t slot, std::shared_ptr<const StoredView> view, SharedShownCells shown) {
-  require_cells_of(view->name, *shown);
-  views_[slot] = std::move(view);
-  shown_[slot] = std::move(shown);
+void Atlas::put(std::uint32_t slot, Entry entry) {
+  require_cells_of(entry.view->name, *entry.shown);
+  views_[slot] = std::move(entry.view);
+  shown_[slot] = std::move(entry.shown);
   tenants_[slot] = ++inserted_;
 }
 
 void Atlas::replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
-  check_view(view, shown, layout_);
-  auto stored = std::make_shared<const StoredView>(std::move(view));
-  SharedShownCells shared = std::make_shared<const std::vector<ShownCell>>(std::move(shown));
+  Entry entry = entry_of(std::move(view), std::move(shown));
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
-  require_cells_of(stored->name, *shared);
-  views_[slot].swap(stored);  // so that the old view is freed after the lock
-  shown_[slot].swap(shared);
+  require_cells_of(entry.view->name, *entry.shown);
+  views_[slot].swap(entry.view);  // so that the old view is freed after the lock
+  shown_[slot].swap(entry.shown);
 }
 
 void Atlas::erase(std::uint32_t slot) {

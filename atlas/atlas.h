@@ -102,7 +102,12 @@ class Atlas {
  private:
   void require_slot(std::uint32_t slot) const;
   void require_stored(std::uint32_t slot) const;
-  void put(std::uint32_t slot, std::shared_ptr<const StoredView> view, SharedShownCells shown);
+  struct Entry {
+    std::shared_ptr<const StoredView> view;
+    SharedShownCells shown;
+  };
+  [[nodiscard]] Entry entry_of(StoredView view, std::vector<ShownCell> shown) const;
+  void put(std::uint32_t slot, Entry entry);
   void require_cell(std::uint32_t cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;

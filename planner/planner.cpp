@@ -418,22 +418,25 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
   store(std::move(view), camera, verdict);
 }
 
-void Planner::fill(const PhotographSource& photograph, Verdict& verdict) {
-  if (!verdict.slot || !is_promised(*verdict.slot)) throw std::logic_error("planner: fill without a promised slot");
+void Planner::fill(const std::string& name, const PhotographSource& photograph, Verdict& verdict) {
+  if (!verdict.slot || !is_promised(name, *verdict.slot)) {
+    throw std::logic_error("planner: view " + name + " is promised no slot");
+  }
+  require_source(name, photograph);
   const std::uint32_t slot = *verdict.slot;
-  const Promise promise = *promised_[slot];
-  require_source(promise.name, photograph);
+  const Camera camera = promised_[slot]->camera;
   Photograph read = photograph();
-  if (refine(promise.name, promise.camera, read, verdict)) {
-    return store(ready(promise.name, promise.camera, std::move(read), verdict), promise.camera, verdict);
+  if (refine(name, camera, read, verdict)) {
+    return store(ready(name, camera, std::move(read), verdict), camera, verdict);
   }
   ledger_.unask(ledger_.parts(slot));
   evict(slot);
   verdict.slot.reset();
+  verdict.replaced.clear();
 }
 
-bool Planner::is_promised(std::uint32_t slot) const {
-  return slot < promised_.size() && promised_[slot].has_value();
+bool Planner::is_promised(const std::string& name, std::uint32_t slot) const {
+  return slot < promised_.size() && promised_[slot] && promised_[slot]->name == name;
 }
 
 void Planner::evict(std::uint32_t slot) {

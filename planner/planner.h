@@ -120,12 +120,12 @@ class Planner {
   // in every later decision, and may lose their slot to another. Not with max_loss_db (std::logic_error): what was
   // offered could not be taken back from a promised view that turns out to be an outlier.
   Verdict reserve(const std::string& name, const Camera& camera);
-  // Whether the slot is promised and not filled yet.
-  [[nodiscard]] bool is_promised(std::uint32_t slot) const;
-  // Stores the photograph of the view that was promised the verdict's slot, to which it adds what offer() would have
-  // told of it; what offer() throws. An outlier gives back its slot, and what it asked for does not count. Throws
-  // std::logic_error unless the slot is promised.
-  void fill(const PhotographSource& photograph, Verdict& verdict);
+  // Whether the slot is promised to the view of that name, and not filled yet.
+  [[nodiscard]] bool is_promised(const std::string& name, std::uint32_t slot) const;
+  // Stores the photograph of a view that still has the slot of its verdict, to which this adds what offer() would have
+  // told; throws what offer() throws. An outlier gives its slot back, what it asked for does not count, and those whose
+  // place it took stay away. Throws std::logic_error unless the verdict's slot is promised to that name.
+  void fill(const std::string& name, const PhotographSource& photograph, Verdict& verdict);
   // As offer(), for a view that was rejected or replaced before, where there is room again: what it asks for counts
   // already. Not with max_loss_db (std::logic_error).
   Verdict offer_again(const std::string& name, const Camera& camera, const PhotographSource& photograph);

@@ -8,7 +8,6 @@
 #include <map>
 #include <numeric>
 #include <random>
-#include <set>
 #include <stdexcept>
 
 #include "planner/offline_planner.h"
@@ -219,18 +218,17 @@ TEST_CASE("views that are reserved first and filled later make the store of the 
       REQUIRE(ahead.planner.stored_bytes() == stream.planner.stored_bytes());
     }
     CHECK(ahead.planner.stored_views() == 0);
-    std::map<std::uint32_t, std::size_t> last_in_slot;
+    std::size_t filled = 0;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
-      if (verdicts[i].slot && ahead.planner.is_promised(*verdicts[i].slot)) last_in_slot[*verdicts[i].slot] = i;
-    }
-    std::set<std::size_t> left;
-    for (const auto& [slot, i] : last_in_slot) left.insert(i);
-    REQUIRE(left.size() == stream.planner.stored_views());
-    for (const std::size_t i : left) {
+      const std::string name = std::to_string(i);
+      if (!verdicts[i].slot || !ahead.planner.is_promised(name, *verdicts[i].slot)) continue;
       const Camera camera = cropped_camera((13 * i) % 50, kDivisors[i % kDivisors.size()]);
-      ahead.planner.fill([&] { return pattern_photograph(camera, 1); }, verdicts[i]);
-      CHECK_FALSE(ahead.planner.is_promised(*verdicts[i].slot));
+      ahead.planner.fill(
+          name, [&] { return pattern_photograph(camera, 1); }, verdicts[i]);
+      CHECK_FALSE(ahead.planner.is_promised(name, *verdicts[i].slot));
+      ++filled;
     }
+    CHECK(filled == stream.planner.stored_views());
     CHECK(Image(ahead) == Image(stream));
   }
 }
@@ -239,24 +237,29 @@ TEST_CASE("a promised slot waits for its photograph, and only such a slot is fil
   Store store(3, without_refinement());
   Verdict verdict = store.planner.reserve("later", room_camera(0));
   REQUIRE(verdict.slot == 0u);
-  CHECK(store.planner.is_promised(0));
-  CHECK_FALSE(store.planner.is_promised(1));
-  CHECK_FALSE(store.planner.is_promised(3));
+  CHECK(store.planner.is_promised("later", 0));
+  CHECK_FALSE(store.planner.is_promised("another", 0));
+  CHECK_FALSE(store.planner.is_promised("later", 1));
+  CHECK_FALSE(store.planner.is_promised("later", 3));
   CHECK(store.planner.summed_coverage() > 0);
   CHECK(store.atlas.size() == 0);
   const PhotographSource broken = []() -> Photograph { throw std::runtime_error("the file is gone"); };
-  CHECK_THROWS_WITH(store.planner.fill(broken, verdict), "the file is gone");
-  CHECK_THROWS_AS(store.planner.fill([] { return Photograph{}; }, verdict), std::invalid_argument);
-  CHECK_THROWS_WITH(store.planner.fill({}, verdict), Catch::Contains("no function for its photograph"));
-  CHECK(store.planner.is_promised(0));
+  CHECK_THROWS_WITH(store.planner.fill("later", broken, verdict), "the file is gone");
+  CHECK_THROWS_AS(store.planner.fill(
+                      "later", [] { return Photograph{}; }, verdict),
+                  std::invalid_argument);
+  CHECK_THROWS_WITH(store.planner.fill("later", {}, verdict), Catch::Contains("no function for its photograph"));
+  CHECK(store.planner.is_promised("later", 0));
   CHECK_THROWS_AS(store.planner.update_surface(store.surface, *store.visibility, {}, {}), std::logic_error);
   // A view that comes in between takes the next slot, and refers to nothing that is not there.
   REQUIRE(store.offer("now", room_camera(8)).slot == 1u);
-  store.planner.fill([] { return pattern_photograph(room_camera(0), 1); }, verdict);
+  CHECK_THROWS_WITH(store.planner.fill("another", broken, verdict), "planner: view another is promised no slot");
+  store.planner.fill(
+      "later", [] { return pattern_photograph(room_camera(0), 1); }, verdict);
   CHECK(store.stored().size() == 2);
-  CHECK_THROWS_AS(store.planner.fill(broken, verdict), std::logic_error);
+  CHECK_THROWS_AS(store.planner.fill("later", broken, verdict), std::logic_error);
   Verdict rejected;
-  CHECK_THROWS_AS(store.planner.fill(broken, rejected), std::logic_error);
+  CHECK_THROWS_AS(store.planner.fill("later", broken, rejected), std::logic_error);
 
   PlannerOptions bounded = without_refinement();
   bounded.coverage = parsimony_coverage(bounded.coverage);

@@ -217,11 +217,13 @@ TEST_CASE("a reserved view that turns out to be an outlier gives its slot back, 
   const Frame late = ahead.frame(10, 1, 0.5);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     REQUIRE(verdicts[i].decision == Decision::kept);
-    ahead.planner.fill([&] { return ahead.relief.photograph(frames[i].truth, frames[i].exposure); }, verdicts[i]);
+    ahead.planner.fill(
+        frames[i].name, [&] { return ahead.relief.photograph(frames[i].truth, frames[i].exposure); }, verdicts[i]);
     if (i < 8) untouched.offer(frames[i]);
   }
   CHECK(verdicts.back().decision == Decision::outlier);
   CHECK_FALSE(verdicts.back().slot);
+  CHECK(verdicts.back().replaced.empty());
   CHECK(ahead.planner.summed_coverage() == Approx(untouched.planner.summed_coverage()).epsilon(1e-12));
   check_same_store(ahead.atlas, untouched.atlas);
   const Verdict again = ahead.planner.offer_again(late.name, late.given,

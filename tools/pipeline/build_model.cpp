@@ -285,25 +285,23 @@ void keep_chosen(Planner& planner, const Stream& stream, const std::vector<std::
 }
 
 // Returns the places in the stream of the views that the store would hold at its end, ascending.
-std::vector<std::size_t> reserve_all(Planner& planner, std::uint32_t slots, const Stream& stream,
-                                     const BuildCallback& callback, BuildResult& result) {
-  std::vector<std::size_t> place_in_slot(slots);
+std::vector<std::size_t> reserve_all(Planner& planner, const Stream& stream, const BuildCallback& callback,
+                                     BuildResult& result) {
   BuildStage stage(callback, "planning views", stream.size());
-  for (std::size_t place = 0; place < stream.size(); ++place) {
+  for (const SceneView* view : stream) {
     PlannedView planned;
-    planned.name = stream[place]->name;
-    planned.verdict = planner.reserve(planned.name, stream[place]->camera);
+    planned.name = view->name;
+    planned.verdict = planner.reserve(view->name, view->camera);
     planned.summed_coverage = planner.summed_coverage();
-    if (planned.verdict.slot) place_in_slot[*planned.verdict.slot] = place;
     result.planned.push_back(std::move(planned));
     stage.tick();
   }
   stage.finish();
   std::vector<std::size_t> places;
-  for (std::uint32_t slot = 0; slot < slots; ++slot) {
-    if (planner.is_promised(slot)) places.push_back(place_in_slot[slot]);
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    const PlannedView& planned = result.planned[place];
+    if (planned.verdict.slot && planner.is_promised(planned.name, *planned.verdict.slot)) places.push_back(place);
   }
-  std::sort(places.begin(), places.end());
   return places;
 }
 
@@ -325,14 +323,13 @@ void refill(Planner& planner, const Stream& stream, const std::vector<std::size_
 
 // All cameras are known before the first photograph is read. So the planner goes through them first, and only the
 // photographs that are still in the store at the end of the stream are read, refined and stored.
-void plan_ahead(Planner& planner, std::uint32_t slots, const Stream& stream, const BuildCallback& callback,
-                BuildResult& result) {
-  const std::vector<std::size_t> places = reserve_all(planner, slots, stream, callback, result);
+void plan_ahead(Planner& planner, const Stream& stream, const BuildCallback& callback, BuildResult& result) {
+  const std::vector<std::size_t> places = reserve_all(planner, stream, callback, result);
   bool outliers = false;
   BuildStage stage(callback, "storing views", places.size());
   for (const std::size_t place : places) {
     PlannedView& planned = result.planned[place];
-    planner.fill(photograph_of(*stream[place], planned), planned.verdict);
+    planner.fill(planned.name, photograph_of(*stream[place], planned), planned.verdict);
     outliers = outliers || planned.verdict.decision == Decision::outlier;
     stage.tick();
   }
@@ -475,7 +472,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   } else if (options.planner.max_loss_db) {
     offer_all(planner, stream, callback, result);
   } else {
-    plan_ahead(planner, atlas.capacity(), stream, callback, result);
+    plan_ahead(planner, stream, callback, result);
   }
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
