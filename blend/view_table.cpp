@@ -30,11 +30,11 @@ std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArra
     const glm::dmat3& rotation = camera.cam_from_world_rotation;
     texel[0] = glm::dvec4(camera.fx * row_of(rotation, 0), camera.cx);
     texel[1] = glm::dvec4(camera.fy * row_of(rotation, 1), camera.cy);
-    texel[2] = glm::dvec4(row_of(rotation, 2), 0);
+    texel[2] = glm::dvec4(row_of(rotation, 2), camera.fx);
     texel[3] = glm::dvec4(camera.center(), photographs.depth_scale(slot));
     texel[4] = glm::vec4(camera.width, camera.height, photographs.first_tile(slot),
                          photographs.columns_of(*snapshot.views[slot]));
-    texel[5] = glm::dvec4(snapshot.gains[slot], camera.fx);
+    texel[5] = glm::dvec4(snapshot.gains[slot], 0);
   }
   return table;
 }

@@ -69,23 +69,39 @@ void rank_view(uint view, float weight, uint of_cells) {
   }
 }
 
-// The best views of each of the cells.
+// Whether a view may be among the best of the cells that refer to it. Validity can only lower its weight.
+bool may_win(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
+  uint among = reference >> 28 & of_cells;
+  if (among == 0u || sampling.w == 0) return among != 0u;
+  vec3 to_stored = view_texel(reference & 0x0FFFFFFFu, 3u).xyz - world;
+  return geometric_weight(to_novel, o, to_stored) > least_weight(among);
+}
+
+void look_at(uint reference, uint of_cells, vec3 world, float z, vec3 to_novel, float o) {
+  uint view = reference & 0x0FFFFFFFu;
+  vec4 stored = view_texel(view, 3u);
+  bool rim;
+  float weight = geometric_weight(to_novel, o, stored.xyz - world);
+  float valid = validity(view, world - stored.xyz, z, stored.w, rim);
+  if (rim) valid *= rim_share(to_novel, o, stored.xyz - world);
+  rank_view(view, weight * valid, reference >> 28 & of_cells);
+}
+
+// The best views of each of the cells; those that cannot win are not looked at. A renderer in software takes both sides
+// of a branch, for several pixels at once, and only a loop ends when all of them are done. So each pixel goes on by
+// itself, in a loop of its own, to the next view that is worth looking at. Only the number of its reference leaves that
+// loop: where the view and its weight were carried out as well, Mesa 22 drew wrong pictures.
 void find_views(uvec2 range, uint of_cells, vec3 world, float z) {
   vec3 to_novel = center.xyz - world;
   float o = length(to_novel);
-  for (uint i = range.x; i < range.y; ++i) {
-    uint reference = entry(references, i).x;
-    uint view = reference & 0x0FFFFFFFu;
-    uint among = reference >> 28 & of_cells;
-    vec4 stored = view_texel(view, 3u);
-    float weight = geometric_weight(to_novel, o, stored.xyz - world);
-    // Validity can only lower a weight: views that cannot win are not looked at.
-    if (among == 0u || (sampling.w != 0 && weight <= least_weight(among))) continue;
-    bool rim;
-    float valid = validity(view, world - stored.xyz, z, stored.w, rim);
-    if (rim) valid *= rim_share(to_novel, o, stored.xyz - world);
-    rank_view(view, weight * valid, among);
-  }
+  if (range.x == range.y) return;
+  uint next = range.x;
+  do {
+    look_at(entry(references, next).x, of_cells, world, z, to_novel, o);
+    do {
+      ++next;
+    } while (next < range.y && !may_win(entry(references, next).x, of_cells, world, to_novel, o));
+  } while (next < range.y);
 }
 
 // What each of them counts in the pixel; gives the sum, 0 where no view is valid.

@@ -76,7 +76,7 @@ float validity(uint view, vec3 away, float z, float depth_scale, out bool rim) {
   ivec3 pixel;
   if (!locate(size, image, texel, pixel)) return 0.0;
   if (depth * reciprocal_at(pixel, rim) > depth_scale * weights.y) return 0.0;
-  float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 5u).w, z, depth)) : 0.0;
+  float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 2u).w, z, depth)) : 0.0;
   return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
 }
 
@@ -134,10 +134,9 @@ vec3 color_in(uint view, vec3 world, float z) {
   ivec3 pixel;
   float depth;
   vec4 size = view_texel(view, 4u);
-  vec4 gain = view_texel(view, 5u);
   image_in(view, world - view_texel(view, 3u).xyz, image, depth);
   locate(size, image, texel, pixel);
-  float footprint = sampling.z != 0 ? footprint_of(gain.w, z, depth) : 1.0;
+  float footprint = sampling.z != 0 ? footprint_of(view_texel(view, 2u).w, z, depth) : 1.0;
   float level = level_of(footprint);
   int next = int(level);
   float part = 1.0 - fract(level);
@@ -149,5 +148,5 @@ vec3 color_in(uint view, vec3 world, float z) {
     part = left;
     ++next;
   } while (left > 0.0);
-  return color * gain.rgb;
+  return color * view_texel(view, 5u).rgb;
 }

@@ -15,8 +15,8 @@ uvec4 entry(usampler2D table, uint number) {
 }
 
 // Of a stored view. 0 and 1: direction whose product with a point seen from its centre is fx x and fy y, with cx and cy;
-// 2: the direction that it looks in; 3: its centre in the world, what its depths are shares of; 4: width and height in
-// pixels, number of its first tile, how many are in a row; 5: gain of R G B, fx.
+// 2: the direction that it looks in, fx; 3: its centre in the world, what its depths are shares of; 4: width and height
+// in pixels, number of its first tile, how many are in a row; 5: gain of R G B.
 vec4 view_texel(uint view, uint part) {
   return texelFetch(views, place_of(view * uint(VIEW_TEXELS) + part), 0);
 }

@@ -82,10 +82,10 @@ export function viewTable(scene, layout) {
     table.set([
       ...times(row(view.rotation, 0), view.fx * s), view.cx * s,
       ...times(row(view.rotation, 1), view.fy * s), view.cy * s,
-      ...row(view.rotation, 2), 0,
+      ...row(view.rotation, 2), view.fx * s,
       ...poseOf(view).position, depthScale(view),
       view.width * s, view.height * s, layout.views[slot].first, layout.views[slot].columns,
-      ...view.gain, view.fx * s,
+      ...view.gain, 0,
     ], 4 * VIEW_TEXELS * slot);
   });
   return table;
