@@ -71,20 +71,20 @@ void rank_view(uint view, float weight, uint of_cells) {
 
 // Whether a view may be among the best of the cells that refer to it. Validity can only lower its weight.
 bool may_win(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
-  uint among = reference >> 28 & of_cells;
+  uint among = cells_of(reference) & of_cells;
   if (among == 0u || sampling.w == 0) return among != 0u;
-  vec3 to_stored = view_texel(reference & 0x0FFFFFFFu, 3u).xyz - world;
+  vec3 to_stored = view_texel(slot_of(reference), 3u).xyz - world;
   return geometric_weight(to_novel, o, to_stored) > least_weight(among);
 }
 
 void look_at(uint reference, uint of_cells, vec3 world, float z, vec3 to_novel, float o) {
-  uint view = reference & 0x0FFFFFFFu;
+  uint view = slot_of(reference);
   vec4 stored = view_texel(view, 3u);
   bool rim;
   float weight = geometric_weight(to_novel, o, stored.xyz - world);
   float valid = validity(view, world - stored.xyz, z, stored.w, rim);
   if (rim) valid *= rim_share(to_novel, o, stored.xyz - world);
-  rank_view(view, weight * valid, reference >> 28 & of_cells);
+  rank_view(view, weight * valid, cells_of(reference) & of_cells);
 }
 
 // The best views of each of the cells; those that cannot win are not looked at. A renderer in software takes both sides

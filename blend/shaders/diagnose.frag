@@ -53,7 +53,7 @@ void main() {
   uint winner = kNothing;
   uvec4 cell = entry(cells, entry(zones, surface.zone).z);
   for (uint i = cell.x; i < cell.y; ++i) {
-    uint view = entry(references, i).x & 0x0FFFFFFFu;
+    uint view = slot_of(entry(references, i).x);
     vec4 stored = view_texel(view, 3u);
     bool rim;
     float valid = validity(view, world - stored.xyz, surface.z, stored.w, rim);

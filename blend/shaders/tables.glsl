@@ -14,6 +14,15 @@ uvec4 entry(usampler2D table, uint number) {
   return texelFetch(table, place_of(number), 0);
 }
 
+// What a reference is made of: the slot of a view, and the cells of the zone that refer to it, a bit for each.
+uint slot_of(uint reference) {
+  return reference & 0x0FFFFFFFu;
+}
+
+uint cells_of(uint reference) {
+  return reference >> 28;
+}
+
 // Of a stored view. 0 and 1: direction whose product with a point seen from its centre is fx x and fy y, with cx and cy;
 // 2: the direction that it looks in, fx; 3: its centre in the world, what its depths are shares of; 4: width and height
 // in pixels, number of its first tile, how many are in a row; 5: gain of R G B.
