@@ -39,6 +39,7 @@ std::pair<Value, Value> middle_values(std::vector<Value>& values) {
 
 // Lists that each point fills again.
 struct LensProblem::Scratch {
+  std::vector<Place> places;
   std::vector<ColorSample> seen;
   std::vector<Value> values;
 };
@@ -133,13 +134,23 @@ ImageDerivatives LensProblem::derivatives(const LensState& state, std::uint32_t 
   return result;
 }
 
-// The other view's colour with its gain.
-ColorSample LensProblem::sample_of(const Linearisation& at, const Observation& other, std::uint32_t level,
-                                   const glm::dvec3& position) const {
-  const ComparedView& view = *views_[other.slot];
-  const double matching = std::round(other.level + level);
-  const auto its_level = static_cast<std::uint32_t>(std::clamp(matching, 0.0, view.pyramid.levels() - 1.0));
-  ColorSample sample = view.pyramid.sample(its_level, image_of(at, other.slot, position).value_or(glm::dvec2(0.0)));
+// Of the views that a point is compared with.
+void LensProblem::find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level,
+                              Scratch& scratch) const {
+  scratch.places.clear();
+  for (const Observation& other : point.others) {
+    const Pyramid& pyramid = views_[other.slot]->pyramid;
+    const double matching = std::clamp(std::round(other.level + level), 0.0, pyramid.levels() - 1.0);
+    const glm::dvec2 image = image_of(at, other.slot, point.position).value_or(glm::dvec2(0.0));
+    scratch.places.push_back({other.slot, static_cast<std::uint32_t>(matching), image});
+    pyramid.prefetch(scratch.places.back().level, image);
+  }
+}
+
+// That view's colour with its gain.
+ColorSample LensProblem::sample_at(const Place& place) const {
+  const ComparedView& view = *views_[place.slot];
+  ColorSample sample = view.pyramid.sample(place.level, place.image);
   sample.color *= view.gain;
   sample.d_x *= view.gain;
   sample.d_y *= view.gain;
@@ -157,11 +168,12 @@ void LensProblem::point_rows(const Linearisation& at, std::uint32_t slot, const 
     return;
   }
   const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
+  find_places(at, point, level, scratch);
   const ColorSample sample = views_[slot]->pyramid.sample(level, *image);
   const ImageDerivatives own = derivatives(at.state, slot, point.position);
   const glm::dvec3 gain = views_[slot]->gain * at.state.gain[slot];
   scratch.seen.clear();
-  for (const Observation& other : point.others) scratch.seen.push_back(sample_of(at, other, level, point.position));
+  for (const Place& place : scratch.places) scratch.seen.push_back(sample_at(place));
   scratch.values.resize(scratch.seen.size());
   for (int channel = 0; channel < 3; ++channel) {
     for (std::uint32_t i = 0; i < scratch.seen.size(); ++i) {

@@ -104,14 +104,19 @@ class LensProblem {
     double noise;
     bool robust;
   };
+  // Where another view shows a point, and the level of its pyramid.
+  struct Place {
+    std::uint32_t slot, level;
+    glm::dvec2 image;
+  };
   struct Scratch;
 
   [[nodiscard]] LensPart part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
                                  std::size_t most_points) const;
   [[nodiscard]] std::optional<glm::dvec2> image_of(const Linearisation& at, std::uint32_t slot,
                                                    const glm::dvec3& position) const;
-  [[nodiscard]] ColorSample sample_of(const Linearisation& at, const Observation& other, std::uint32_t level,
-                                      const glm::dvec3& position) const;
+  void find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level, Scratch& scratch) const;
+  [[nodiscard]] ColorSample sample_at(const Place& place) const;
   void point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point, std::size_t index,
                   Scratch& scratch, Linearised& out) const;
 

@@ -28,6 +28,35 @@ struct Observation {
   glm::dvec3 image;  // position, and z
 };
 
+// Where the view's image has the point, and at what z; nothing outside of it or behind the camera.
+std::optional<glm::dvec3> image_in(const StoredView& view, const glm::dvec3& position) {
+  const Camera& camera = view.camera;
+  const glm::dvec3 cam = camera.cam_from_world(position);
+  if (!(cam.z > 0)) return std::nullopt;
+  const glm::dvec2 image = camera.image_from_cam(cam);
+  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
+  return glm::dvec3(image, cam.z);
+}
+
+std::size_t pixel_at(const StoredView& view, const glm::dvec3& image) {
+  return static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
+}
+
+// Neither occluded nor masked.
+bool shows_well(const StoredView& view, const glm::dvec3& image) {
+  const std::size_t pixel = pixel_at(view, image);
+  return view.validity[pixel] >= kLeastValidity &&
+         !(image.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance));
+}
+
+// See Pyramid::prefetch().
+void prefetch(const ComparedView& other, const glm::dvec3& image) {
+  const std::size_t pixel = pixel_at(*other.view, image);
+  __builtin_prefetch(&other.view->validity[pixel]);
+  __builtin_prefetch(&other.view->depth[pixel]);
+  other.pyramid.prefetch(0, glm::dvec2(image));
+}
+
 // The level of a view's pyramid whose pixels are about as large on the surface as `pixel_size`.
 std::uint32_t matching_level(const ComparedView& other, double z, double pixel_size) {
   const double level = std::round(std::log2(pixel_size * other.view->camera.fx / z));
@@ -81,6 +110,10 @@ class ViewComparison {
     for (std::uint32_t level = 0; level < photograph_.levels(); ++level) {
       if (!needed_[level] && level != ratio_level()) continue;
       const double pixel_size = z / camera_.fx * static_cast<double>(1u << level);
+      for (const Observation& at : seen) {
+        const ComparedView& other = *views_[at.slot];
+        other.pyramid.prefetch(matching_level(other, at.image.z, pixel_size), glm::dvec2(at.image));
+      }
       for (std::size_t i = 0; i < seen.size(); ++i) {
         const ComparedView& other = *views_[seen[i].slot];
         const glm::dvec3 raw =
@@ -102,9 +135,15 @@ class ViewComparison {
     const std::uint32_t cell = atlas_.surface().cells.cell_of_face[sample.face];
     for (const std::uint32_t slot : atlas_.references(cell)) {
       if (slot == except_ || !views_[slot]) continue;
-      const std::optional<glm::dvec3> image = seen_at(*views_[slot]->view, sample.position);
-      if (image && is_informative(views_[slot]->pyramid.color(0, glm::dvec2(*image)))) seen.push_back({slot, *image});
+      const std::optional<glm::dvec3> image = image_in(*views_[slot]->view, sample.position);
+      if (!image) continue;
+      prefetch(*views_[slot], *image);
+      seen.push_back({slot, *image});
     }
+    std::erase_if(seen, [&](const Observation& at) {
+      const ComparedView& other = *views_[at.slot];
+      return !shows_well(*other.view, at.image) || !is_informative(other.pyramid.color(0, glm::dvec2(at.image)));
+    });
     return seen;
   }
 
@@ -146,15 +185,8 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 }  // namespace
 
 std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position) {
-  const Camera& camera = view.camera;
-  const glm::dvec3 cam = camera.cam_from_world(position);
-  if (!(cam.z > 0)) return std::nullopt;
-  const glm::dvec2 image = camera.image_from_cam(cam);
-  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
-  const std::size_t pixel = static_cast<std::size_t>(image.y) * camera.width + static_cast<std::size_t>(image.x);
-  if (view.validity[pixel] < kLeastValidity) return std::nullopt;
-  if (cam.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance)) return std::nullopt;
-  return glm::dvec3(image, cam.z);
+  const std::optional<glm::dvec3> image = image_in(view, position);
+  return image && shows_well(view, *image) ? image : std::nullopt;
 }
 
 std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position, double pixel_size) {

@@ -136,6 +136,12 @@ glm::dvec3 Pyramid::color(std::uint32_t level_index, const glm::dvec2& image) co
                   glm::mix(linear_at(linear, f.bottom_left), linear_at(linear, f.bottom_right), f.fx), f.fy);
 }
 
+void Pyramid::prefetch(std::uint32_t level_index, const glm::dvec2& image) const {
+  const Footprint f = footprint(level(level_index), image * scale_of(level_index));
+  __builtin_prefetch(f.top_left);
+  __builtin_prefetch(f.bottom_left);
+}
+
 ColorSample Pyramid::sample(std::uint32_t level_index, const glm::dvec2& image) const {
   const double scale = scale_of(level_index);
   const Footprint f = footprint(level(level_index), image * scale);

@@ -39,6 +39,9 @@ class Pyramid {
   // of each photograph and do not check that the level is below levels().
   [[nodiscard]] glm::dvec3 color(std::uint32_t level, const glm::dvec2& image) const;
   [[nodiscard]] ColorSample sample(std::uint32_t level, const glm::dvec2& image) const;
+  // Has the processor fetch what these two are about to read. Which photograph comes next, it cannot guess, and it
+  // waits for memory far longer than it computes.
+  void prefetch(std::uint32_t level, const glm::dvec2& image) const;
 
  private:
   const Photograph* photograph_;
