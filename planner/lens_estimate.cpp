@@ -28,7 +28,6 @@ constexpr double kFixed = 1e6;  // times the normal matrix' trace: for parameter
 // See LensEstimate::deviation and significant.
 constexpr double kCountedTwice = 2;
 constexpr double kChannels = 3;
-constexpr double kLeastImprovement = 0.01;  // share of the residual
 constexpr double kLeastDeviations = 5;
 constexpr double kLeastCornerPx = 0.5;
 constexpr double kFurtherDeviations = 3;  // see LensEstimate::most_corner_px
@@ -332,14 +331,14 @@ class Estimator {
         if (!estimated(i)) deviation[i] = 0;
         if (estimated(i)) note_reach(lens, i, deviation[i]);
       }
-      const bool improves = most_improvement_[lens] >= 0.5 * kLeastImprovement;
+      const bool improves = most_improvement_[lens] >= 0.5 * options_.least_improvement;
       estimate.most_corner_px = improves ? lenses_[lens].most_corner_px : 0;
       estimate.correction = correction_of(state_.shared[lens]);
       estimate.deviation = {deviation[0], {deviation[1], deviation[2]}, deviation[3], deviation[4], deviation[5],
                             deviation[6]};
       estimate.residual = {before[lens], after[lens]};
       estimate.corner_px = corner_move_px(estimate.correction, camera_of(lens));
-      if (after[lens] > (1 - kLeastImprovement) * before[lens]) continue;
+      if (after[lens] > (1 - options_.least_improvement) * before[lens]) continue;
       for (int i = 0; i < kBlock; ++i) {
         estimate.significant = estimate.significant || (estimated(i) && is_determined(lens, i, deviation));
       }
@@ -377,6 +376,8 @@ LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<
                               const LensOptions& options) {
   constexpr Requirement lens_estimate_requires{"lenses"};
   lens_estimate_requires(options.most_points >= 1, "most_points", 0, "at least 1");
+  lens_estimate_requires(options.least_improvement > 0 && options.least_improvement < 1, "least_improvement",
+                         options.least_improvement, "in (0, 1)");
   lens_estimate_requires.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
   lens_estimate_requires.has_size(given.size(), atlas.capacity(), "given", "the atlas's capacity");
   lens_estimate_requires.has_size(samples.size(), atlas.capacity(), "samples", "the atlas's capacity");

@@ -48,7 +48,8 @@ struct LensEstimate {
   // it is below 0.5 px, more points are not expected to make the estimate significant, unless poses were refined with
   // the wrong lens: they hide most of it from few points.
   double most_corner_px = 0;
-  // The residual falls by 1 % or more, and some field of more than 5 deviations moves a corner by more than 0.5 px.
+  // The residual falls by LensOptions::least_improvement or more, and some field of more than 5 deviations moves a
+  // corner by more than 0.5 px.
   bool significant = false;
 };
 
@@ -69,14 +70,15 @@ struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
+  double least_improvement = 0.01;  // share of the residual, (0, 1): see LensEstimate::significant
   InterruptionPoint interruption_point = {};
 };
 
 // `views`, `given` (the poses that the views came with) and `samples` by slot: the points at which the view there is
 // compared with the views that a sample's cell refers to. A view with fewer than kFewestAlignmentPoints points that
 // others show takes no part; with no view that does, the corrections are none, their deviations are 0 and they are not
-// significant. Throws std::invalid_argument if most_points is 0, if there are not as many views, poses and lists of
-// samples as the atlas has slots, or if a sample's face is not in the mesh.
+// significant. Throws std::invalid_argument if an option is out of its range, if there are not as many views, poses and
+// lists of samples as the atlas has slots, or if a sample's face is not in the mesh.
 [[nodiscard]] LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                                             std::span<const Camera> given,
                                             std::span<const std::vector<SurfaceSample>> samples,

@@ -147,6 +147,11 @@ TEST_CASE("what is wrong with a lens is found, believed, and gone once the photo
   CHECK(lens.significant);
   CHECK(lens.residual.after < 0.99 * lens.residual.before);
   CHECK(miss_px(error, lens.correction) < found_px);
+  const double improvement = 1 - lens.residual.after / lens.residual.before;
+  CHECK(only_lens(room.planner.estimate_lenses({.most_points = 1000, .least_improvement = 0.99 * improvement}))
+            .significant);
+  CHECK_FALSE(only_lens(room.planner.estimate_lenses({.most_points = 1000, .least_improvement = 1.01 * improvement}))
+                  .significant);
   CHECK(lens.corner_px == Approx(corner_move_px(lens.correction, true_camera(0))));
 
   LensCorrection total = lens.correction;
@@ -184,6 +189,9 @@ TEST_CASE("right lenses are left alone, and fewer points find the same less prec
   CHECK(only_lens(some).deviation.focal > lens.deviation.focal);
   CHECK(only_lens(some).correction.focal == Approx(1).margin(0.004));
   CHECK_THROWS_AS(room.planner.estimate_lenses({.most_points = 0}), std::invalid_argument);
+  for (const double share : {0.0, 1.0, std::nan("")}) {
+    CHECK_THROWS_AS(room.planner.estimate_lenses({.least_improvement = share}), std::invalid_argument);
+  }
 }
 
 TEST_CASE("few points do not clear a lens that is wrong in a term which is tried last") {

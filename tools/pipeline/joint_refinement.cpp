@@ -44,6 +44,8 @@ constexpr std::size_t kPointsForFirstLook = 4000;
 constexpr std::size_t kFewestPointsOfFirstLook = 100;
 // Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
 constexpr int kLensRounds = 3;
+// Of the residual, of a lens that is known to be wrong: what is left of its error improves less than all of it.
+constexpr double kLeastFurtherImprovement = 0.003;
 
 // Adds what an estimate found to what is known of the lenses.
 void note_lenses(const LensEstimates& estimates, std::vector<RefinedLens>& lenses) {
@@ -66,6 +68,15 @@ void note_lenses(const LensEstimates& estimates, std::vector<RefinedLens>& lense
   }
 }
 
+// Lenses that nothing was wrong with so far must improve as much as ever to be believed wrong.
+void ask_more_of_others(const std::vector<RefinedLens>& lenses, LensEstimates& estimates) {
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    LensEstimate& estimate = estimates.lenses[i];
+    const double least = lenses[i].applied ? kLeastFurtherImprovement : LensOptions{}.least_improvement;
+    estimate.significant = estimate.significant && estimate.residual.after <= (1 - least) * estimate.residual.before;
+  }
+}
+
 // Estimates the lenses, undistorts the stored photographs again by those that are plainly wrong, from the originals,
 // and polishes once; until nothing is wrong any more. More polishing in between would move poses to where they hide
 // what a lens gets wrong.
@@ -81,10 +92,12 @@ void refine_lenses(Planner& planner, std::vector<SceneView>& views, BuildStage& 
   }
   lens_options.most_points = std::max(kFewestPointsOfView, kPointsForLenses / planner.stored_views());
   for (int round = 0; round < kLensRounds; ++round) {
-    const LensEstimates estimates = planner.estimate_lenses(lens_options);
+    LensEstimates estimates = planner.estimate_lenses(lens_options);
     stage.tick();
+    ask_more_of_others(result.lenses, estimates);
     note_lenses(estimates, result.lenses);
     if (!estimates.significant()) return;
+    lens_options.least_improvement = kLeastFurtherImprovement;
     correct_lenses(views, result.lenses);
     planner.correct_lenses(estimates, [&](std::uint32_t, const std::string& name) {
       return load_photograph(
