@@ -228,45 +228,72 @@ constexpr std::array<std::pair<std::string_view, std::size_t>, 24> kFixedSizes{{
     {"v3i", 12},
 }};
 
-// Names that end with a zero, each with 16 bytes, and an empty name at the end.
-bool is_channel_list(std::string_view value) {
+std::uint32_t number_in(std::string_view value, std::size_t at) {
+  std::array<std::uint8_t, 4> bytes{};
+  std::memcpy(bytes.data(), value.data() + at, bytes.size());
+  return u32_little_endian(bytes);
+}
+
+// Of all channels together. Nothing unless there are names that end with a zero, each with 16 bytes, and an empty name
+// at the end.
+std::optional<std::uint64_t> bytes_of_channels(std::string_view value) {
   constexpr std::size_t kOfChannel = 16;
+  constexpr std::uint32_t kHalf = 1;
+  std::uint64_t bytes = 0;
   for (std::size_t at = 0;;) {
     const std::size_t end = value.find('\0', at);
-    if (end == std::string_view::npos) return false;
-    if (end == at) return end + 1 == value.size();
+    if (end == std::string_view::npos) return std::nullopt;
+    if (end == at) return end + 1 == value.size() ? std::optional(bytes) : std::nullopt;
     at = end + 1 + kOfChannel;
-    if (at > value.size()) return false;
+    if (at > value.size()) return std::nullopt;
+    bytes += number_in(value, end + 1) == kHalf ? 2 : 4;
   }
 }
 
 // Width, height, and four bytes for each pixel.
 bool is_preview(std::string_view value) {
   if (value.size() < 8) return false;
-  const auto u32 = [&](std::size_t at) {
-    std::array<std::uint8_t, 4> bytes{};
-    std::memcpy(bytes.data(), value.data() + at, bytes.size());
-    return std::uint64_t{u32_little_endian(bytes)};
-  };
+  const std::uint64_t width = number_in(value, 0), height = number_in(value, 4);
   const std::uint64_t pixels = (value.size() - 8) / 4;
-  return u32(0) <= pixels && u32(4) <= pixels && u32(0) * u32(4) == pixels && value.size() % 4 == 0;
+  return width <= pixels && height <= pixels && width * height == pixels && value.size() % 4 == 0;
 }
 
 // Whether OpenEXR is going to read as much of the file as the attribute says that it has.
 bool has_its_size(std::string_view type, std::string_view value) {
-  if (type == "chlist") return is_channel_list(value);
+  if (type == "chlist") return bytes_of_channels(value).has_value();
   if (type == "preview") return is_preview(value);
   const auto fixed = std::find_if(kFixedSizes.begin(), kFixedSizes.end(),
                                   [&](const auto& candidate) { return candidate.first == type; });
   return fixed == kFixedSizes.end() || value.size() == fixed->second;
 }
 
+// Pixels of a side, both ends among them.
+std::uint64_t side_between(std::uint32_t first, std::uint32_t last) {
+  const std::int64_t side = std::int64_t{static_cast<std::int32_t>(last)} - static_cast<std::int32_t>(first) + 1;
+  return static_cast<std::uint64_t>(std::max<std::int64_t>(side, 0));
+}
+
+// Of an attribute that has its size.
+void note_attribute(std::string_view name, std::string_view type, std::string_view value, ExrHeader& header) {
+  if (name == "dataWindow" && type == "box2i") {
+    header.width = std::max(header.width, side_between(number_in(value, 0), number_in(value, 8)));
+    header.height = std::max(header.height, side_between(number_in(value, 4), number_in(value, 12)));
+  } else if (type == "tiledesc") {
+    header.columns = std::max<std::uint64_t>(header.columns, number_in(value, 0));
+    header.rows = std::max<std::uint64_t>(header.rows, number_in(value, 4));
+  } else if (type == "chlist") {
+    header.pixel_bytes = std::max(header.pixel_bytes, *bytes_of_channels(value));
+  }
+}
+
 }  // namespace
 
-bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
+std::optional<ExrHeader> read_exr_header(std::istream& file, std::uint64_t file_bytes) {
+  constexpr std::uint64_t kMostLines = 256;  // that any of its methods compresses together
+  ExrHeader header{.rows = kMostLines};
   file.ignore(4);  // the signature
   std::array<std::uint8_t, 4> word{};
-  if (!read_bytes(file, word)) return false;
+  if (!read_bytes(file, word)) return std::nullopt;
   const bool several = (u32_little_endian(word) & 0x1000) != 0;  // headers, of which an empty one is the last
   for (bool empty = true; file.peek() != std::istream::traits_type::eof();) {
     const bool header_ends = file.peek() == 0;
@@ -274,20 +301,21 @@ bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes) {
       std::string name, type;
       std::getline(file, name, '\0');
       std::getline(file, type, '\0');
-      if (!read_bytes(file, word)) return false;
+      if (!read_bytes(file, word)) return std::nullopt;
       const std::uint64_t size = u32_little_endian(word);
-      if (size > file_bytes) return false;
+      if (size > file_bytes) return std::nullopt;
       std::string value(size, '\0');
       const bool is_there = static_cast<bool>(file.read(value.data(), static_cast<std::streamsize>(size)));
-      if (!is_there || !has_its_size(type, value)) return false;
+      if (!is_there || !has_its_size(type, value)) return std::nullopt;
+      note_attribute(name, type, value, header);
       empty = false;
       continue;
     }
-    if (!several || empty) return true;
+    if (!several || empty) return header;
     file.ignore(1);
     empty = true;
   }
-  return false;
+  return std::nullopt;
 }
 
 bool png_is_complete(std::span<const std::uint8_t> bytes) {

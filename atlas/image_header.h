@@ -33,10 +33,16 @@ struct ImageExtent {
 // Whether all compressed pixels in `bytes`, a PNG file that is complete, have their checksums; for the same reason.
 [[nodiscard]] bool png_pixels_are_sound(std::span<const std::uint8_t> bytes);
 
-// Whether every attribute in the headers of an OpenEXR file is as small as the rest of its `file_bytes`, and as large
-// as its type: the decoder allocates what an attribute claims before it reads it, and reads channels, previews and
-// numbers without a look at their size, so that what it takes for the next attribute could be anything.
-[[nodiscard]] bool exr_header_is_sound(std::istream& file, std::uint64_t file_bytes);
+// What the decoder of an OpenEXR file allocates for; of several pictures in it, the largest of each.
+struct ExrHeader {
+  std::uint64_t width = 0, height = 0;  // pixels
+  std::uint64_t columns = 0, rows = 0;  // of a tile, or of the lines that are compressed together
+  std::uint64_t pixel_bytes = 0;        // of all channels
+};
+// Nothing unless every attribute in the headers is as small as the rest of its `file_bytes`, and as large as its type:
+// the decoder allocates what an attribute claims before it reads it, and reads channels, previews and numbers without
+// a look at their size, so that what it takes for the next attribute could be anything.
+[[nodiscard]] std::optional<ExrHeader> read_exr_header(std::istream& file, std::uint64_t file_bytes);
 
 // Whether the whole file in `bytes` reaches its end marker. What follows that marker (padding, further pictures) is
 // free.

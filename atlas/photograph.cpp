@@ -170,14 +170,17 @@ struct Header {
   int orientation;  // EXIF: 1 as stored, 2..4 mirrored or turned by 180 degrees, 5..8 with rows and columns exchanged
 };
 
+bool is_plausible(const Source& source, std::uint64_t bytes) {
+  return bytes <= kAlwaysPlausible + kMaxCompression * source.size();
+}
+
 void check_size(const Source& source, const Header& header) {
   const fs::path& path = source.path();
   const std::string size = size_text(header.width, header.height) + " pixels";
   if (header.width < 1 || header.height < 1) fail(path, size + ", there is nothing in it");
   if (header.width > kMaxSide || header.height > kMaxSide) fail(path, size + ", more than 65536 a side");
-  const std::uint64_t file_bytes = source.size();
-  if (header.width * header.height * header.pixel_bytes > kAlwaysPlausible + kMaxCompression * file_bytes) {
-    fail(path, "claims " + size + ", which its " + std::to_string(file_bytes) + " bytes cannot hold");
+  if (!is_plausible(source, header.width * header.height * header.pixel_bytes)) {
+    fail(path, "claims " + size + ", which its " + std::to_string(source.size()) + " bytes cannot hold");
   }
 }
 
@@ -193,6 +196,21 @@ Header webp_header(const Source& source) {
   if (!size) fail(source.path(), "is damaged or cut off, a WebP file without a sound header; copy it again");
   constexpr std::uint64_t kRgba = 4;  // what is allocated, whatever the picture has
   return {size->width, size->height, kRgba, 1};
+}
+
+// OpenEXR allocates a tile, or the lines that are compressed together, while it opens a file.
+void check_exr(const Source& source) {
+  const std::optional<ExrHeader> exr = read_exr_header(*source.stream(), source.size());
+  if (!exr) fail(source.path(), "is damaged or cut off, an OpenEXR file without a sound header; copy it again");
+  check_size(source, {exr->width, exr->height, exr->pixel_bytes, 1});
+  if (exr->columns > kMaxSide || exr->rows > kMaxSide) {
+    fail(source.path(), "its tiles have " + size_text(exr->columns, exr->rows) + " pixels, more than 65536 a side");
+  }
+  if (!is_plausible(source, std::max(exr->width, exr->columns) * exr->rows * exr->pixel_bytes)) {
+    fail(source.path(), "claims " + std::to_string(exr->pixel_bytes) + " bytes a pixel in blocks of " +
+                            std::to_string(exr->rows) + " lines, which its " + std::to_string(source.size()) +
+                            " bytes cannot hold");
+  }
 }
 
 // A reader that does its work on the calling thread, so that callers decide about parallelism.
@@ -220,9 +238,7 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::png && !png_header_is_sound(*source.stream())) {
     fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");
   }
-  if (image.format == Format::openexr && !exr_header_is_sound(*source.stream(), source.size())) {
-    fail(source.path(), "is damaged or cut off, an OpenEXR file without a sound header; copy it again");
-  }
+  if (image.format == Format::openexr) check_exr(source);
   if (image.format == Format::webp) check_size(source, webp_header(source));
   if (image.reader) open_image(source, *image.reader);
   Header header = image.reader ? opened_header(source.path(), *image.reader) : jpeg_header(source);

@@ -467,6 +467,41 @@ TEST_CASE("an OpenEXR attribute that claims more bytes than the file has is refu
   }
 }
 
+// Found by fuzzing: OpenEXR allocated 862 MB for a few lines while it opened a file of 639 bytes.
+TEST_CASE("an OpenEXR file that claims more pixels than it can hold is refused before they are allocated") {
+  const fs::path fuzzed = fs::path(LUMATLAS_FUZZED_PICTURES) / "claims-exr";
+  CHECK_THROWS_WITH(photograph_size(fuzzed), Catch::EndsWith("8978433x1 pixels, more than 65536 a side"));
+
+  const TemporaryFolder folder;
+  write_image(folder / "whole.exr", position_pattern(4, 3));
+  const std::string whole = bytes_of(folder / "whole.exr");
+  const std::size_t window = whole.find(std::string("dataWindow\0box2i\0", 17)) + 17 + 4;
+  const auto with_window = [&](std::uint32_t left, std::uint32_t right, std::uint32_t bottom) {
+    std::string bytes = whole;
+    bytes.replace(window, 16,
+                  little_endian(left, 4) + little_endian(0, 4) + little_endian(right, 4) + little_endian(bottom, 4));
+    return folder.with_file("a.exr", bytes);
+  };
+  const std::string cannot_hold = std::to_string(whole.size()) + " bytes cannot hold";
+  CHECK(photograph_size(with_window(0, 3, 2)).height == 3);
+  CHECK_THROWS_WITH(photograph_size(with_window(0, 65535, 65535)),
+                    Catch::Contains("claims 65536x65536 pixels") && Catch::EndsWith(cannot_hold));
+  CHECK_THROWS_WITH(photograph_size(with_window(0, 65535, 0)),
+                    Catch::Contains(" in blocks of 256 lines") && Catch::EndsWith(cannot_hold));
+  CHECK_THROWS_WITH(photograph_size(with_window(4, 3, 2)), Catch::EndsWith("0x3 pixels, there is nothing in it"));
+  CHECK_THROWS_WITH(photograph_size(with_window(0x80000000, 0x7FFFFFFF, 2)),
+                    Catch::EndsWith("4294967296x3 pixels, more than 65536 a side"));
+
+  const auto with_tiles = [&](std::uint32_t width, std::uint32_t height) {
+    const std::string tiles = std::string("tiles\0tiledesc\0", 15) + little_endian(9, 4) + little_endian(width, 4) +
+                              little_endian(height, 4) + '\0';
+    return folder.with_file("tiles.exr", whole.substr(0, 8) + tiles + whole.substr(8));
+  };
+  CHECK(photograph_size(with_tiles(64, 64)).width == 4);
+  CHECK_THROWS_WITH(photograph_size(with_tiles(70000, 64)), Catch::EndsWith("more than 65536 a side"));
+  CHECK_THROWS_WITH(photograph_size(with_tiles(40000, 40000)), Catch::Contains(" in blocks of 40000 lines"));
+}
+
 // OpenEXR would go on after the channels, or the preview, at another place than their sizes say.
 TEST_CASE("an OpenEXR attribute that is not as large as its type is refused before it is decoded") {
   const TemporaryFolder folder;
