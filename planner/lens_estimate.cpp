@@ -91,7 +91,7 @@ class Estimator {
     std::vector<std::size_t> lens_of(views_.size(), 0);
     for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
       if (!views_[slot]) continue;
-      const Camera& camera = views_[slot]->view->camera;
+      const Camera& camera = views_[slot]->camera;
       state_.cameras[slot] = camera;
       const auto same = std::find_if(lenses_.begin(), lenses_.end(), [&](const LensEstimate& lens) {
         return share_a_lens(state_.cameras[lens.slots.front()], camera);

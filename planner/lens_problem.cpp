@@ -65,7 +65,7 @@ LensProblem::LensProblem(const Atlas& atlas, std::span<const std::optional<Compa
 LensPart LensProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
                               std::size_t most_points) const {
   LensPart part;
-  const Camera& camera = views_[slot]->view->camera;
+  const Camera& camera = views_[slot]->camera;
   const Pyramid& pyramid = views_[slot]->pyramid;
   while (part.level + 1 < pyramid.levels() &&
          std::max(pyramid.level(part.level).width, pyramid.level(part.level).height) > kFinestPx) {
@@ -79,10 +79,10 @@ LensPart LensProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std:
     ComparedPoint point{sample.position, {}};
     for (const std::uint32_t other : atlas.references(atlas.surface().cells.cell_of_face[sample.face])) {
       if (other == slot || !views_[other]) continue;
-      const std::optional<glm::dvec3> seen = seen_at(*views_[other]->view, sample.position);
+      const std::optional<glm::dvec3> seen = seen_at(*views_[other], sample.position);
       if (!seen) continue;
       const double pixel_size = z / camera.fx;
-      point.others.push_back({other, std::log2(pixel_size * views_[other]->view->camera.fx / seen->z)});
+      point.others.push_back({other, std::log2(pixel_size * views_[other]->camera.fx / seen->z)});
     }
     if (point.others.empty()) continue;
     depths.push_back(z);

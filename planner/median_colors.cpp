@@ -29,7 +29,7 @@ struct Observation {
 };
 
 // Where the view's image has the point, and at what z; nothing outside of it or behind the camera.
-std::optional<glm::dvec3> image_in(const StoredView& view, const glm::dvec3& position) {
+std::optional<glm::dvec3> image_in(const ComparedView& view, const glm::dvec3& position) {
   const Camera& camera = view.camera;
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
@@ -59,7 +59,7 @@ void prefetch(const ComparedView& other, const glm::dvec3& image) {
 
 // The level of a view's pyramid whose pixels are about as large on the surface as `pixel_size`.
 std::uint32_t matching_level(const ComparedView& other, double z, double pixel_size) {
-  const double level = std::round(std::log2(pixel_size * other.view->camera.fx / z));
+  const double level = std::round(std::log2(pixel_size * other.camera.fx / z));
   return static_cast<std::uint32_t>(std::clamp(level, 0.0, other.pyramid.levels() - 1.0));
 }
 
@@ -135,7 +135,7 @@ class ViewComparison {
     const std::uint32_t cell = atlas_.surface().cells.cell_of_face[sample.face];
     for (const std::uint32_t slot : atlas_.references(cell)) {
       if (slot == except_ || !views_[slot]) continue;
-      const std::optional<glm::dvec3> image = image_in(*views_[slot]->view, sample.position);
+      const std::optional<glm::dvec3> image = image_in(*views_[slot], sample.position);
       if (!image) continue;
       prefetch(*views_[slot], *image);
       seen.push_back({slot, *image});
@@ -184,13 +184,13 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 
 }  // namespace
 
-std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position) {
+std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position) {
   const std::optional<glm::dvec3> image = image_in(view, position);
-  return image && shows_well(view, *image) ? image : std::nullopt;
+  return image && shows_well(*view.view, *image) ? image : std::nullopt;
 }
 
 std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position, double pixel_size) {
-  const std::optional<glm::dvec3> image = seen_at(*other.view, position);
+  const std::optional<glm::dvec3> image = seen_at(other, position);
   if (!image) return std::nullopt;
   return other.pyramid.color(matching_level(other, image->z, pixel_size), glm::dvec2(*image));
 }

@@ -19,13 +19,14 @@ namespace lumatlas {
 // One view that others are compared with.
 struct ComparedView {
   std::shared_ptr<const StoredView> view;
+  Camera camera;    // as found since; the view's own is where its depth was made, next to it
   Pyramid pyramid;  // of its photograph
   glm::dvec3 gain{1.0};
 };
 
 // Where the view shows the point, in pixels, and at what z; nothing where it does not see the point well (occluded,
 // masked).
-[[nodiscard]] std::optional<glm::dvec3> seen_at(const StoredView& view, const glm::dvec3& position);
+[[nodiscard]] std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position);
 
 // Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well
 // (occluded, masked). `pixel_size`: of what it is compared with, scene units per pixel at the point.

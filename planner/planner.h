@@ -146,8 +146,9 @@ class Planner {
 
   // One step of joint polishing of all stored views; to be repeated until the residual rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
-  // Makes the masks of all stored views again, now that each has all the others to be judged by.
-  void mask() { refiner_.mask(options_.validity); }
+  // When the stream has ended, or rests: brings masks, poses and depths in the atlas up to date. Until then its poses
+  // may be off by kDepthStandsPx from those found. See Refiner::settle().
+  void settle() { refiner_.settle(options_.validity); }
   // See Refiner::revisited().
   [[nodiscard]] std::uint64_t revisited() const { return refiner_.revisited(); }
   // See Refiner::compared_in_full().

@@ -225,9 +225,9 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
     Pyramid pyramid = prepared.pyramid;
     pyramid.refer_to(photograph);
     if (same_pose(prepared.camera, view->camera)) samples_[slot] = ChosenSamples{prepared.camera, prepared.samples};
-    views_[slot] = ComparedView{std::move(view), std::move(pyramid), glm::dvec3(1.0)};
+    views_[slot] = ComparedView{view, view->camera, std::move(pyramid), glm::dvec3(1.0)};
   } else {
-    views_[slot] = ComparedView{std::move(view), Pyramid(photograph), glm::dvec3(1.0)};
+    views_[slot] = ComparedView{view, view->camera, Pyramid(photograph), glm::dvec3(1.0)};
   }
   seen_[slot] = seen_faces(face, atlas_.surface().cells.cell_of_face);
   given_[slot] = given;
@@ -274,21 +274,34 @@ void Refiner::balance_exposures() {
   }
 }
 
-void Refiner::replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
+void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust,
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
   VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace(camera);
   std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
-  TiledView tiled = make_tiled_view(old.name, camera, old.photograph, std::move(visible), atlas_.surface().cells,
+  TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible), atlas_.surface().cells,
                                     atlas_.layout(), validity, std::move(trust));
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   replaced(slot);
   seen_[slot] = std::move(seen);
 }
 
+// As it is believed to be now.
+void Refiner::replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const ValidityOptions& validity) {
+  replace(slot, views_[slot]->camera, views_[slot]->view->photograph, std::move(trust), validity);
+}
+
+// See kDepthStandsPx.
+bool Refiner::depth_stands(std::uint32_t slot) const {
+  const StoredView& view = *views_[slot]->view;
+  const auto depth = static_cast<double>(lumatlas::median_depth(view));
+  return shift_px(view.camera, views_[slot]->camera, depth) < kDepthStandsPx;
+}
+
 void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
-  replace(slot, camera, views_[slot]->view->trust, validity);
+  views_[slot]->camera = camera;
+  if (!depth_stands(slot)) replace(slot, views_[slot]->view->trust, validity);
 }
 
 void Refiner::replaced(std::uint32_t slot) {
@@ -301,19 +314,21 @@ void Refiner::replaced(std::uint32_t slot) {
 
 void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
   const ComparedView& view = *views_[slot];
-  const Camera& camera = view.view->camera;
+  const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
   std::vector<std::uint8_t> trust =
       trust_mask(camera, view.pyramid, view.gain, visibility_->trace(camera.shrunk_to(options_.trust.grid_px)), atlas_,
                  views_, slot, options_.trust);
-  if (trust != view.view->trust) replace(slot, camera, std::move(trust), validity);
+  if (trust != view.view->trust) replace(slot, std::move(trust), validity);
 }
 
-void Refiner::mask(const ValidityOptions& validity) {
+void Refiner::settle(const ValidityOptions& validity) {
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     may_interrupt(options_.interruption_point);
-    mask(slot, validity);
+    if (options_.trust.enabled) mask(slot, validity);
+    const ComparedView& view = *views_[slot];
+    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->trust, validity);
   }
 }
 
@@ -334,7 +349,7 @@ double Refiner::median_depth() const {
 // A view that has not moved since last time is compared at the same points.
 void Refiner::choose_samples(std::uint32_t slot) {
   const ComparedView& view = *views_[slot];
-  const Camera& camera = view.view->camera;
+  const Camera& camera = view.camera;
   if (samples_[slot] && same_pose(samples_[slot]->camera, camera)) return;
   samples_[slot] = ChosenSamples{camera, samples_of(camera, view.pyramid)};
 }
@@ -342,7 +357,7 @@ void Refiner::choose_samples(std::uint32_t slot) {
 Refinement Refiner::compare_again(std::uint32_t slot) {
   choose_samples(slot);
   const ComparedView& view = *views_[slot];
-  return compare(given_[slot], view.view->camera, view.pyramid, samples_[slot]->samples, slot);
+  return compare(given_[slot], view.camera, view.pyramid, samples_[slot]->samples, slot);
 }
 
 // A comparison with too few points says nothing about poses.
@@ -378,7 +393,7 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    const Camera& camera = views_[slot]->view->camera;
+    const Camera& camera = views_[slot]->camera;
     const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
     samples[slot] = chosen ? samples_[slot]->samples : samples_of(camera, views_[slot]->pyramid);
   });
@@ -398,7 +413,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       refiner_requires(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
       check(estimates.cameras[slot]);
       require_photograph_of(views_[slot]->view->name, estimates.cameras[slot], views_[slot]->view->photograph);
-      if (lens.significant) before_and_after.emplace_back(views_[slot]->view->camera, estimates.cameras[slot]);
+      if (lens.significant) before_and_after.emplace_back(views_[slot]->camera, estimates.cameras[slot]);
     }
   }
   if (before_and_after.empty()) return;
@@ -407,26 +422,21 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
     for (const std::uint32_t slot : lens.slots) {
       if (!lens.significant) break;
       may_interrupt(options_.interruption_point);
-      const StoredView& old = *views_[slot]->view;
-      const Camera camera = without(common, estimates.cameras[slot]);
-      Photograph photograph = corrected(slot, old.name);
-      require_photograph_of(old.name, camera, photograph);
-      VisibilityBuffer visible = visibility_->trace(camera);
-      std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
-      TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible),
-                                        atlas_.surface().cells, atlas_.layout(), validity, old.trust);
-      atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
-      views_[slot]->view = atlas_.view(slot);
+      const std::shared_ptr<const StoredView> old = views_[slot]->view;
+      Photograph photograph = corrected(slot, old->name);
+      require_photograph_of(old->name, old->camera, photograph);
+      views_[slot]->camera = without(common, estimates.cameras[slot]);
+      const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
+      replace(slot, camera, std::move(photograph), old->trust, validity);
       views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
       samples_[slot].reset();
-      seen_[slot] = std::move(seen);
     }
   }
 }
 
 bool Refiner::all_as_given() const {
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
-    if (views_[slot] && !same_pose(views_[slot]->view->camera, given_[slot])) return false;
+    if (views_[slot] && !same_pose(views_[slot]->camera, given_[slot])) return false;
   }
   return true;
 }
@@ -440,8 +450,8 @@ void Refiner::compare_exposures() {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    ratios[slot] = median_colors(views_[slot]->view->camera, views_[slot]->pyramid, samples_[slot]->samples, atlas_,
-                                 views_, static_cast<std::uint32_t>(slot), ratios_alone)
+    ratios[slot] = median_colors(views_[slot]->camera, views_[slot]->pyramid, samples_[slot]->samples, atlas_, views_,
+                                 static_cast<std::uint32_t>(slot), ratios_alone)
                        .ratios;
   });
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
@@ -497,7 +507,7 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
     exposures_.set(slot, refinements[slot]->ratios);
     const Camera camera = without(common, refinements[slot]->alignment.camera);
     // Nothing is made anew of a view that stays where it is.
-    const Camera& before = views_[slot]->view->camera;
+    const Camera& before = views_[slot]->camera;
     if (same_pose(before, camera) || shift_px(before, camera, depth) < options_.alignment.least_move_px) continue;
     move(slot, camera, validity);
   }

@@ -28,6 +28,11 @@ namespace lumatlas {
 inline constexpr std::uint32_t kComparisonsToRest = 16;
 inline constexpr std::size_t kBriefShare = 4;  // one of so many points
 
+// A stored view that is found elsewhere is compared there from then on; but its depth is made again, and the atlas
+// told, only where that moves its picture by so many pixels, or by settle(): making depth takes a third of a refined
+// build, and what is that close behind an edge of depth is not looked at anyway (ValidityOptions::edge_radius_px).
+inline constexpr double kDepthStandsPx = 1;
+
 struct RefinementOptions {
   TrustOptions trust;
   AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
@@ -40,7 +45,7 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Of polish(), mask(), estimate_lenses(), correct_lenses() and thin(), between one view and the next. Interrupted,
+  // Of polish(), settle(), estimate_lenses(), correct_lenses() and thin(), between one view and the next. Interrupted,
   // some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
 
@@ -122,8 +127,9 @@ class Refiner {
   // is taken back. Where views rest and all are where they were given, they are looked at in brief first, and no
   // further if none is to move: exposures alone are balanced then.
   PolishStep polish(const ValidityOptions& validity);
-  // Makes the masks of all stored views again.
-  void mask(const ValidityOptions& validity);
+  // To be called when all is stored and polished, or rests: makes the masks of all stored views again, now that each
+  // has all the others to be judged by, and the depth of those that were found elsewhere since it was made.
+  void settle(const ValidityOptions& validity);
   // What the stored views say about their lenses. Changes nothing.
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
@@ -146,8 +152,10 @@ class Refiner {
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
-  void replace(std::uint32_t slot, const Camera& camera, std::vector<std::uint8_t> trust,
+  void replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
+  void replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const ValidityOptions& validity);
+  [[nodiscard]] bool depth_stands(std::uint32_t slot) const;
   void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
   void mask(std::uint32_t slot, const ValidityOptions& validity);
   void choose_samples(std::uint32_t slot);

@@ -143,7 +143,7 @@ class Judge {
         comparable_(std::cos(glm::radians(options.comparable_deg))),
         centers_(views.size()) {
     for (std::size_t slot = 0; slot < views.size(); ++slot) {
-      if (views[slot]) centers_[slot] = views[slot]->view->camera.center();
+      if (views[slot]) centers_[slot] = views[slot]->camera.center();
     }
   }
 

@@ -233,7 +233,7 @@ TEST_CASE("what a view shows of a point before it, behind something, beside its 
   const Camera camera = forward_camera(120, 120);
   const auto stored =
       std::make_shared<const StoredView>(traced_view(*surface, "wall", camera, flat_photograph(camera, 188)));
-  const ComparedView view{stored, Pyramid(stored->photograph), glm::dvec3(5.0)};
+  const ComparedView view{stored, camera, Pyramid(stored->photograph), glm::dvec3(5.0)};
   const std::optional<glm::dvec3> on_wall = color_in_view(view, {1, 0.4, 4}, 4.0 / 120);
   REQUIRE(on_wall);
   CHECK(on_wall->g == Approx(0.5).margin(0.01));  // without the gain
@@ -253,7 +253,7 @@ TEST_CASE("a coarse comparison reads a coarse level") {
     for (std::size_t channel = 0; channel < 3; ++channel) stripes.rgb[3 * pixel + channel] = 255;
   }
   const auto stored = std::make_shared<const StoredView>(traced_view(*surface, "stripes", camera, stripes));
-  const ComparedView view{stored, Pyramid(stored->photograph), glm::dvec3(1.0)};
+  const ComparedView view{stored, camera, Pyramid(stored->photograph), glm::dvec3(1.0)};
   const glm::dvec3 centre_of_pixel = camera.center() + 4.0 * camera.ray({40.5, 50.5});
   const double fine = color_in_view(view, centre_of_pixel, 4.0 / 160)->r;
   CHECK((fine < 0.01 || fine > 0.99));

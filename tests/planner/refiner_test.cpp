@@ -158,18 +158,46 @@ TEST_CASE("disturbed poses end nearer to the truth than they were given, and gai
   CHECK(stream.worst_exposure_error(frames) < 0.03);
 }
 
-TEST_CASE("each refined view has the depth and the mask of its refined pose") {
-  const PlannerOptions options = options_for_relief();
-  ReliefStream stream(16, options);
-  stream.offer_all(8, 3, 1);
-  stream.planner.polish();
-  for (std::uint32_t slot = 0; slot < 16; ++slot) {
+// Depth and mask of each stored view are those of the pose that it is stored with.
+void check_whole(const ReliefStream& stream, const PlannerOptions& options) {
+  for (std::uint32_t slot = 0; slot < stream.atlas.capacity(); ++slot) {
     const auto view = stream.atlas.view(slot);
     if (!view) continue;
     CHECK_NOTHROW(check(view->camera));
     CHECK(view->depth == stream.relief.visibility->trace(view->camera).depth);
     CHECK(view->validity == validity_mask(view->photograph, view->depth, view->trust, options.validity));
   }
+}
+
+TEST_CASE("each refined view has the depth and the mask of its refined pose") {
+  const PlannerOptions options = options_for_relief();
+  ReliefStream stream(16, options);
+  stream.offer_all(8, 3, 1);
+  stream.planner.polish();
+  check_whole(stream, options);
+  stream.planner.settle();
+  check_whole(stream, options);
+}
+
+TEST_CASE("a pose that moves the picture by less than a pixel is in the store once that has settled") {
+  ReliefStream stream(16, options_for_relief());
+  const std::vector<Frame> frames = stream.offer_all(8, 1, 0);
+  stream.planner.polish();
+  // How many stored views settling moves; each by less than a pixel.
+  const auto moved_by_settling = [&] {
+    const Snapshot before = stream.atlas.snapshot();
+    stream.planner.settle();
+    std::size_t moved = 0;
+    for (const Frame& f : frames) {
+      const std::uint32_t slot = stream.slot_of(f.name).value();
+      const Camera& after = stream.atlas.view(slot)->camera;
+      CHECK(pose_error_px(before.views[slot]->camera, after, f.points) < kDepthStandsPx);
+      moved += !same_camera(before.views[slot]->camera, after);
+    }
+    return moved;
+  };
+  CHECK(moved_by_settling() > 0);
+  CHECK(moved_by_settling() == 0);
 }
 
 // A frame of the walk that shows another part of the wall than its pose says, one of many.
@@ -493,7 +521,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
       atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
     }
     counting.traced = 0;
-    refiner.mask(ValidityOptions{});
+    refiner.settle(ValidityOptions{});
     return counting.traced.load();
   };
   const TileOptions layout{.tile_px = 32};
@@ -717,7 +745,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
     calls_left = calls;
     CHECK_THROWS_AS(stream.planner.polish(), Stop);
     calls_left = std::min(calls, 7);
-    CHECK_THROWS_AS(stream.planner.mask(), Stop);
+    CHECK_THROWS_AS(stream.planner.settle(), Stop);
     calls_left = std::min(calls, 7);
     CHECK_THROWS_AS(stream.planner.correct_lenses(estimates, as_it_is), Stop);
     calls_left = calls;
@@ -802,7 +830,7 @@ TEST_CASE("a store of three views goes on refining while others are offered and 
   CHECK(replaced >= 1);
   CHECK(stream.atlas.size() == 3);
   CHECK(stream.worst_exposure_error(frames) < 0.05);
-  CHECK_NOTHROW(stream.planner.mask());
+  CHECK_NOTHROW(stream.planner.settle());
   const PolishStep step = stream.planner.polish();
   CHECK(step.residual_after <= step.residual_before);
   for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK_NOTHROW(check(stream.atlas.view(slot)->camera));
@@ -826,7 +854,7 @@ TEST_CASE(
   REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
   stream.planner.polish();
-  stream.planner.mask();
+  stream.planner.settle();
   REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
   for (std::uint32_t other = 0; other < 8; ++other) {
@@ -840,7 +868,7 @@ TEST_CASE("the same stream with refinement, masks and polishing gives the same s
     auto stream = std::make_unique<ReliefStream>(5, options_for_relief());
     stream->offer_all(9, 2, 1);
     stream->planner.polish();
-    stream->planner.mask();
+    stream->planner.settle();
     return stream;
   };
   const auto one = stream_on(1), four = stream_on(4);

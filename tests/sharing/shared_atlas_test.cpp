@@ -61,7 +61,7 @@ class PlannerThread {
       (void)planner.offer("view " + std::to_string(number), camera, pattern_photograph(camera, number));
     }
     (void)planner.polish();
-    planner.mask();
+    planner.settle();
     done_ = true;
   }
 

@@ -123,7 +123,7 @@ void refine_jointly(Planner& planner, std::vector<SceneView>& views, const Build
     }
     stage.finish();
   }
-  if (result.effective.refinement.trust.enabled) planner.mask();
+  planner.settle();
   result.polish_ms = ms_since(start);
 }
 
