@@ -29,8 +29,8 @@ inline constexpr std::uint32_t kComparisonsToRest = 16;
 inline constexpr std::size_t kBriefShare = 4;  // one of so many points
 
 // A stored view that is found elsewhere is compared there from then on; but its depth is made again, and the atlas
-// told, only where that moves its picture by so many pixels, or by settle(): making depth takes a third of a refined
-// build, and what is that close behind an edge of depth is not looked at anyway (ValidityOptions::edge_radius_px).
+// told, only where that moves its picture by so many pixels, or by settle(). Making depth is most of what moving a view
+// costs, and what is that close behind an edge of depth is not looked at anyway (ValidityOptions::edge_radius_px).
 inline constexpr double kDepthStandsPx = 1;
 
 struct RefinementOptions {
@@ -134,9 +134,10 @@ class Refiner {
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
   // photographs without what is wrong with their lens, which `corrected` makes from the originals; depth and masks
-  // follow. What these views have moved as a whole is taken back. Throws std::invalid_argument, and changes nothing,
-  // unless there is a camera for each slot, those of stored views of the photographs' sizes, and unless each slot of a
-  // lens holds a view; what `corrected` throws; and std::invalid_argument if it gives a photograph of another size.
+  // follow, see kDepthStandsPx. What these views have moved as a whole is taken back. Throws std::invalid_argument, and
+  // changes nothing, unless there is a camera for each slot, those of stored views of the photographs' sizes, and
+  // unless each slot of a lens holds a view; what `corrected` throws; and std::invalid_argument if it gives a
+  // photograph of another size.
   void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
                       const ValidityOptions& validity);
 
