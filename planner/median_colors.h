@@ -19,7 +19,7 @@ namespace lumatlas {
 // One view that others are compared with.
 struct ComparedView {
   std::shared_ptr<const StoredView> view;
-  Camera camera;    // as found since; the view's own is where its depth was made, next to it
+  Camera camera;    // its pose as last refined; depth was made at that of view->camera: see kDepthStandsPx
   Pyramid pyramid;  // of its photograph
   glm::dvec3 gain{1.0};
 };

@@ -147,7 +147,7 @@ class Planner {
   // One step of joint polishing of all stored views; to be repeated until the residual rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
   // When the stream has ended, or rests: brings masks, poses and depths in the atlas up to date. Until then its poses
-  // may be off by kDepthStandsPx from those found. See Refiner::settle().
+  // may be up to kDepthStandsPx away from the refined ones. See Refiner::settle().
   void settle() { refiner_.settle(options_.validity); }
   // See Refiner::revisited().
   [[nodiscard]] std::uint64_t revisited() const { return refiner_.revisited(); }
