@@ -149,8 +149,9 @@ class Planner {
   // When the stream has ended, or rests: brings masks, poses and depths in the atlas up to date. Until then its poses
   // may be up to kDepthStandsPx away from the refined ones. See Refiner::settle().
   void settle() { refiner_.settle(options_.validity); }
-  // See Refiner::revisited().
+  // See Refiner::revisited() and at_rest().
   [[nodiscard]] std::uint64_t revisited() const { return refiner_.revisited(); }
+  [[nodiscard]] bool at_rest() const { return refiner_.at_rest(); }
   // See Refiner::compared_in_full().
   [[nodiscard]] std::uint64_t compared_in_full() const { return refiner_.compared_in_full(); }
   // What the stored views say about their lenses, and the step that believes it: see Refiner.

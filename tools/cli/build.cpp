@@ -168,13 +168,15 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
 }
 
 // The measure, its thresholds and the masks as printed; and views refined one by one as they come, as in section 3.3,
-// unless --refine says otherwise: poses that are exact need none.
+// their lenses as given, unless --refine says otherwise: poses that are exact need none.
 void follow_paper(BuildFlags& flags) {
   flags.coverage.follow_paper();
   ValidityOptions::Edges& edges = flags.options.planner.validity.edges;
   agree_with_paper(*flags.edges, edges == ValidityOptions::Edges::both_sides, "both");
   edges = ValidityOptions::Edges::both_sides;
-  if (flags.refine->count() == 0) flags.options.refine = RefineMode::all;
+  if (flags.refine->count() > 0) return;
+  flags.options.refine = RefineMode::all;
+  flags.keep_lenses = true;
 }
 
 FaceOptions faces_of(const std::string& text) {
@@ -237,8 +239,8 @@ BuildOptions options_of(BuildFlags flags) {
   if (options.planner.max_loss_db && options.choice != ViewChoice::online) {
     throw CLI::ValidationError("--budget auto", "needs --choice online");
   }
-  if (flags.keep_lenses && options.refine != RefineMode::joint) {
-    throw CLI::ValidationError("--keep-lenses", "needs --refine joint");
+  if (flags.keep_lenses && options.refine != RefineMode::all && options.refine != RefineMode::joint) {
+    throw CLI::ValidationError("--keep-lenses", "needs --refine all or joint");
   }
   options.refine_lenses = !flags.keep_lenses;
   if (flags.watch) watch_scene(flags, options);
@@ -448,7 +450,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
       ->transform(count_or({kAuto, kKeep}))
       ->default_str(kKeep);
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
-                            "What is corrected in photographs: gain, pose, masks; joint: all of it, then all of them "
+                            "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");
   command.add_flag("--paper", flags.paper,
                    "The paper's printed measure, thresholds and masks, and --refine all unless it is given; render and "
@@ -545,7 +547,7 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
   RefinementOptions& refinement = flags.options.planner.refinement;
   begin_experiments(command, "refinement");
   command.add_flag("--keep-lenses", flags.keep_lenses,
-                   "With --refine joint, believe the given lenses, also where the photographs contradict them");
+                   "With --refine all or joint, believe the given lenses, also where the photographs contradict them");
   command.add_flag("--white-balance", refinement.alignment.white_balance,
                    "Correct the exposure of each colour channel for itself");
   command

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <functional>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <numeric>
 #include <random>
 #include <stdexcept>
@@ -20,6 +19,8 @@
 #include "tools/pipeline/downscaled_views.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/joint_refinement.h"
+#include "tools/pipeline/lens_refinement.h"
+#include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
@@ -50,9 +51,6 @@ std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optio
   return ranks;
 }
 
-// The views in the order in which they are offered.
-using Stream = std::vector<const SceneView*>;
-
 Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks) {
   Stream stream;
   stream.reserve(ranks.size());
@@ -64,31 +62,6 @@ Stream stream_of(const std::vector<SceneView>& views) {
   Stream stream;
   for (const SceneView& view : views) stream.push_back(&view);
   return stream;
-}
-
-void require_room_for_each(const Stream& stream, const BuildOptions& options, std::uint64_t max_bytes) {
-  if (max_bytes == 0) return;
-  const bool whole_views = options.tiles.whole_views();
-  for (const SceneView* view : stream) {
-    const std::uint64_t bytes = stored_bytes(view->camera);
-    if (bytes <= max_bytes) continue;
-    throw InputError(view->image.string() + ": takes " + std::to_string(bytes) + " bytes in the store, more than the " +
-                     (whole_views ? "budget of " : "") + std::to_string(max_bytes) +
-                     (whole_views ? "" : " for photographs") + ": give at least that as " +
-                     (whole_views ? "--budget" : "--photograph-bytes"));
-  }
-}
-
-// A model is JSON, whose texts are UTF-8: under another name a view could not be found again.
-void require_names_that_a_model_can_hold(const Stream& stream) {
-  for (const SceneView* view : stream) {
-    try {
-      (void)nlohmann::json(view->name).dump();
-    } catch (const nlohmann::json::type_error&) {
-      throw InputError(view->image.string() +
-                       ": its name is not UTF-8, which a model needs: rename the photograph, in the scene's list too");
-    }
-  }
 }
 
 // The most views that the store can come to hold: no slot is reserved for what the bounds rule out.
@@ -238,127 +211,6 @@ std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, At
   return std::nullopt;
 }
 
-// Gives a view's photograph when it is asked for, and notes how long reading took.
-PhotographSource photograph_of(const SceneView& view, PlannedView& planned) {
-  return [&view, &planned] {
-    const auto start = std::chrono::steady_clock::now();
-    Photograph read = load_photograph(view);
-    planned.read_ms = ms_since(start);
-    return read;
-  };
-}
-
-PlannedView offer(Planner& planner, const SceneView& view) {
-  PlannedView planned;
-  planned.name = view.name;
-  planned.verdict = planner.offer(view.name, view.camera, photograph_of(view, planned));
-  planned.summed_coverage = planner.summed_coverage();
-  return planned;
-}
-
-void offer_all(Planner& planner, const Stream& stream, const BuildCallback& callback, BuildResult& result) {
-  BuildStage stage(callback, "planning views", stream.size());
-  for (const SceneView* view : stream) {
-    result.planned.push_back(offer(planner, *view));
-    stage.tick();
-  }
-  stage.finish();
-}
-
-void keep_chosen(Planner& planner, const Stream& stream, const std::vector<std::size_t>& chosen,
-                 const BuildCallback& callback, BuildResult& result) {
-  BuildStage stage(callback, "planning views", stream.size());
-  for (std::size_t place = 0; place < stream.size(); ++place) {
-    const SceneView& view = *stream[place];
-    PlannedView planned;
-    planned.name = view.name;
-    if (std::binary_search(chosen.begin(), chosen.end(), place)) {
-      planned.verdict = planner.keep(view.name, view.camera, photograph_of(view, planned));
-    } else {
-      planner.pass_by(view.camera);
-    }
-    planned.summed_coverage = planner.summed_coverage();
-    result.planned.push_back(std::move(planned));
-    stage.tick();
-  }
-  stage.finish();
-}
-
-// Returns the places in the stream of the views that the store would hold at its end, ascending.
-std::vector<std::size_t> reserve_all(Planner& planner, const Stream& stream, const BuildCallback& callback,
-                                     BuildResult& result) {
-  BuildStage stage(callback, "planning views", stream.size());
-  for (const SceneView* view : stream) {
-    PlannedView planned;
-    planned.name = view->name;
-    planned.verdict = planner.reserve(view->name, view->camera);
-    planned.summed_coverage = planner.summed_coverage();
-    result.planned.push_back(std::move(planned));
-    stage.tick();
-  }
-  stage.finish();
-  std::vector<std::size_t> places;
-  for (std::size_t place = 0; place < stream.size(); ++place) {
-    const PlannedView& planned = result.planned[place];
-    if (planned.verdict.slot && planner.is_promised(planned.name, *planned.verdict.slot)) places.push_back(place);
-  }
-  return places;
-}
-
-// What outliers left is offered to all the others.
-void refill(Planner& planner, const Stream& stream, const std::vector<std::size_t>& filled,
-            const BuildCallback& callback, BuildResult& result) {
-  BuildStage stage(callback, "planning again", stream.size());
-  for (std::size_t place = 0; place < stream.size(); ++place) {
-    if (!std::binary_search(filled.begin(), filled.end(), place)) {
-      const SceneView& view = *stream[place];
-      PlannedView& planned = result.planned[place];
-      Verdict verdict = planner.offer_again(view.name, view.camera, photograph_of(view, planned));
-      if (verdict.decision != Decision::rejected) planned.verdict = std::move(verdict);
-    }
-    stage.tick();
-  }
-  stage.finish();
-}
-
-// All cameras are known before the first photograph is read. So the planner goes through them first, and only the
-// photographs that are still in the store at the end of the stream are read, refined and stored.
-void plan_ahead(Planner& planner, const Stream& stream, const BuildCallback& callback, BuildResult& result) {
-  const std::vector<std::size_t> places = reserve_all(planner, stream, callback, result);
-  bool outliers = false;
-  BuildStage stage(callback, "storing views", places.size());
-  for (const std::size_t place : places) {
-    PlannedView& planned = result.planned[place];
-    planner.fill(planned.name, photograph_of(*stream[place], planned), planned.verdict);
-    outliers = outliers || planned.verdict.decision == Decision::outlier;
-    stage.tick();
-  }
-  stage.finish();
-  if (outliers) refill(planner, stream, places, callback, result);
-}
-
-// Until nothing comes any more. Returns the views that were offered, in that order.
-std::vector<SceneView> run_watched(Planner& planner, WatchedScene& scene, const BuildCallback& callback,
-                                   BuildResult& result) {
-  std::vector<SceneView> offered;
-  BuildStage stage(callback, "planning views", 0);
-  while (const std::optional<SceneView> view = scene.next()) {
-    try {
-      const Stream alone{&*view};
-      require_names_that_a_model_can_hold(alone);
-      require_room_for_each(alone, result.options, result.effective.max_bytes);
-      result.planned.push_back(offer(planner, *view));
-    } catch (const InputError& error) {
-      scene.give_back(*view, error.what());  // it may still be being written
-      continue;
-    }
-    offered.push_back(*view);
-    stage.tick();
-  }
-  stage.finish();
-  return offered;
-}
-
 // What is known of a watched scene at the end of the stream.
 void note_watched(WatchedScene& scene, const SceneViews& offered, BuildResult& result) {
   result.views = scene.listed();
@@ -461,22 +313,25 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   Atlas atlas(input.surface, capacity_for(stream, options, result.effective.max_bytes), layout_of(options),
               choose_tiles);
   Planner planner(atlas, *visibility, result.effective);
+  StreamRefinement refinement(planner, views.views, result.lenses, options);
+  Streaming streaming(planner, refinement, callback, result);
   std::shared_ptr<void> watched = watch ? watch(atlas) : nullptr;
   const auto chosen = chosen_places(planner, atlas, stream, options, callback, random, result);
   if (watched_scene) {
-    views.views = run_watched(planner, *watched_scene, callback, result);
+    streaming.run_watched(*watched_scene, views.views);
     note_watched(*watched_scene, views, result);
     stream = stream_of(views.views);
   } else if (chosen) {
-    keep_chosen(planner, stream, *chosen, callback, result);
+    streaming.keep_chosen(stream, *chosen);
   } else if (options.planner.max_loss_db) {
-    offer_all(planner, stream, callback, result);
+    streaming.offer_all(stream);
   } else {
-    plan_ahead(planner, stream, callback, result);
+    streaming.plan_ahead(stream);
   }
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
   refine_jointly(planner, views.views, options, callback, result);
+  count_views(atlas, result.lenses);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
   if (watched) {

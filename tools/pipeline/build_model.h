@@ -32,8 +32,10 @@ namespace lumatlas {
 struct RefinedLens {
   Camera camera;          // its size, focal lengths and principal point
   std::size_t views = 0;  // stored ones
-  LensEstimate estimate;  // with all that was applied as its correction, and residuals from before to after
-  bool applied = false;   // the photographs were undistorted again
+  // The last one that was applied, with all that was as its correction, and the residual before of the first, which
+  // with RefineMode::all had fewer views.
+  LensEstimate estimate;
+  bool applied = false;  // the photographs were undistorted again
 };
 
 // A photograph that was left out because it is bad, and why: see PictureFolders::skip_bad, WatchOptions.

@@ -71,7 +71,7 @@ struct BuildOptions {
   PlannerOptions planner;
   RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1; each corrected lens has one more
-  bool refine_lenses = true;                     // of RefineMode::joint: see planner/lens_estimate.h
+  bool refine_lenses = true;                     // of RefineMode::all and joint: see planner/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   // Instead of `tiles`, where gpu_bytes has no room for the photographs whole, all of them or the largest max_views, or

@@ -300,7 +300,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--watch", "--budget", "auto"},
       {"build", made().scene, "-o", out, "--idle", "5"},
       {"build", made().scene, "-o", out, "--view", "--no-browser", "--quiet", "--json"},
-      {"build", made().scene, "-o", out, "--refine", "all", "--keep-lenses"},
+      {"build", made().scene, "-o", out, "--refine", "pose", "--keep-lenses"},
       {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
       {"build", made().scene, "-o", out, "--ideal-distance", "2"},
       {"build", made().scene, "-o", out, "--demand-prior", "-1"},

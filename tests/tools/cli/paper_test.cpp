@@ -50,11 +50,12 @@ void check_contradiction(Arguments arguments, const Arguments& switches) {
 
 TEST_CASE("build --paper records what its switches one by one do") {
   const nlohmann::json paper = built_with({"--paper"});
-  CHECK(paper == built_with({"--metric", "printed", "--edges", "both", "--refine", "all"}));
+  CHECK(paper == built_with({"--metric", "printed", "--edges", "both", "--refine", "all", "--keep-lenses"}));
   CHECK(paper["metric"] == "printed");
   CHECK(paper["depart"].empty());
   CHECK(paper["edges"] == "both");
   CHECK(paper["refine"] == "all");
+  CHECK(paper["refine_lenses"] == false);
   CHECK(paper["references"] == 16);
   CHECK(paper["min_view_gain"] == 0.1);
   CHECK(paper["min_reference_gain"] == 0.01);

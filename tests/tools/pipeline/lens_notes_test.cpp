@@ -2,6 +2,7 @@
 // A lens that a scene states wrongly: the build finds it out, and scores of its model know it too.
 #include "tools/pipeline/lens_notes.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
@@ -95,7 +96,26 @@ TEST_CASE("a lens that a scene states wrongly is found, and photographs are undi
     CHECK(stored->photograph.rgb == load_photograph(*same).rgb);
   }
 
+  // While the stream goes on, too: what was stored before is undistorted again, and what comes then is when it is read.
+  options.refine = RefineMode::all;
+  const BuildResult streamed = build_model(scene.path(), options);
+  REQUIRE(streamed.lenses.size() == 1);
+  const RefinedLens& found = streamed.lenses.front();
+  CHECK(found.applied);
+  const auto is_stored = [](const auto& view) { return view != nullptr; };
+  CHECK(found.views == static_cast<std::size_t>(std::ranges::count_if(streamed.snapshot.views, is_stored)));
+  CHECK(found.estimate.correction.k1 == Approx(0.06).margin(0.01));
+  correct_lenses(views.views, streamed.lenses);
+  for (const auto& stored : streamed.snapshot.views) {
+    if (!stored) continue;
+    const auto same = std::find_if(views.views.begin(), views.views.end(),
+                                   [&](const SceneView& view) { return view.name == stored->name; });
+    CHECK(stored->photograph.rgb == load_photograph(*same).rgb);
+  }
+
   options.refine_lenses = false;
+  CHECK(build_model(scene.path(), options).lenses.empty());
+  options.refine = RefineMode::joint;
   options.max_views = 4;
   CHECK(build_model(scene.path(), options).lenses.empty());
 }

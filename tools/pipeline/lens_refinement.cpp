@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/lens_refinement.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+
+#include "tools/pipeline/lens_notes.h"
+
+namespace lumatlas {
+
+namespace {
+
+// The estimate's time grows with the cube of this: some ten seconds.
+constexpr std::uint32_t kMostViews = 400;
+constexpr std::size_t kFewestPointsOfView = 300;
+// Of LensRefinement::seem_right().
+constexpr std::size_t kPointsForFirstLook = 4000;
+constexpr std::size_t kFewestPointsOfFirstLook = 100;
+// Of the residual, of a lens that is known to be wrong: what is left of its error improves less than all of it.
+constexpr double kLeastFurtherImprovement = 0.003;
+
+double least_improvement(const RefinedLens& lens) {
+  return lens.applied ? kLeastFurtherImprovement : LensOptions{}.least_improvement;
+}
+
+// Adds a further estimate to the correction that was applied.
+void add(const LensEstimate& further, RefinedLens& lens) {
+  LensEstimate& sum = lens.estimate;
+  sum.correction = combined(sum.correction, further.correction);
+  sum.deviation = further.deviation;
+  sum.residual.after = further.residual.after;
+  sum.corner_px = corner_move_px(sum.correction, lens.camera);
+}
+
+}  // namespace
+
+bool LensRefinement::can_estimate() const {
+  return planner_.stored_views() > 0 && planner_.stored_views() <= kMostViews;
+}
+
+RefinedLens& LensRefinement::lens_of(const Camera& camera) {
+  const auto known = std::find_if(lenses_.begin(), lenses_.end(),
+                                  [&](const RefinedLens& lens) { return share_a_lens(lens.camera, camera); });
+  if (known != lenses_.end()) return *known;
+  lenses_.push_back({camera, 0, {}, false});
+  return lenses_.back();
+}
+
+void LensRefinement::note(const LensEstimates& estimates) {
+  for (const LensEstimate& estimate : estimates.lenses) {
+    RefinedLens& lens = lens_of(estimates.cameras[estimate.slots.front()]);
+    if (!lens.applied) {
+      lens.estimate = estimate;
+      lens.applied = estimate.significant;
+    } else if (estimate.significant) {
+      add(estimate, lens);
+    }
+  }
+}
+
+bool LensRefinement::seem_right() {
+  if (!can_estimate()) return true;
+  LensOptions options;
+  options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.stored_views());
+  const LensEstimates estimates = planner_.estimate_lenses(options);
+  if (estimates.undecided()) return false;
+  note(estimates);
+  return true;
+}
+
+bool LensRefinement::correct(std::size_t points) {
+  if (!can_estimate()) return false;
+  LensOptions options;
+  options.most_points = std::max(kFewestPointsOfView, points / planner_.stored_views());
+  for (const RefinedLens& lens : lenses_) {
+    options.least_improvement = std::min(options.least_improvement, least_improvement(lens));
+  }
+  LensEstimates estimates = planner_.estimate_lenses(options);
+  for (LensEstimate& estimate : estimates.lenses) {
+    const double most = 1 - least_improvement(lens_of(estimates.cameras[estimate.slots.front()]));
+    estimate.significant = estimate.significant && estimate.residual.after <= most * estimate.residual.before;
+  }
+  note(estimates);
+  if (!estimates.significant()) return false;
+  correct_lenses(views_, lenses_);
+  planner_.correct_lenses(estimates, [&](std::uint32_t, const std::string& name) {
+    return load_photograph(
+        *std::find_if(views_.begin(), views_.end(), [&](const SceneView& view) { return view.name == name; }));
+  });
+  return true;
+}
+
+void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses) {
+  for (RefinedLens& lens : lenses) {
+    lens.views = 0;
+    for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+      const std::shared_ptr<const StoredView> view = atlas.view(slot);
+      lens.views += view && share_a_lens(view->camera, lens.camera);
+    }
+  }
+}
+
+}  // namespace lumatlas

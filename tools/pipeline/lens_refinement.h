@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Lenses that turn out to be wrong while a model is built: photographs are undistorted again, from the originals, and
+// so are those that are read afterwards.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "planner/planner.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+class LensRefinement {
+ public:
+  // `views` holds all that are stored; their corrections follow the lenses. `lenses`: what is known of each. Both must
+  // outlive this object, and both may grow.
+  LensRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses)
+      : planner_(planner), views_(views), lenses_(lenses) {}
+
+  // A look at few points, which is enough where no view had to move: whether it shows that no lens is wrong. Poses that
+  // moved may have taken up most of what a lens gets wrong, and few points then do not show the rest.
+  bool seem_right();
+  // Estimates the lenses from about so many points of all stored views together, and undistorts the photographs of
+  // those that are plainly wrong again. Returns whether there were any. Throws InputError for a photograph that cannot
+  // be read again.
+  bool correct(std::size_t points);
+
+ private:
+  [[nodiscard]] bool can_estimate() const;
+  [[nodiscard]] RefinedLens& lens_of(const Camera& camera);
+  void note(const LensEstimates& estimates);
+
+  Planner& planner_;
+  std::vector<SceneView>& views_;
+  std::vector<RefinedLens>& lenses_;
+};
+
+// Counts the stored views of each lens.
+void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses);
+
+}  // namespace lumatlas
