@@ -146,6 +146,8 @@ class Planner {
 
   // One step of joint polishing of all stored views; to be repeated until the residual rests.
   PolishStep polish() { return refiner_.polish(options_.validity); }
+  // The poses of all stored views at once: see Refiner::solve_poses().
+  PoseEstimate solve_poses(std::size_t most_points) { return refiner_.solve_poses(most_points, options_.validity); }
   // When the stream has ended, or rests: brings masks, poses and depths in the atlas up to date. Until then its poses
   // may be up to kDepthStandsPx away from the refined ones. See Refiner::settle().
   void settle() { refiner_.settle(options_.validity); }

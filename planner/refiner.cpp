@@ -388,7 +388,8 @@ bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
   return compared;
 }
 
-LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
+// By slot, of every stored view.
+std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
   std::vector<std::vector<SurfaceSample>> samples(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
@@ -397,10 +398,36 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
     const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
     samples[slot] = chosen ? samples_[slot]->samples : samples_of(camera, views_[slot]->pyramid);
   });
+  return samples;
+}
+
+PoseEstimate Refiner::solve_poses(std::size_t most_points, const ValidityOptions& validity) {
+  if (!options_.alignment.pose) return {};
+  PoseEstimate estimate = estimate_poses(atlas_, views_, given_, all_samples(),
+                                         {options_.alignment, most_points, options_.interruption_point});
+  if (!estimate.improves()) return estimate;
+  std::vector<std::pair<Camera, Camera>> given_and_refined;
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (views_[slot]) given_and_refined.emplace_back(given_[slot], estimate.cameras[slot]);
+  }
+  const double depth = median_depth();
+  const RigidMotion common = common_motion(given_and_refined, depth);
+  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    if (!views_[slot]) continue;
+    may_interrupt(options_.interruption_point);
+    const Camera camera = without(common, estimate.cameras[slot]);
+    const double most_px = options_.alignment.max_move * std::max(camera.width, camera.height);
+    if (shift_px(views_[slot]->camera, camera, depth) < options_.alignment.least_move_px) continue;
+    if (shift_px(given_[slot], camera, depth) <= most_px) move(slot, camera, validity);
+  }
+  return estimate;
+}
+
+LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   LensOptions interruptible = options;
   if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
   interruptible.alignment = options_.alignment;
-  return lumatlas::estimate_lenses(atlas_, views_, given_, samples, interruptible);
+  return lumatlas::estimate_lenses(atlas_, views_, given_, all_samples(), interruptible);
 }
 
 void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,

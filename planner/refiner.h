@@ -18,6 +18,7 @@
 #include "planner/interruption.h"
 #include "planner/lens_estimate.h"
 #include "planner/median_colors.h"
+#include "planner/pose_estimate.h"
 #include "planner/trust.h"
 
 namespace lumatlas {
@@ -45,8 +46,8 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Of polish(), settle(), estimate_lenses(), correct_lenses() and thin(), between one view and the next. Interrupted,
-  // some views may have been changed and others not; each is as consistent as before.
+  // Of polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and thin(), between one view and the
+  // next. Interrupted, some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
 
   [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
@@ -130,6 +131,11 @@ class Refiner {
   // To be called when all is stored and polished, or rests: makes the masks of all stored views again, now that each
   // has all the others to be judged by, and the depth of those that were found elsewhere since it was made.
   void settle(const ValidityOptions& validity);
+  // Gives all stored views the poses that estimate_poses() finds, from at most so many points of each, if they improve;
+  // but for a view that would move by less than AlignmentOptions::least_move_px, or be further from its given pose than
+  // max_move allows, at the scene's median depth. What the set has moved as a whole is taken back. Exposures are
+  // balanced by what is compared next. Without AlignmentOptions::pose it does nothing, and says that no view took part.
+  PoseEstimate solve_poses(std::size_t most_points, const ValidityOptions& validity);
   // What the stored views say about their lenses. Changes nothing.
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
@@ -153,6 +159,7 @@ class Refiner {
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
+  [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
   void replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust,
                const ValidityOptions& validity);
   void replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const ValidityOptions& validity);

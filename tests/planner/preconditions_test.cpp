@@ -16,6 +16,7 @@
 #include "planner/exposure_graph.h"
 #include "planner/offered_coverage.h"
 #include "planner/planner.h"
+#include "planner/pose_estimate.h"
 #include "planner/predicted_loss.h"
 #include "planner/surface_samples.h"
 #include "tests/support/relief_scenes.h"
@@ -99,7 +100,8 @@ TEST_CASE("surface samples refuse images without pixels and buffers that are not
   CHECK(complaint([] { (void)sampling_px(4, 0); }) == "surface samples: most_px is 0, must be at least 1");
 }
 
-TEST_CASE("median colours, trust masks and lens estimates refuse views that are not the atlas's, and unknown faces") {
+TEST_CASE(
+    "median colours, trust masks, lens and pose estimates refuse views that are not the atlas's, and unknown faces") {
   Compared scene;
   const Pyramid pyramid(scene.photograph);
   const std::vector<SurfaceSample> samples = choose_surface_samples(scene.camera, pyramid, scene.visible, 100);
@@ -137,6 +139,11 @@ TEST_CASE("median colours, trust masks and lens estimates refuse views that are 
   CHECK(lenses(2, {samples, {}, {}}) == "lenses: the size of views is 2, must be the atlas's capacity, 3");
   CHECK(lenses(3, {samples}) == "lenses: the size of samples is 1, must be the atlas's capacity, 3");
   CHECK(lenses(3, {lost, {}, {}}).find("lenses: a sample's face is 1073741824, must be below") == 0);
+  const auto poses = [&](std::size_t views, const std::vector<std::vector<SurfaceSample>>& points) {
+    return complaint([&] { (void)estimate_poses(scene.gallery.atlas, all.first(views), given, points); });
+  };
+  CHECK(poses(3, {samples, {}, {}}) == "accepted");
+  CHECK(poses(2, {samples, {}, {}}) == "poses: the size of views is 2, must be the atlas's capacity, 3");
 }
 
 TEST_CASE("an exposure graph refuses slots that it does not have and ratios that are no numbers, and stays as it was") {

@@ -167,8 +167,8 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   if (options.planner.max_bytes + options.gpu_bytes > 0) options.max_views.reset();
 }
 
-// The measure, its thresholds and the masks as printed; and views refined one by one as they come, as in section 3.3,
-// their lenses as given, unless --refine says otherwise: poses that are exact need none.
+// The measure, its thresholds and the masks as printed; and views refined while they come, as in section 3.3, their
+// lenses as given, unless --refine says otherwise: poses that are exact need none.
 void follow_paper(BuildFlags& flags) {
   flags.coverage.follow_paper();
   ValidityOptions::Edges& edges = flags.options.planner.validity.edges;

@@ -90,7 +90,9 @@ struct BuildResult {
   std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
-  std::vector<PolishStep> polish;  // of RefineMode::joint
+  // Of RefineMode::joint: its steps, and all poses at once where they were solved for.
+  std::vector<PolishStep> polish;
+  std::optional<PoseEstimate> poses;
   double polish_ms = 0;
   std::uint64_t revisited = 0;  // see Refiner::revisited()
   // Of BuildOptions::texture_px; none without a stored view, or where there are more charts than it has room for, of

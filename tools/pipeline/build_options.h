@@ -29,8 +29,8 @@ enum class RefineMode {
   none,
   exposure,  // gains
   pose,      // poses, gains stay 1
-  all,       // gains, poses, and masks of what the other views contradict
-  joint,     // and afterwards all stored views together, until they rest
+  all,       // gains, poses, lenses, and masks of what the other views contradict; see StreamRefinement
+  joint,     // and afterwards all stored views together, until they rest; see refine_jointly()
 };
 
 // Who chooses the views that are stored. All but the first are there to compare it with: they choose before anything is
@@ -70,7 +70,7 @@ struct BuildOptions {
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
   RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
-  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1; each corrected lens has one more
+  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1; lenses and poses may take it further
   bool refine_lenses = true;                     // of RefineMode::all and joint: see planner/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it

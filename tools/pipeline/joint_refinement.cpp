@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "tools/base/elapsed.h"
+#include "tools/pipeline/joint_limits.h"
 #include "tools/pipeline/lens_refinement.h"
 
 namespace lumatlas {
@@ -32,20 +33,43 @@ void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage
 }
 
 // Of all views together.
-constexpr std::size_t kPointsForLenses = 60000;
+constexpr std::size_t kPointsTogether = 60000;
 // Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
 constexpr int kLensRounds = 3;
 
-// More polishing between the corrections of lenses would move poses to where they hide what a lens gets wrong.
-void refine_lenses(Planner& planner, std::vector<SceneView>& views, BuildStage& stage, BuildResult& result) {
+// More polishing between the corrections of lenses would move poses to where they hide what a lens gets wrong. Returns
+// whether the last round has corrected any, and with them the poses.
+bool refine_lenses(Planner& planner, std::vector<SceneView>& views, BuildStage& stage, BuildResult& result) {
   LensRefinement lenses(planner, views, result.lenses);
-  if (result.polish.back().moved_px == 0 && lenses.seem_right()) return stage.tick();
-  for (int round = 0; round < kLensRounds; ++round) {
-    const bool corrected = lenses.correct(kPointsForLenses);
+  if (result.polish.back().moved_px == 0 && lenses.seem_right()) {
     stage.tick();
-    if (!corrected) return;
-    polish_once(planner, stage, result);
+    return false;
   }
+  bool corrected = true;
+  for (int round = 0; round < kLensRounds && corrected; ++round) {
+    corrected = lenses.correct(kPointsTogether);
+    stage.tick();
+    if (corrected) polish_once(planner, stage, result);
+  }
+  return corrected;
+}
+
+// Exposures and single views follow.
+void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
+  const std::uint32_t views = planner.stored_views();
+  if (!can_be_solved_for_together(views)) return;
+  result.poses = planner.solve_poses(points_of_each(kPointsTogether, views));
+  stage.tick();
+  polish_once(planner, stage, result);
+}
+
+void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
+                   BuildResult& result) {
+  polish_once(planner, stage, result);
+  const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, stage, result);
+  if (result.polish.back().moved_px == 0) return;
+  if (!has_new_poses) solve_poses(planner, stage, result);
+  polish_until_rest(planner, options, stage, result);
 }
 
 }  // namespace
@@ -55,13 +79,7 @@ void refine_jointly(Planner& planner, std::vector<SceneView>& views, const Build
   const auto start = std::chrono::steady_clock::now();
   if (options.refine == RefineMode::joint) {
     BuildStage stage(callback, "polishing jointly", 0);
-    if (options.refine_lenses && result.effective.refinement.any()) {
-      polish_once(planner, stage, result);
-      refine_lenses(planner, views, stage, result);
-    }
-    if (result.polish.empty() || result.polish.back().moved_px > 0) {
-      polish_until_rest(planner, options, stage, result);
-    }
+    if (result.effective.refinement.any()) refine_stored(planner, views, options, stage, result);
     stage.finish();
   }
   planner.settle();

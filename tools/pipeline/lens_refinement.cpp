@@ -5,15 +5,13 @@
 #include <memory>
 #include <string>
 
+#include "tools/pipeline/joint_limits.h"
 #include "tools/pipeline/lens_notes.h"
 
 namespace lumatlas {
 
 namespace {
 
-// The estimate's time grows with the cube of this: some ten seconds.
-constexpr std::uint32_t kMostViews = 400;
-constexpr std::size_t kFewestPointsOfView = 300;
 // Of LensRefinement::seem_right().
 constexpr std::size_t kPointsForFirstLook = 4000;
 constexpr std::size_t kFewestPointsOfFirstLook = 100;
@@ -34,10 +32,6 @@ void add(const LensEstimate& further, RefinedLens& lens) {
 }
 
 }  // namespace
-
-bool LensRefinement::can_estimate() const {
-  return planner_.stored_views() > 0 && planner_.stored_views() <= kMostViews;
-}
 
 RefinedLens& LensRefinement::lens_of(const Camera& camera) {
   const auto known = std::find_if(lenses_.begin(), lenses_.end(),
@@ -60,7 +54,7 @@ void LensRefinement::note(const LensEstimates& estimates) {
 }
 
 bool LensRefinement::seem_right() {
-  if (!can_estimate()) return true;
+  if (!can_be_solved_for_together(planner_.stored_views())) return true;
   LensOptions options;
   options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.stored_views());
   const LensEstimates estimates = planner_.estimate_lenses(options);
@@ -70,9 +64,9 @@ bool LensRefinement::seem_right() {
 }
 
 bool LensRefinement::correct(std::size_t points) {
-  if (!can_estimate()) return false;
+  if (!can_be_solved_for_together(planner_.stored_views())) return false;
   LensOptions options;
-  options.most_points = std::max(kFewestPointsOfView, points / planner_.stored_views());
+  options.most_points = points_of_each(points, planner_.stored_views());
   for (const RefinedLens& lens : lenses_) {
     options.least_improvement = std::min(options.least_improvement, least_improvement(lens));
   }

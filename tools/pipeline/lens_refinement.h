@@ -30,7 +30,6 @@ class LensRefinement {
   bool correct(std::size_t points);
 
  private:
-  [[nodiscard]] bool can_estimate() const;
   [[nodiscard]] RefinedLens& lens_of(const Camera& camera);
   void note(const LensEstimates& estimates);
 

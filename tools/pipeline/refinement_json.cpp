@@ -76,6 +76,14 @@ json refinement_summary(const BuildResult& result, RefineMode mode) {
     steps.push_back(
         {{"residual_before", step.residual_before}, {"residual", step.residual_after}, {"moved_px", step.moved_px}});
   }
+  json poses;
+  if (result.poses) {
+    poses = {{"views", result.poses->views},
+             {"points", result.poses->points},
+             {"residual_before", result.poses->residual_before},
+             {"residual", result.poses->residual_after},
+             {"improves", result.poses->improves()}};
+  }
   return {{"mode", name_of(mode)},
           {"compared", views.size()},
           {"moved", moved},
@@ -84,6 +92,7 @@ json refinement_summary(const BuildResult& result, RefineMode mode) {
           {"residual_given", mean(views, &Alignment::residual_given)},
           {"residual_exposed", mean(views, &Alignment::residual_exposed)},
           {"residual", mean(views, &Alignment::residual)},
+          {"poses", std::move(poses)},
           {"polish", {{"steps", std::move(steps)}, {"ms", result.polish_ms}}}};
 }
 
@@ -98,6 +107,11 @@ std::string refinement_log(const BuildResult& result) {
         << std::showpos << stops_of(alignment.gain) << std::noshowpos << " EV, ";
     alignment.correlation ? log << "correlation " << *alignment.correlation : log << "too plain to correlate";
     log << (refinement.outlier ? ": dropped as an outlier" : "") << '\n';
+  }
+  if (result.poses) {
+    log << "poses: " << result.poses->views << " views together: residual at points held out " << std::setprecision(4)
+        << result.poses->residual_before << " -> " << result.poses->residual_after
+        << (result.poses->improves() ? "" : ", left as they were") << '\n';
   }
   for (std::size_t step = 0; step < result.polish.size(); ++step) {
     log << "polish: step " << step + 1 << ": residual " << std::setprecision(4) << result.polish[step].residual_before

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/stream_refinement.h"
 
+#include "tools/pipeline/joint_limits.h"
+
 namespace lumatlas {
 
 namespace {
@@ -16,15 +18,25 @@ void StreamRefinement::before_offer(SceneView& view) const {
   }
 }
 
+// Returns whether any was wrong.
+bool StreamRefinement::correct_lenses() {
+  if (refinement_.correct(kPointsInStream)) return true;
+  next_look_ = 2 * planner_.stored_views();
+  return false;
+}
+
 void StreamRefinement::after_offer() {
   const std::uint32_t stored = planner_.stored_views();
   const bool wanted = options_.refine == RefineMode::all && options_.planner.refinement.any();
-  if (!wanted || stored < next_polish_) return;
-  next_polish_ = stored + stored / 2;
+  if (!wanted || stored < next_step_) return;
+  next_step_ = stored + stored / 2;
   if (planner_.at_rest() && (!options_.refine_lenses || refinement_.seem_right())) return;
-  (void)planner_.polish();
-  if (!options_.refine_lenses || stored < next_look_) return;
-  if (!refinement_.correct(kPointsInStream)) next_look_ = 2 * stored;
+  const bool can_solve = options_.planner.refinement.alignment.pose && can_be_solved_for_together(stored);
+  const bool look = options_.refine_lenses && stored >= next_look_;
+  if (look || !can_solve) (void)planner_.polish();
+  // A corrected lens comes with its poses.
+  if ((look && correct_lenses()) || !can_solve) return;
+  (void)planner_.solve_poses(points_of_each(kPointsInStream, stored));
 }
 
 }  // namespace lumatlas

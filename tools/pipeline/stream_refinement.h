@@ -14,7 +14,8 @@
 namespace lumatlas {
 
 // As soon as 16 views are stored, and whenever half as many again have come, all of them are polished and their lenses
-// looked at, unless views rest. Where nothing is wrong with a lens, the next look waits for twice as many.
+// looked at, unless views rest and no lens seems wrong. If none is corrected, the poses of all are solved for together,
+// and the next look at lenses, with the polishing before it, waits for twice as many views.
 class StreamRefinement {
  public:
   // What the references name must outlive this object; `views` and `lenses` as for LensRefinement.
@@ -28,11 +29,13 @@ class StreamRefinement {
   void after_offer();
 
  private:
+  bool correct_lenses();
+
   Planner& planner_;
   const std::vector<RefinedLens>& lenses_;
   LensRefinement refinement_;
   const BuildOptions& options_;
-  std::uint32_t next_polish_ = 16, next_look_ = 16;  // with so many stored views
+  std::uint32_t next_step_ = 16, next_look_ = 16;  // with so many stored views
 };
 
 }  // namespace lumatlas

@@ -56,6 +56,8 @@ void check_same_on_any_threads(const std::filesystem::path& scene, const BuildOp
   REQUIRE_FALSE(one.result.polish.empty());
   REQUIRE(one.result.polish.front().views > 4);
   REQUIRE_FALSE(one.result.lenses.empty());
+  REQUIRE(one.result.poses);
+  CHECK(one.result.poses->improves());
   for (const std::size_t threads : {2u, 8u}) {
     CAPTURE(threads);
     const Built many = build_on(threads, scene, options);
@@ -65,6 +67,8 @@ void check_same_on_any_threads(const std::filesystem::path& scene, const BuildOp
     CHECK(many.result.lenses[0].estimate.deviation == one.result.lenses[0].estimate.deviation);
     REQUIRE(many.result.polish.size() == one.result.polish.size());
     CHECK(many.result.polish.back().residual_after == one.result.polish.back().residual_after);
+    REQUIRE(many.result.poses);
+    CHECK(many.result.poses->residual_after == one.result.poses->residual_after);
     CHECK(many.result.summed_coverage == one.result.summed_coverage);
     CHECK(many.result.revisited == one.result.revisited);
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/lens_problem.h"
+#include "planner/joint_problem.h"
 
 #include <tbb/parallel_for.h>
 
@@ -38,7 +38,7 @@ std::pair<Value, Value> middle_values(std::vector<Value>& values) {
 }  // namespace
 
 // Lists that each point fills again.
-struct LensProblem::Scratch {
+struct JointProblem::Scratch {
   std::vector<Place> places;
   std::vector<ColorSample> seen;
   std::vector<Value> values;
@@ -48,9 +48,9 @@ LensCorrection correction_of(const Block& q) {
   return {std::exp(q[0]), {q[1], q[2]}, q[3], q[4], q[5], q[6]};
 }
 
-LensProblem::LensProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
-                         std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
-                         std::size_t most_points, InterruptionPoint interruption_point)
+JointProblem::JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
+                           std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
+                           std::size_t most_points, InterruptionPoint interruption_point)
     : views_(views),
       lens_of_(std::move(lens_of)),
       parts_(views.size()),
@@ -62,9 +62,9 @@ LensProblem::LensProblem(const Atlas& atlas, std::span<const std::optional<Compa
   });
 }
 
-LensPart LensProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
-                              std::size_t most_points) const {
-  LensPart part;
+ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
+                               std::size_t most_points) const {
+  ViewPart part;
   const Camera& camera = views_[slot]->camera;
   const Pyramid& pyramid = views_[slot]->pyramid;
   while (part.level + 1 < pyramid.levels() &&
@@ -95,8 +95,8 @@ LensPart LensProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std:
 }
 
 // Nothing for a point behind the camera.
-std::optional<glm::dvec2> LensProblem::image_of(const Linearisation& at, std::uint32_t slot,
-                                                const glm::dvec3& position) const {
+std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
+                                                 const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
@@ -104,8 +104,8 @@ std::optional<glm::dvec2> LensProblem::image_of(const Linearisation& at, std::ui
 }
 
 // The change of the distortion with the pose is left out: of second order.
-ImageDerivatives LensProblem::derivatives(const LensState& state, std::uint32_t slot,
-                                          const glm::dvec3& position) const {
+ImageDerivatives JointProblem::derivatives(const JointState& state, std::uint32_t slot,
+                                           const glm::dvec3& position) const {
   ImageDerivatives result;
   const Camera& camera = state.cameras[slot];
   const Block& q = state.shared[lens_of_[slot]];
@@ -135,8 +135,8 @@ ImageDerivatives LensProblem::derivatives(const LensState& state, std::uint32_t 
 }
 
 // Of the views that a point is compared with.
-void LensProblem::find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level,
-                              Scratch& scratch) const {
+void JointProblem::find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level,
+                               Scratch& scratch) const {
   scratch.places.clear();
   for (const Observation& other : point.others) {
     const Pyramid& pyramid = views_[other.slot]->pyramid;
@@ -148,7 +148,7 @@ void LensProblem::find_places(const Linearisation& at, const ComparedPoint& poin
 }
 
 // That view's colour with its gain.
-ColorSample LensProblem::sample_at(const Place& place) const {
+ColorSample JointProblem::sample_at(const Place& place) const {
   const ComparedView& view = *views_[place.slot];
   ColorSample sample = view.pyramid.sample(place.level, place.image);
   sample.color *= view.gain;
@@ -158,8 +158,8 @@ ColorSample LensProblem::sample_at(const Place& place) const {
 }
 
 // Rows 3 * index and the next two.
-void LensProblem::point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point, std::size_t index,
-                             Scratch& scratch, Linearised& out) const {
+void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point,
+                              std::size_t index, Scratch& scratch, Linearised& out) const {
   const Camera& camera = at.state.cameras[slot];
   const auto first = static_cast<Eigen::Index>(3 * index);
   const std::optional<glm::dvec2> image = image_of(at, slot, point.position);
@@ -201,8 +201,8 @@ void LensProblem::point_rows(const Linearisation& at, std::uint32_t slot, const 
   }
 }
 
-std::vector<Linearised> LensProblem::linearise(const LensState& state, std::vector<ComparedPoint> LensPart::*points,
-                                               std::uint32_t coarser, double noise, bool robust) const {
+std::vector<Linearised> JointProblem::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
+                                                std::uint32_t coarser, double noise, bool robust) const {
   Linearisation at{state, {}, coarser, noise, robust};
   for (const Block& q : state.shared) at.corrections.push_back(correction_of(q));
   std::vector<Linearised> all(parts_.size());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to planner/: the normal equations of all lenses, poses and exposures, from a linearised LensProblem.
+// Internal to planner/: the normal equations of all lenses, poses and exposures, from a linearised JointProblem.
 // Source: Triggs et al. 2000, "Bundle adjustment", section 6.
 //
 // The unknowns are blocks of kBlock: q of every lens first, then p of every view.
@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "planner/interruption.h"
-#include "planner/lens_problem.h"
+#include "planner/joint_problem.h"
 
 namespace lumatlas {
 
@@ -21,7 +21,7 @@ struct ViewGradient {
   std::vector<Block> values;
 };
 
-struct LensEquations {
+struct JointEquations {
   Eigen::MatrixXd H;  // its lower triangle
   Eigen::VectorXd g;
   std::vector<ViewGradient> of_views;  // by slot
@@ -29,9 +29,9 @@ struct LensEquations {
 
 // `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of`
 // by slot: its view's block. The same bits for any number of threads.
-[[nodiscard]] LensEquations lens_equations(const LensProblem& problem, const LensState& state,
-                                           const std::vector<Linearised>& linear, std::span<const Block> estimated,
-                                           std::span<const std::size_t> block_of,
-                                           const InterruptionPoint& interruption_point);
+[[nodiscard]] JointEquations joint_equations(const JointProblem& problem, const JointState& state,
+                                             const std::vector<Linearised>& linear, std::span<const Block> estimated,
+                                             std::span<const std::size_t> block_of,
+                                             const InterruptionPoint& interruption_point);
 
 }  // namespace lumatlas

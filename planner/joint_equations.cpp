@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/lens_equations.h"
+#include "planner/joint_equations.h"
 
 #include <tbb/parallel_for.h>
 
@@ -23,7 +23,7 @@ struct ViewEquations {
 
 class ViewAdder {
  public:
-  ViewAdder(const LensProblem& problem, const LensState& state, const Linearised& linear, std::uint32_t slot,
+  ViewAdder(const JointProblem& problem, const JointState& state, const Linearised& linear, std::uint32_t slot,
             std::span<const Block> estimated, std::span<const std::size_t> block_of)
       : problem_(problem),
         state_(state),
@@ -109,8 +109,8 @@ class ViewAdder {
     return derivatives_[known_++].second;
   }
 
-  const LensProblem& problem_;
-  const LensState& state_;
+  const JointProblem& problem_;
+  const JointState& state_;
   const Linearised& linear_;
   std::uint32_t slot_;
   std::span<const Block> estimated_;
@@ -123,7 +123,7 @@ class ViewAdder {
   ViewEquations out_;
 };
 
-void add(ViewEquations& view, LensEquations& all) {
+void add(ViewEquations& view, JointEquations& all) {
   const std::vector<std::size_t>& blocks = view.gradient.blocks;
   const auto column = [&](std::size_t i) { return static_cast<Eigen::Index>(kBlock * blocks[i]); };
   for (std::size_t i = 0; i < blocks.size(); ++i) {
@@ -134,14 +134,14 @@ void add(ViewEquations& view, LensEquations& all) {
 
 }  // namespace
 
-LensEquations lens_equations(const LensProblem& problem, const LensState& state, const std::vector<Linearised>& linear,
-                             std::span<const Block> estimated, std::span<const std::size_t> block_of,
-                             const InterruptionPoint& interruption_point) {
+JointEquations joint_equations(const JointProblem& problem, const JointState& state,
+                               const std::vector<Linearised>& linear, std::span<const Block> estimated,
+                               std::span<const std::size_t> block_of, const InterruptionPoint& interruption_point) {
   std::size_t blocks = estimated.size();
   for (std::size_t slot = 0; slot < linear.size(); ++slot) blocks += problem.has_view(slot);
   const auto unknowns = static_cast<Eigen::Index>(kBlock * blocks);
-  LensEquations all{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns),
-                    std::vector<ViewGradient>(linear.size())};
+  JointEquations all{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns),
+                     std::vector<ViewGradient>(linear.size())};
   for (std::size_t first = 0; first < linear.size(); first += kViewsAtOnce) {
     std::vector<ViewEquations> views(std::min(kViewsAtOnce, linear.size() - first));
     tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {

@@ -44,14 +44,14 @@ struct ComparedPoint {
 };
 
 // What is fixed about a view,
-struct LensPart {
+struct ViewPart {
   std::vector<ComparedPoint> points;    // that are fitted to
   std::vector<ComparedPoint> held_out;  // by which the fit is judged
   double depth = 1;                     // median of the points
   std::uint32_t level = 0;              // the finest that is used
 };
 // and what is refined.
-struct LensState {
+struct JointState {
   std::vector<Block> shared;    // by lens
   std::vector<Camera> cameras;  // by slot, with the given intrinsics
   std::vector<double> gain;     // by slot, factor on the view's gain
@@ -77,28 +77,28 @@ struct ImageDerivatives {
   Eigen::Matrix<double, 2, kBlock> by_own;
 };
 
-class LensProblem {
+class JointProblem {
  public:
-  // See estimate_lenses(). `lens_of` by slot. What the spans show must outlive this object.
-  LensProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
-              std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
-              std::size_t most_points, InterruptionPoint interruption_point);
+  // See JointInput. `lens_of` by slot. What the spans show must outlive this object.
+  JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
+               std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
+               std::size_t most_points, InterruptionPoint interruption_point);
 
-  [[nodiscard]] const std::vector<LensPart>& parts() const { return parts_; }  // by slot; no points: it takes no part
+  [[nodiscard]] const std::vector<ViewPart>& parts() const { return parts_; }  // by slot; no points: it takes no part
   [[nodiscard]] bool has_view(std::size_t slot) const { return views_[slot].has_value(); }
   [[nodiscard]] std::size_t lens_of(std::size_t slot) const { return lens_of_[slot]; }
 
   // By slot, of the points that are fitted to or of those held out, `coarser` levels above the finest that is used.
   // `noise`: of the differences, sRGB.
-  [[nodiscard]] std::vector<Linearised> linearise(const LensState& state, std::vector<ComparedPoint> LensPart::*points,
+  [[nodiscard]] std::vector<Linearised> linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
                                                   std::uint32_t coarser, double noise, bool robust) const;
-  [[nodiscard]] ImageDerivatives derivatives(const LensState& state, std::uint32_t slot,
+  [[nodiscard]] ImageDerivatives derivatives(const JointState& state, std::uint32_t slot,
                                              const glm::dvec3& position) const;
 
  private:
   // Of the state that is linearised.
   struct Linearisation {
-    const LensState& state;
+    const JointState& state;
     std::vector<LensCorrection> corrections;  // by lens
     std::uint32_t coarser;
     double noise;
@@ -111,7 +111,7 @@ class LensProblem {
   };
   struct Scratch;
 
-  [[nodiscard]] LensPart part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
+  [[nodiscard]] ViewPart part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
                                  std::size_t most_points) const;
   [[nodiscard]] std::optional<glm::dvec2> image_of(const Linearisation& at, std::uint32_t slot,
                                                    const glm::dvec3& position) const;
@@ -122,7 +122,7 @@ class LensProblem {
 
   std::span<const std::optional<ComparedView>> views_;
   std::vector<std::size_t> lens_of_;
-  std::vector<LensPart> parts_;
+  std::vector<ViewPart> parts_;
   InterruptionPoint interruption_point_;
 };
 
