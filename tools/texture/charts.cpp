@@ -168,7 +168,9 @@ bool has_separating_edge(const FlatFace& a, const FlatFace& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Point& from = a[i];
     const Point& to = a[(i + 1) % 3];
-    if (std::none_of(b.begin(), b.end(), [&](const Point& p) { return CGAL::left_turn(from, to, p); })) return true;
+    // Neighbours share corners, for which the predicate would have to compute exactly.
+    const auto is_inside = [&](const Point& p) { return p != from && p != to && CGAL::left_turn(from, to, p); };
+    if (std::none_of(b.begin(), b.end(), is_inside)) return true;
   }
   return false;
 }

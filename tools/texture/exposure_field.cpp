@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/texture/exposure_field.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <glm/glm.hpp>
+#include <span>
 
 #include "mesh/joined_faces.h"
 #include "mesh/spreading.h"
@@ -33,12 +37,14 @@ std::vector<vec4> around(const std::vector<glm::uvec3>& faces, const std::vector
 ExposureField::ExposureField(const Mesh& mesh) : mesh_(mesh), sums_(mesh.positions.size(), vec4(0)) {}
 
 void ExposureField::add(const TextureView& view) {
-  TextureView::Place place;
-  for (std::size_t v = 0; v < sums_.size(); ++v) {
-    if (!view.sees(mesh_.positions[v], place)) continue;
-    const float trust = view.sharp(place.image, 1).trust;
-    sums_[v] += trust * vec4(view.log_exposure(), 1);
-  }
+  const vec4 exposure(view.log_exposure(), 1);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), 4096),
+                    [&](const tbb::blocked_range<std::size_t>& vertices) {
+                      const auto points = std::span(mesh_.positions).subspan(vertices.begin(), vertices.size());
+                      for_each_seen(view, points, [&](std::size_t i, const TextureView::Place& place) {
+                        sums_[vertices.begin() + i] += view.sharp(place.image, 1).trust * exposure;
+                      });
+                    });
 }
 
 std::vector<vec3> ExposureField::factors() const {

@@ -30,15 +30,34 @@ SurfaceColors::SurfaceColors(const SurfacePlaces& places, const TextureViews& vi
   check(options);
 }
 
+void SurfaceColors::find_shown(std::uint32_t face, const SurfacePlace& place, double density,
+                               std::vector<ShownPlace>& shown) const {
+  struct Located {
+    const TextureView* view;
+    TextureView::Place place;
+  };
+  thread_local std::vector<Located> located;
+  located.clear();
+  const std::uint32_t cell = places_.surface().cells.cell_of_face[face];
+  for (std::uint32_t i = views_.first_seen[cell]; i < views_.first_seen[cell + 1]; ++i) {
+    const TextureView& view = views_.views[views_.seen_by[i]];
+    TextureView::Place in_image;
+    if (!view.locate(place.point, in_image)) continue;
+    view.prefetch(in_image);
+    located.push_back({&view, in_image});
+  }
+  shown.clear();
+  for (const Located& at : located) {
+    if (!at.view->shows(at.place)) continue;
+    if (const auto seen = shown_in(*at.view, place, at.place, density, sharpness_)) shown.push_back(*seen);
+  }
+}
+
 const std::vector<ShownPlace>& SurfaceColors::look(std::uint32_t face, const SurfacePlace& place, double density,
                                                    Consensus& consensus) const {
   constexpr int kRounds = 4;
   thread_local std::vector<ShownPlace> shown;
-  shown.clear();
-  const std::uint32_t cell = places_.surface().cells.cell_of_face[face];
-  for (std::uint32_t i = views_.first_seen[cell]; i < views_.first_seen[cell + 1]; ++i) {
-    if (const auto seen = shown_in(views_.views[views_.seen_by[i]], place, density, sharpness_)) shown.push_back(*seen);
-  }
+  find_shown(face, place, density, shown);
   consensus = {};
   for (int round = 0; round < kRounds; ++round) {
     ConsensusSums sums;

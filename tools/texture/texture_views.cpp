@@ -96,6 +96,9 @@ TextureView::TextureView(const StoredView& view, const glm::dvec3& gain, std::ve
   const glm::dmat3& rotation = camera.cam_from_world_rotation;
   for (int row = 0; row < 3; ++row) rows_[row] = vec3(rotation[0][row], rotation[1][row], rotation[2][row]);
   translation_ = vec3(camera.cam_from_world_translation);
+  focal_ = vec2(camera.fx, camera.fy);
+  principal_ = vec2(camera.cx, camera.cy);
+  size_ = vec2(camera.width, camera.height);
   focal_px_ = static_cast<float>(std::sqrt(camera.fx * camera.fy));
   const std::uint32_t smooth = smooth_level(camera);
   const std::uint32_t levels = std::max(kMostLevels, smooth + 1), unit = 1u << (levels - 1);
@@ -146,23 +149,22 @@ void TextureView::find_smooth() {
   for (std::size_t i = 0; i < values.size(); ++i) smooth_[i] = vec3(values[i]) / values[i].w;
 }
 
-bool TextureView::sees(const vec3& point, Place& place) const {
-  const Camera& camera = view_.camera;
+bool TextureView::locate(const vec3& point, Place& place) const {
   const float z = glm::dot(rows_[2], point) + translation_.z;
   if (!(z > 0)) return false;
-  const float x =
-      (glm::dot(rows_[0], point) + translation_.x) / z * static_cast<float>(camera.fx) + static_cast<float>(camera.cx);
-  const float y =
-      (glm::dot(rows_[1], point) + translation_.y) / z * static_cast<float>(camera.fy) + static_cast<float>(camera.cy);
-  if (!(x >= 0 && y >= 0 && x < static_cast<float>(camera.width) && y < static_cast<float>(camera.height)))
-    return false;
-  const std::size_t pixel = static_cast<std::size_t>(y) * camera.width + static_cast<std::size_t>(x);
-  if (levels_[0].rgba[4 * (static_cast<std::size_t>(y) * levels_[0].width + static_cast<std::size_t>(x)) + 3] == 0) {
-    return false;
-  }
-  if (z > view_.depth[pixel] * (1 + kOcclusionTolerance)) return false;
-  place = {{x, y}, z};
-  return true;
+  const vec2 across(glm::dot(rows_[0], point) + translation_.x, glm::dot(rows_[1], point) + translation_.y);
+  place = {across / z * focal_ + principal_, z};
+  return place.image.x >= 0 && place.image.y >= 0 && place.image.x < size_.x && place.image.y < size_.y;
+}
+
+void TextureView::prefetch(const Place& place) const {
+  __builtin_prefetch(&view_.depth[pixel_at(place.image, view_.camera.width)]);
+  __builtin_prefetch(&levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width)]);
+}
+
+bool TextureView::shows(const Place& place) const {
+  if (place.depth > view_.depth[pixel_at(place.image, view_.camera.width)] * (1 + kOcclusionTolerance)) return false;
+  return levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width) + 3] != 0;
 }
 
 ViewColor TextureView::sharp(const vec2& image, float footprint) const {
@@ -196,10 +198,9 @@ vec3 TextureView::smooth(const vec2& image) const {
 std::vector<float> densities_in(const TextureView& view, const Surface& surface) {
   const std::vector<vec3>& positions = surface.mesh.positions;
   std::vector<float> of_vertex(positions.size(), 0);
+  for_each_seen(view, positions,
+                [&](std::size_t v, const TextureView::Place& place) { of_vertex[v] = view.focal_px() / place.depth; });
   TextureView::Place place;
-  for (std::size_t v = 0; v < positions.size(); ++v) {
-    if (view.sees(positions[v], place)) of_vertex[v] = view.focal_px() / place.depth;
-  }
   std::vector<float> of_cell(surface.cells.cells.size(), 0);
   for (std::size_t face = 0; face < surface.mesh.faces.size(); ++face) {
     const glm::uvec3& f = surface.mesh.faces[face];

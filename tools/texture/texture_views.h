@@ -2,9 +2,12 @@
 // The stored views as a texture is coloured from them, and which of them see each cell.
 #pragma once
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <span>
 #include <vector>
 
 #include "atlas/image_levels.h"
@@ -32,7 +35,12 @@ class TextureView {
     glm::vec2 image{0.0f};
     float depth = 0;
   };
-  [[nodiscard]] bool sees(const glm::vec3& point, Place& place) const;
+  [[nodiscard]] bool sees(const glm::vec3& point, Place& place) const { return locate(point, place) && shows(place); }
+  // The same in two steps, with time between them for the processor to fetch what the second reads: whether the point
+  // is in the image, and whether what the image shows there is that point and may be used.
+  [[nodiscard]] bool locate(const glm::vec3& point, Place& place) const;
+  void prefetch(const Place& place) const;
+  [[nodiscard]] bool shows(const Place& place) const;
 
   // `footprint`: how many pixels the mean is taken over, a side.
   [[nodiscard]] ViewColor sharp(const glm::vec2& image, float footprint) const;
@@ -47,16 +55,38 @@ class TextureView {
  private:
   TextureView(const StoredView& view, const glm::dvec3& gain, std::vector<std::uint8_t> mask);
   void find_smooth();
+  [[nodiscard]] std::size_t pixel_at(const glm::vec2& image, std::uint32_t width) const {
+    return static_cast<std::size_t>(image.y) * width + static_cast<std::size_t>(image.x);
+  }
 
   const StoredView& view_;
   glm::vec3 gain_, center_, translation_;
-  glm::vec3 rows_[3];  // of cam_from_world
+  glm::vec3 rows_[3];                   // of cam_from_world
+  glm::vec2 focal_, principal_, size_;  // pixels
   float focal_px_;
   std::vector<ImageLevel> levels_;  // colour, trust
   std::uint32_t smooth_unit_ = 1;   // pixels a side that one value of the next stands for
   std::uint32_t smooth_width_ = 0, smooth_height_ = 0;
   std::vector<glm::vec3> smooth_;  // linear light in the model's exposure
 };
+
+// Calls use(number of the point, its place) for all points that a view sees, which are anywhere in its image.
+template <typename Use>
+void for_each_seen(const TextureView& view, std::span<const glm::vec3> points, const Use& use) {
+  constexpr std::size_t kAtOnce = 32;  // whose pixels are fetched together
+  TextureView::Place places[kAtOnce];
+  bool in_image[kAtOnce];
+  for (std::size_t first = 0; first < points.size(); first += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, points.size() - first);
+    for (std::size_t i = 0; i < count; ++i) {
+      in_image[i] = view.locate(points[first + i], places[i]);
+      if (in_image[i]) view.prefetch(places[i]);
+    }
+    for (std::size_t i = 0; i < count; ++i) {
+      if (in_image[i] && view.shows(places[i])) use(first + i, places[i]);
+    }
+  }
+}
 
 struct TextureViews {
   std::vector<TextureView> views;         // of every slot that holds one
