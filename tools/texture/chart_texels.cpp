@@ -65,8 +65,7 @@ FaceInChart face_in_chart(const Mesh& mesh, std::uint32_t face, const Chart& cha
   return flat;
 }
 
-// Calls use(texel, its middle) for those in the rectangle around the face, which `reach` texels more on each side are
-// of.
+// Calls use(texel, its middle) for all texels of the rectangle around the face, widened by `reach` texels on each side.
 template <typename Use>
 void for_each_texel(const FaceInChart& face, double reach, const ChartPlace& place, std::vector<ChartTexel>& texels,
                     const Use& use) {

@@ -62,10 +62,11 @@ class SurfaceColors {
   [[nodiscard]] Consensus consensus(std::uint32_t face, float b, float c, double density) const;
 
  private:
-  // What views show of the place, until the next call on the same thread, and what they agree on.
+  // What views show of the place, in `shown`.
+  void find_shown(std::uint32_t face, const SurfacePlace& place, double density, std::vector<ShownPlace>& shown) const;
+  // The same, until the next call on the same thread, and what they agree on.
   const std::vector<ShownPlace>& look(std::uint32_t face, const SurfacePlace& place, double density,
                                       Consensus& consensus) const;
-  void find_shown(std::uint32_t face, const SurfacePlace& place, double density, std::vector<ShownPlace>& shown) const;
 
   const SurfacePlaces& places_;
   const TextureViews& views_;

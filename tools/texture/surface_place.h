@@ -46,8 +46,8 @@ struct ShownPlace {
   float base, detail;  // base > 0
 };
 
-// `density`: texels per scene unit. None: the view does not show the place, or may not be used there. The second where
-// it is known where in the view's image the place is, and that it shows it.
+// `density`: texels per scene unit. None: the view does not show the place, or may not be used there. The second
+// takes the place that view.sees() gave.
 [[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, double density,
                                                  float sharpness);
 [[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place,

@@ -37,7 +37,8 @@ class TextureView {
   };
   [[nodiscard]] bool sees(const glm::vec3& point, Place& place) const { return locate(point, place) && shows(place); }
   // The same in two steps, with time between them for the processor to fetch what the second reads: whether the point
-  // is in the image, and whether what the image shows there is that point and may be used.
+  // is in the image, and whether what the image shows there is that point and may be used. If locate() says no, `place`
+  // has no meaning, and prefetch() and shows() must not be called with it.
   [[nodiscard]] bool locate(const glm::vec3& point, Place& place) const;
   void prefetch(const Place& place) const;
   [[nodiscard]] bool shows(const Place& place) const;
@@ -70,7 +71,8 @@ class TextureView {
   std::vector<glm::vec3> smooth_;  // linear light in the model's exposure
 };
 
-// Calls use(number of the point, its place) for all points that a view sees, which are anywhere in its image.
+// Calls use(number of the point, its place) for all points that a view sees, in their order. They may lie anywhere in
+// its image, so pixels are fetched ahead.
 template <typename Use>
 void for_each_seen(const TextureView& view, std::span<const glm::vec3> points, const Use& use) {
   constexpr std::size_t kAtOnce = 32;  // whose pixels are fetched together
