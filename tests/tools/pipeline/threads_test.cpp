@@ -23,9 +23,9 @@ const std::filesystem::path& disturbed_scene() {
     options.views = 20;
     options.width = 128;
     options.height = 96;
-    options.samples = 1;
+    options.samples = 4;
     options.triangles = 4000;
-    options.disturbances.pose_noise = 2;
+    options.disturbances.pose_noise = 3;
     options.disturbances.exposure_noise = 0.5;
     options.disturbances.passers_by = 0.2;
     write_synthetic_scene(options, folder.path());
