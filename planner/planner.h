@@ -174,6 +174,8 @@ class Planner {
                                std::span<const std::uint32_t> previous_cell, std::span<const std::uint8_t> changed);
 
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
+  // The name of the view that the slot holds or is promised to; the slot must not be free.
+  [[nodiscard]] std::string name_of(std::uint32_t slot) const;
   [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
   // scov: in cells, or with CoverageOptions::demand in pictures.
   [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }
@@ -202,7 +204,6 @@ class Planner {
   [[nodiscard]] std::vector<CellPart> look(const Camera& camera, Verdict& verdict);
   [[nodiscard]] std::vector<std::uint32_t> stored_slots() const;
   [[nodiscard]] std::vector<std::uint32_t> lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const;
-  [[nodiscard]] std::string name_of(std::uint32_t slot) const;
   [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const;
   [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const;
   void require_room_for(const std::string& name, const Camera& camera) const;

@@ -328,6 +328,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   } else {
     streaming.plan_ahead(stream);
   }
+  refinement.finish(callback);
   if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
   refine_jointly(planner, views.views, options, callback, result);

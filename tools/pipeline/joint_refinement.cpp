@@ -39,8 +39,9 @@ constexpr int kLensRounds = 3;
 
 // More polishing between the corrections of lenses would move poses to where they hide what a lens gets wrong. Returns
 // whether the last round has corrected any, and with them the poses.
-bool refine_lenses(Planner& planner, std::vector<SceneView>& views, BuildStage& stage, BuildResult& result) {
-  LensRefinement lenses(planner, views, result.lenses);
+bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
+                   BuildResult& result) {
+  LensRefinement lenses(planner, views, result.lenses, warn_of(options));
   if (result.polish.back().moved_px == 0 && lenses.seem_right()) {
     stage.tick();
     return false;
@@ -66,7 +67,7 @@ void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
 void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
                    BuildResult& result) {
   polish_once(planner, stage, result);
-  const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, stage, result);
+  const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, options, stage, result);
   if (result.polish.back().moved_px == 0) return;
   if (!has_new_poses) solve_poses(planner, stage, result);
   polish_until_rest(planner, options, stage, result);

@@ -15,7 +15,7 @@ namespace lumatlas {
 // undistorts its photographs again from the originals. If views have moved it then solves for all poses at once, unless
 // the last correction of a lens has done so or there are too many views, and polishes until they rest. With masks,
 // masks what they contradict at last. `views` are those of the stream, whose cameras follow the lenses; `result` learns
-// what was done. Throws InputError for a photograph that cannot be read again.
+// what was done. Throws as LensRefinement::correct().
 void refine_jointly(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options,
                     const BuildCallback& callback, BuildResult& result);
 

@@ -2,9 +2,12 @@
 #include "tools/pipeline/lens_refinement.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <string>
 
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tools/pipeline/joint_limits.h"
 #include "tools/pipeline/lens_notes.h"
 
@@ -20,6 +23,18 @@ constexpr double kLeastFurtherImprovement = 0.003;
 
 double least_improvement(const RefinedLens& lens) {
   return lens.applied ? kLeastFurtherImprovement : LensOptions{}.least_improvement;
+}
+
+// Throws InputError unless the view's photograph and mask can be opened and have the size that they had.
+void require_files(const SceneView& view) {
+  const auto require_size = [&](const std::filesystem::path& file, Orientation orientation) {
+    const ImageSize size = photograph_size(file, orientation);
+    if (size.width == view.camera.width && size.height == view.camera.height) return;
+    throw InputError(file.string() + ": is " + size_text(size.width, size.height) + " pixels now, not " +
+                     size_text(view.camera.width, view.camera.height));
+  };
+  require_size(view.image, view.orientation);
+  if (view.mask) require_size(*view.mask, Orientation::as_stored);
 }
 
 // Adds a further estimate to the correction that was applied.
@@ -63,8 +78,27 @@ bool LensRefinement::seem_right() {
   return true;
 }
 
+const SceneView& LensRefinement::view_of(const std::string& name) const {
+  return *std::find_if(views_.begin(), views_.end(), [&](const SceneView& view) { return view.name == name; });
+}
+
+// Whether the files of all photographs whose lens is to be corrected are there; warns where one is not.
+bool LensRefinement::find_originals(const LensEstimates& estimates) {
+  try {
+    for (const LensEstimate& lens : estimates.lenses) {
+      for (const std::uint32_t slot : lens.slots) {
+        if (lens.significant) require_files(view_of(planner_.name_of(slot)));
+      }
+    }
+  } catch (const InputError& error) {
+    lost_originals_ = true;
+    warn_(std::string(error.what()) + ": lenses stay as they are, for to correct them takes all photographs again");
+  }
+  return !lost_originals_;
+}
+
 bool LensRefinement::correct(std::size_t points) {
-  if (!can_be_solved_for_together(planner_.stored_views())) return false;
+  if (lost_originals_ || !can_be_solved_for_together(planner_.stored_views())) return false;
   LensOptions options;
   options.most_points = points_of_each(points, planner_.stored_views());
   for (const RefinedLens& lens : lenses_) {
@@ -75,14 +109,21 @@ bool LensRefinement::correct(std::size_t points) {
     const double most = 1 - least_improvement(lens_of(estimates.cameras[estimate.slots.front()]));
     estimate.significant = estimate.significant && estimate.residual.after <= most * estimate.residual.before;
   }
+  if (warn_ && !find_originals(estimates)) {
+    for (LensEstimate& estimate : estimates.lenses) estimate.significant = false;
+  }
   note(estimates);
   if (!estimates.significant()) return false;
   correct_lenses(views_, lenses_);
-  planner_.correct_lenses(estimates, [&](std::uint32_t, const std::string& name) {
-    return load_photograph(
-        *std::find_if(views_.begin(), views_.end(), [&](const SceneView& view) { return view.name == name; }));
-  });
+  planner_.correct_lenses(estimates,
+                          [&](std::uint32_t, const std::string& name) { return load_photograph(view_of(name)); });
   return true;
+}
+
+LensRefinement::Warn warn_of(const BuildOptions& options) {
+  if (!options.watch) return {};
+  if (!options.watch->warn) return [](const std::string&) {};
+  return options.watch->warn;
 }
 
 void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses) {

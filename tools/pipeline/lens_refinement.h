@@ -5,6 +5,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -16,27 +19,37 @@ namespace lumatlas {
 
 class LensRefinement {
  public:
+  using Warn = std::function<void(const std::string&)>;
   // `views` holds all that are stored; their corrections follow the lenses. `lenses`: what is known of each. Both must
-  // outlive this object, and both may grow.
-  LensRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses)
-      : planner_(planner), views_(views), lenses_(lenses) {}
+  // outlive this object, and both may grow. `warn`, which may be empty, is told in a sentence why lenses stay as they
+  // are: see correct().
+  LensRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses, Warn warn)
+      : planner_(planner), views_(views), lenses_(lenses), warn_(std::move(warn)) {}
 
   // A look at few points, which is enough where no view had to move: whether it shows that no lens is wrong. Poses that
   // moved may have taken up most of what a lens gets wrong, and few points then do not show the rest.
   bool seem_right();
   // Estimates the lenses from about so many points of all stored views together, and undistorts the photographs of
   // those that are plainly wrong again. Returns whether there were any. Throws InputError for a photograph that cannot
-  // be read again.
+  // be read again. With `warn`, all files are looked at first: if one is gone or has another size now, lenses stay as
+  // they are from then on. Only damage to pixels, or a file that goes in that moment, still throws.
   bool correct(std::size_t points);
 
  private:
   [[nodiscard]] RefinedLens& lens_of(const Camera& camera);
   void note(const LensEstimates& estimates);
+  [[nodiscard]] const SceneView& view_of(const std::string& name) const;
+  bool find_originals(const LensEstimates& estimates);
 
   Planner& planner_;
   std::vector<SceneView>& views_;
   std::vector<RefinedLens>& lenses_;
+  Warn warn_;
+  bool lost_originals_ = false;
 };
+
+// What is told where a scene is watched, whose build goes on without files that are gone; empty where it is not.
+[[nodiscard]] LensRefinement::Warn warn_of(const BuildOptions& options);
 
 // Counts the stored views of each lens.
 void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses);

@@ -9,6 +9,7 @@ namespace {
 
 // Of all stored views together: half of what is taken once the stream has ended.
 constexpr std::size_t kPointsInStream = 30000;
+constexpr int kLastRounds = 2;  // of what earlier estimates of lenses left
 
 }  // namespace
 
@@ -20,9 +21,9 @@ void StreamRefinement::before_offer(SceneView& view) const {
 
 // Returns whether any was wrong.
 bool StreamRefinement::correct_lenses() {
-  if (refinement_.correct(kPointsInStream)) return true;
-  next_look_ = 2 * planner_.stored_views();
-  return false;
+  has_corrected_ = refinement_.correct(kPointsInStream);
+  if (!has_corrected_) next_look_ = 2 * planner_.stored_views();
+  return has_corrected_;
 }
 
 void StreamRefinement::after_offer() {
@@ -37,6 +38,18 @@ void StreamRefinement::after_offer() {
   // A corrected lens comes with its poses.
   if ((look && correct_lenses()) || !can_solve) return;
   (void)planner_.solve_poses(points_of_each(kPointsInStream, stored));
+}
+
+void StreamRefinement::finish(const BuildCallback& callback) {
+  if (!has_corrected_) return;
+  BuildStage stage(callback, "correcting lenses", 0);
+  for (int round = 0; round < kLastRounds && has_corrected_; ++round) {
+    (void)planner_.polish();
+    (void)correct_lenses();
+    stage.tick();
+  }
+  if (has_corrected_) (void)planner_.polish();
+  stage.finish();
 }
 
 }  // namespace lumatlas
