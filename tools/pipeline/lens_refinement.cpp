@@ -92,7 +92,7 @@ bool LensRefinement::find_originals(const LensEstimates& estimates) {
     }
   } catch (const InputError& error) {
     lost_originals_ = true;
-    warn_(std::string(error.what()) + ": lenses stay as they are, for to correct them takes all photographs again");
+    warn_(std::string(error.what()) + ": lenses stay as they are, because correcting them takes all photographs again");
   }
   return !lost_originals_;
 }

@@ -97,7 +97,7 @@ std::vector<ChartTexel> chart_texels(const Mesh& mesh, const Chart& chart, const
       texel.face = face;
     });
   }
-  // Around the chart; few faces are near its border.
+  // Texels around the chart, which few faces are near: where all texels of a face are taken, nothing is computed.
   for (const std::uint32_t face : chart.faces) {
     const FaceInChart flat = face_in_chart(mesh, face, chart, place, layout);
     for_each_texel(flat, ChartTexel::kReach, place, texels, [&](ChartTexel& texel, const dvec2& middle) {
