@@ -11,13 +11,13 @@ namespace lumatlas {
 
 namespace {
 
-SurfaceTargets surface_targets(std::uint32_t width, std::uint32_t height, bool with_stencil) {
+SurfaceTargets surface_targets(std::uint32_t width, std::uint32_t height) {
   const auto w = static_cast<GLsizei>(width);
   const auto h = static_cast<GLsizei>(height);
   SurfaceTargets targets;
   targets.surface = make_texture_2d(GL_RGBA32UI, w, h);
-  targets.z_buffer = make_texture_2d(with_stencil ? GL_DEPTH32F_STENCIL8 : GL_DEPTH_COMPONENT32F, w, h);
-  targets.pass = make_framebuffer({&targets.surface}, &targets.z_buffer, with_stencil);
+  targets.z_buffer = make_texture_2d(GL_DEPTH32F_STENCIL8, w, h);
+  targets.pass = make_framebuffer({&targets.surface}, &targets.z_buffer, true);
   return targets;
 }
 
@@ -28,7 +28,7 @@ PictureTargets make_targets(std::uint32_t width, std::uint32_t height) {
   PictureTargets targets;
   targets.width = width;
   targets.height = height;
-  targets.middles = surface_targets(width, height, true);
+  targets.middles = surface_targets(width, height);
   targets.picture = make_texture_2d(GL_RGBA8, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
   targets.pass = make_framebuffer({&targets.picture}, &targets.middles.z_buffer, true);
   return targets;
@@ -44,7 +44,7 @@ void add_samples(PictureTargets& targets, std::uint32_t across) {
                   " samples across a pixel is above this driver's limit of " + std::to_string(most) +
                   " a side: render it smaller or with fewer samples");
   }
-  targets.samples = surface_targets(across * targets.width, across * targets.height, false);
+  targets.samples = surface_targets(across * targets.width, across * targets.height);
   targets.samples_across = across;
 }
 

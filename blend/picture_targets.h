@@ -10,17 +10,17 @@
 
 namespace lumatlas {
 
-// The visible surface, as shaders/surface_texel.glsl has it, with its depth.
+// The visible surface, as shaders/surface_texel.glsl has it, with its depth and a stencil.
 struct SurfaceTargets {
   GlTexture surface, z_buffer;
   GlFramebuffer pass;
 };
 
-// One texel a pixel; the stencil tells which pixels are blended how.
+// The stencil tells which pixels are blended how.
 struct PictureTargets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  SurfaceTargets middles;  // of the pixels; with a stencil
+  SurfaceTargets middles;  // one texel a pixel
   GlTexture picture;       // RGBA8
   GlFramebuffer pass;      // the picture, with the stencil of `middles`
   std::uint32_t samples_across = 0;

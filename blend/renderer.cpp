@@ -130,8 +130,10 @@ struct Renderer::State {
   void describe(const Camera& camera, const BlendOptions& options) const;
   void bind_tables() const;
   void draw_surface(const SurfaceTargets& target, std::uint32_t across);
+  void draw_faces(bool marks);
   void draw_screen(GLuint program, const SurfaceTargets& surface_targets) const;
   void draw_blend(const GlFramebuffer& target, const BlendOptions& options, bool linear);
+  void mark_sampled(const GlFramebuffer& target);
   void draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear);
   void draw_picture(const BlendOptions& options);
   [[nodiscard]] Rendering read_back() const;
@@ -255,7 +257,8 @@ void Renderer::State::bind_tables() const {
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
 
-// `across` texels a pixel; in the stencil, where there is one, which shader a face is for.
+// `across` texels a pixel. Of the middles of all pixels, and the stencil says then which shader a face is for; of
+// samples only where the stencil says that a pixel is their mean.
 void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t across) {
   constexpr std::array<GLuint, 4> kNoSurface{0xFFFFFFFFu, 0, 0, 0};
   glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
@@ -264,14 +267,22 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   const GLfloat farthest = 0;
   const GLint no_face = 0;
   glClearBufferfv(GL_DEPTH, 0, &farthest);
-  const bool marks = &target == &targets.middles;
-  if (marks) {
-    glClearBufferiv(GL_STENCIL, 0, &no_face);
-    glEnable(GL_STENCIL_TEST);
-    glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
-  }
+  const bool of_middles = &target == &targets.middles;
+  if (of_middles) glClearBufferiv(GL_STENCIL, 0, &no_face);
+  glEnable(GL_STENCIL_TEST);
+  glStencilOp(GL_KEEP, GL_KEEP, of_middles ? GL_REPLACE : GL_KEEP);
+  glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_GREATER);
+  if (has_clip_control()) glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  draw_faces(of_middles);
+  glDisable(GL_STENCIL_TEST);
+  glDisable(GL_DEPTH_TEST);
+  check_gl("drawing the surface");
+}
+
+// All there are. `marks`: they say to the stencil which shader they are for.
+void Renderer::State::draw_faces(bool marks) {
   glUseProgram(programs.get({.pass = Pass::surface}));
   glBindVertexArray(mesh.get());
   std::size_t first = 0;
@@ -281,10 +292,7 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
                    reinterpret_cast<const void*>(sizeof(GLuint) * first));
     first += static_cast<std::size_t>(index_counts.at(i));
   }
-  glDisable(GL_STENCIL_TEST);
-  glDisable(GL_DEPTH_TEST);
   glBindVertexArray(0);
-  check_gl("drawing the surface");
 }
 
 // One fragment a pixel.
@@ -320,20 +328,37 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
   check_gl("blending views");
 }
 
-// Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
-void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear) {
-  add_samples(targets, options.supersample);
-  draw_surface(targets.samples, options.supersample);
+// In the stencil, by the middles' surface, which pixels are means of samples; a copy of it for the samples' own
+// surface.
+void Renderer::State::mark_sampled(const GlFramebuffer& target) {
+  const auto width = static_cast<GLint>(targets.width);
+  const auto height = static_cast<GLint>(targets.height);
+  const auto across = static_cast<GLint>(targets.samples_across);
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
-  glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  glViewport(0, 0, width, height);
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_ALWAYS, kSampled, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
   draw_screen(programs.get({.pass = Pass::silhouettes}), targets.middles);
-  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  glDisable(GL_STENCIL_TEST);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.samples.pass.get());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, across * width, across * height, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
+  check_gl("marking silhouettes");
+}
+
+// Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
+void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear) {
+  add_samples(targets, options.supersample);
+  mark_sampled(target);
+  draw_surface(targets.samples, options.supersample);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glStencilMask(0);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
   draw_screen(programs.get({.pass = Pass::samples,
                             .views = options.views,
                             .cells = 4,

@@ -36,6 +36,7 @@ std::string definitions(const ProgramKey& key) {
   if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
   if (key.pass == Pass::samples) text += "#define SAMPLES\n";
   if (key.linear) text += "#define LINEAR\n";
+  if (has_clip_control()) text += "#define CLIP_CONTROL\n";
   if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;
 }
@@ -81,6 +82,10 @@ std::string shared_definitions() {
          definition("MOST_DEPTH_SLOPE", constant(kMostDepthSlope)) +
          definition("TABLE_WIDTH", std::to_string(kTableWidth)) +
          definition("VIEW_TEXELS", std::to_string(kViewTexels));
+}
+
+bool has_clip_control() {
+  return epoxy_is_desktop_gl();
 }
 
 GLuint ShaderPrograms::get(const ProgramKey& key) {

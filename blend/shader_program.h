@@ -37,6 +37,10 @@ enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, ce
 // `#define` lines of the numbers that the shaders have in common with C++, the same for every pass.
 [[nodiscard]] std::string shared_definitions();
 
+// Whether a position can say how deep it lies, so that what is behind is left out before it is shaded. Desktop OpenGL
+// has it; what OpenGL ES writes instead is gl_FragDepth.
+[[nodiscard]] bool has_clip_control();
+
 inline constexpr GLuint kPictureBinding = 0;  // of the uniform block of shaders/picture.glsl
 
 class ShaderPrograms {

@@ -11,7 +11,7 @@ layout(location = 0) out uvec4 texel;
 
 void main() {
   texel = texel_of(Surface(zone_of_face, 1.0 / gl_FragCoord.w, vec4(cell_shares, 0.0), linear_color));
-  // Reversed depth without a far plane, which a float resolves evenly at every distance. OpenGL ES has no clip control,
-  // by which the position could say so.
+#ifndef CLIP_CONTROL
   gl_FragDepth = exposure.w * gl_FragCoord.w;
+#endif
 }

@@ -19,8 +19,15 @@ vec3 linear_from_srgb(vec3 c) {
 void main() {
   vec4 world = vec4(position, 1.0);
   vec3 cam = vec3(dot(cam_from_world[0], world), dot(cam_from_world[1], world), dot(cam_from_world[2], world));
-  // Clipped where z is below the nearest depth. What is in front is decided by gl_FragDepth.
-  gl_Position = vec4(clip_from_cam.xy * cam.xy + clip_from_cam.zw * cam.z, 2.0 * exposure.w - cam.z, cam.z);
+  // Clipped where z is below the nearest depth. Depth is reversed and without a far plane, nearest / z, which a float
+  // resolves evenly at every distance. OpenGL ES has no clip control, by which the position could say so: gl_FragDepth
+  // does there.
+#ifdef CLIP_CONTROL
+  float clip_z = exposure.w;
+#else
+  float clip_z = 2.0 * exposure.w - cam.z;
+#endif
+  gl_Position = vec4(clip_from_cam.xy * cam.xy + clip_from_cam.zw * cam.z, clip_z, cam.z);
   linear_color = linear_from_srgb(srgb);
   cell_shares = shares;
   zone_of_face = zone;

@@ -100,16 +100,22 @@ bool sees_nothing(const VisibilityBuffer& buffer) {
          std::all_of(buffer.depth.begin(), buffer.depth.end(), [](float depth) { return std::isinf(depth); });
 }
 
+// Drivers round the corners of faces to a 256th of a pixel, and some take depth from where these come to lie.
+constexpr double kCornerGrid = 1.0 / 256;
+
 // The largest relative error of the buffer's depths where the surface y = height of the camera frame, which ends at
-// `farthest`, must be all that is seen; infinity if anything else is seen, or a pixel of it is not.
+// `farthest`, must be all that is seen, as a share of what it may be; infinity if anything else is seen, or a pixel of
+// it is not. It may be off by what depth changes over the grid of corners; and the reciprocal of depth is interpolated,
+// its error is that of floats at the image's lower border, where it is the largest, 140 times what it is beside the
+// horizon.
 double floor_error(const Camera& camera, const VisibilityBuffer& buffer, double height, double farthest) {
   double worst = 0;
   for (std::size_t pixel = 0; pixel < buffer.depth.size(); ++pixel) {
-    const double row = static_cast<double>(pixel / camera.width);
-    const double depth = height * camera.fy / (row + 0.5 - camera.cy);
+    const double below_horizon = static_cast<double>(pixel / camera.width) + 0.5 - camera.cy;
+    const double depth = height * camera.fy / below_horizon;
     const bool is_floor = depth > 0 && depth < farthest;
     const double seen = static_cast<double>(buffer.depth[pixel]);
-    if (is_floor) worst = std::max(worst, std::abs(seen / depth - 1));
+    if (is_floor) worst = std::max(worst, std::abs(seen / depth - 1) / (5e-5 + kCornerGrid / below_horizon));
     if (!is_floor && !std::isinf(seen)) return std::numeric_limits<double>::infinity();
   }
   return worst;
@@ -181,7 +187,7 @@ TEST_CASE("the GPU agrees with rays on random triangles around the camera") {
   CHECK(agreement.share_smooth() > 0.5);
   CHECK(agreement.share_equal() >= kSameFaces);
   CHECK(agreement.share_same_face() >= kSameFaces);
-  CHECK(agreement.worst_depth < 1e-4);
+  CHECK(agreement.worst_depth < kCornerGrid);  // many are seen nearly edge-on
 }
 
 TEST_CASE("the GPU agrees with rays in a closed room, and no pixel leaks through the edges of its faces") {
@@ -201,7 +207,7 @@ TEST_CASE("the GPU agrees with rays in a closed room, and no pixel leaks through
   CHECK(agreement.share_smooth() > 0.9);
   CHECK(agreement.share_equal() >= kSameFaces);
   CHECK(agreement.share_same_face() >= kSameFaces);
-  CHECK(agreement.worst_depth < 1e-5);
+  CHECK(agreement.worst_depth < kCornerGrid / 10);
 }
 
 TEST_CASE("the GPU agrees with rays on images of any size, and on a surface seen from inside and outside") {
@@ -221,8 +227,9 @@ TEST_CASE("the GPU agrees with rays on images of any size, and on a surface seen
     }
     CAPTURE(width, height, agreement.smooth, agreement.differ);
     CHECK(agreement.share_smooth() > 0.3);  // the smallest are mostly silhouette
-    CHECK(agreement.share_equal() >= kSameFaces);
-    CHECK(agreement.share_same_face() >= 0.9);  // of the smallest image, only 12 pixels
+    // Of the smallest image there are only 12 pixels, and corners are rounded to a 256th of its whole width.
+    CHECK(agreement.differ <= std::max<std::size_t>(1, agreement.smooth / 1000));
+    CHECK(agreement.share_same_face() >= 0.9);
   }
 }
 
@@ -232,9 +239,7 @@ TEST_CASE("the GPU sees a floor that reaches under and behind the camera, howeve
   for (const float height : {2.f, 0.1f, 1e-4f}) {
     CAPTURE(height);
     const Mesh floor = split_large_faces(rectangle({-200, height, -100}, {400, 0, 0}, {0, 0, 200}), 4);
-    // The reciprocal of depth is interpolated: its error is that of floats at the image's lower border, where it is the
-    // largest, 140 times what it is beside the horizon.
-    CHECK(floor_error(camera, gl_visibility(floor)->trace(camera), static_cast<double>(height), 100) < 5e-5);
+    CHECK(floor_error(camera, gl_visibility(floor)->trace(camera), static_cast<double>(height), 100) < 1);
   }
 }
 
