@@ -455,7 +455,7 @@ StoredView ModelReader::load(const ViewEntry& entry, const RayVisibility& visibi
   times.images = watch.lap_ms();
   VisibilityBuffer visible;
   if (drawn.empty()) {
-    visibility.trace(entry.camera, visible);
+    visibility.trace_sparsely(entry.camera, visible);
   } else {
     visibility.trace_part(entry.camera, drawn, visible);
   }

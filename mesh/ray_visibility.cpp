@@ -5,7 +5,7 @@
 #include <tbb/blocked_range2d.h>
 #include <tbb/parallel_for.h>
 
-#include <glm/glm.hpp>
+#include <algorithm>
 #include <limits>
 #include <memory>
 #include <span>
@@ -14,6 +14,8 @@
 
 #include "mesh/base/number_text.h"
 #include "mesh/embree_scene.h"
+#include "mesh/pixel_packets.h"
+#include "mesh/sparse_rays.h"
 
 namespace lumatlas {
 
@@ -21,6 +23,9 @@ namespace {
 
 constexpr std::uint32_t kPacketSide = 4;
 static_assert(kPacketSide * kPacketSide == EmbreePacket::kRays);
+
+// Smaller images take little time, and what is thinner than two of their pixels may be large.
+constexpr std::size_t kSparseFromPixels = 1 << 17;
 
 }  // namespace
 
@@ -35,52 +40,57 @@ class RayVisibility::Tree {
 
   // `wanted` as of trace_part(); empty: everything.
   void trace(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
-    check(camera);
-    buffer.width = camera.width;
-    buffer.height = camera.height;
-    const std::size_t pixels = std::size_t{camera.width} * camera.height;
-    buffer.depth.resize(pixels);
-    buffer.face.resize(pixels);
+    resize(camera, buffer);
     const std::uint32_t columns = (camera.width + kPacketSide - 1) / kPacketSide;
     const std::uint32_t rows = (camera.height + kPacketSide - 1) / kPacketSide;
     tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, rows, 4, 0, columns, 16),
                       [&](const tbb::blocked_range2d<std::uint32_t>& block) {
+                        PixelPackets packets(camera, scene_.get(), buffer);
                         for (std::uint32_t row = block.rows().begin(); row != block.rows().end(); ++row) {
                           for (std::uint32_t column = block.cols().begin(); column != block.cols().end(); ++column) {
-                            trace_packet(camera, wanted, column * kPacketSide, row * kPacketSide, buffer);
+                            trace_packet(camera, wanted, column * kPacketSide, row * kPacketSide, packets, buffer);
                           }
                         }
                       });
   }
 
+  void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
+    if (std::size_t{camera.width} * camera.height < kSparseFromPixels) return trace(camera, {}, buffer);
+    resize(camera, buffer);
+    lumatlas::trace_sparsely(camera, scene_.get(), buffer);
+  }
+
  private:
-  void trace_packet(const Camera& camera, std::span<const std::uint8_t> wanted, std::uint32_t left, std::uint32_t top,
-                    VisibilityBuffer& buffer) const {
-    EmbreePacket packet;
-    const glm::vec3 origin(camera.center());
-    bool any_wanted = false;
-    for (std::uint32_t i = 0; i < EmbreePacket::kRays; ++i) {
-      const std::uint32_t x = left + i % kPacketSide;
-      const std::uint32_t y = top + i / kPacketSide;
-      if (x >= camera.width || y >= camera.height) continue;
-      any_wanted = any_wanted || wanted.empty() || wanted[std::size_t{y} * camera.width + x] != 0;
-      // Not unit but one deep, so that the hit's distance along it is its depth.
-      const glm::vec3 direction(camera.ray({x + 0.5, y + 0.5}));
-      // A ray of a camera at the end of the universe, or with a vanishing focal length, sees nothing.
-      if (!is_traceable(origin) || !is_traceable(direction)) continue;
-      packet.set(i, origin, direction, std::numeric_limits<float>::infinity());
+  static void resize(const Camera& camera, VisibilityBuffer& buffer) {
+    check(camera);
+    buffer.width = camera.width;
+    buffer.height = camera.height;
+    buffer.depth.resize(std::size_t{camera.width} * camera.height);
+    buffer.face.resize(buffer.depth.size());
+  }
+
+  // All rays of a packet or none, for what one of them hits may depend, by rounding, on the others.
+  static void trace_packet(const Camera& camera, std::span<const std::uint8_t> wanted, std::uint32_t left,
+                           std::uint32_t top, PixelPackets& packets, VisibilityBuffer& buffer) {
+    const std::uint32_t right = std::min(left + kPacketSide, camera.width);
+    const std::uint32_t bottom = std::min(top + kPacketSide, camera.height);
+    const auto each_pixel = [&](const auto& use) {
+      for (std::uint32_t y = top; y < bottom; ++y) {
+        for (std::uint32_t x = left; x < right; ++x) use(x, y, std::size_t{y} * camera.width + x);
+      }
+    };
+    bool any_wanted = wanted.empty();
+    each_pixel([&](std::uint32_t, std::uint32_t, std::size_t pixel) { any_wanted = any_wanted || wanted[pixel] != 0; });
+    if (any_wanted) {
+      each_pixel([&](std::uint32_t x, std::uint32_t y, std::size_t) { packets.add(x, y); });
+      packets.finish();
     }
-    // All rays of a packet or none, for what one of them hits may depend, by rounding, on the others.
-    if (any_wanted) packet.intersect(scene_.get());
-    for (std::uint32_t i = 0; i < EmbreePacket::kRays; ++i) {
-      const std::uint32_t x = left + i % kPacketSide;
-      const std::uint32_t y = top + i / kPacketSide;
-      if (x >= camera.width || y >= camera.height) continue;
-      const std::size_t pixel = std::size_t{y} * camera.width + x;
-      const bool hit = packet.hits.hit.geomID[i] != RTC_INVALID_GEOMETRY_ID && (wanted.empty() || wanted[pixel] != 0);
-      buffer.depth[pixel] = hit ? packet.hits.ray.tfar[i] : std::numeric_limits<float>::infinity();
-      buffer.face[pixel] = hit ? packet.hits.hit.primID[i] : kNoFace;
-    }
+    if (wanted.empty()) return;
+    each_pixel([&](std::uint32_t, std::uint32_t, std::size_t pixel) {
+      if (wanted[pixel] != 0) return;
+      buffer.depth[pixel] = std::numeric_limits<float>::infinity();
+      buffer.face[pixel] = kNoFace;
+    });
   }
 
   EmbreeDevice device_;
@@ -93,6 +103,10 @@ RayVisibility::~RayVisibility() = default;
 
 void RayVisibility::trace(const Camera& camera, VisibilityBuffer& buffer) const {
   tree_->trace(camera, {}, buffer);
+}
+
+void RayVisibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
+  tree_->trace_sparsely(camera, buffer);
 }
 
 void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_t> wanted,

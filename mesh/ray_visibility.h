@@ -19,6 +19,8 @@ class RayVisibility final : public Visibility {
 
   using Visibility::trace;
   void trace(const Camera& camera, VisibilityBuffer& buffer) const override;
+  using Visibility::trace_sparsely;
+  void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const override;
   // The same to the bit where `wanted`, one value per pixel (std::invalid_argument otherwise), is not 0; no surface
   // elsewhere. Takes as much less time as there is less to see.
   void trace_part(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const;

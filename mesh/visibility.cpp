@@ -12,6 +12,16 @@ VisibilityBuffer Visibility::trace(const Camera& camera) const {
   return buffer;
 }
 
+void Visibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
+  trace(camera, buffer);
+}
+
+VisibilityBuffer Visibility::trace_sparsely(const Camera& camera) const {
+  VisibilityBuffer buffer;
+  trace_sparsely(camera, buffer);
+  return buffer;
+}
+
 std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells) {
   std::vector<std::uint32_t> pixels_of_cell(cells.cells.size(), 0);
   for (const std::uint32_t face : buffer.face) {

@@ -85,7 +85,7 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_
 // Returns whether the view shows something else than before.
 bool Planner::make_depth_again(std::uint32_t slot) {
   const std::shared_ptr<const StoredView> old = atlas_.view(slot);
-  VisibilityBuffer visible = visibility_->trace(old->camera);
+  VisibilityBuffer visible = visibility_->trace_sparsely(old->camera);
   const bool same_depth = visible.depth == old->depth;
   if (same_depth && atlas_.layout().whole_views()) return false;
   TiledView tiled = make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), atlas_.surface().cells,

@@ -3,6 +3,7 @@
 
 #include <tbb/global_control.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
@@ -11,6 +12,7 @@
 #include <numeric>
 #include <random>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "mesh/ray_visibility.h"
@@ -172,6 +174,91 @@ TEST_CASE("a part of the buffer is that part of the whole to the bit, and nothin
   }
   VisibilityBuffer part;
   CHECK_THROWS_AS(visibility.trace_part(camera, std::vector<std::uint8_t>(3, 1), part), std::invalid_argument);
+}
+
+// Seen from the origin along z, as a wave of hills that bends slowly, with a hole and a box in front of it.
+Mesh hills_behind_a_box() {
+  constexpr std::uint32_t kQuads = 120;
+  Mesh mesh;
+  for (std::uint32_t j = 0; j <= kQuads; ++j) {
+    for (std::uint32_t i = 0; i <= kQuads; ++i) {
+      const glm::vec2 at = 8.f * (glm::vec2(i, j) / static_cast<float>(kQuads) - 0.5f);
+      mesh.positions.emplace_back(at, 5 + 0.3f * std::sin(2 * at.x) * std::cos(at.y) + 0.4f * at.x);
+    }
+  }
+  for (std::uint32_t j = 0; j < kQuads; ++j) {
+    for (std::uint32_t i = 0; i < kQuads; ++i) {
+      if (i > 80 && i < 90 && j > 50 && j < 70) continue;
+      const std::uint32_t a = j * (kQuads + 1) + i;
+      mesh.faces.insert(mesh.faces.end(), {{a, a + 1, a + kQuads + 2}, {a, a + kQuads + 2, a + kQuads + 1}});
+    }
+  }
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  for (const float x : {-0.7f, 0.2f}) {
+    for (const float y : {-0.5f, 0.4f}) mesh.positions.emplace_back(x, y, 3 + 0.2f * x);
+  }
+  mesh.faces.insert(mesh.faces.end(), {{first, first + 1, first + 2}, {first + 1, first + 3, first + 2}});
+  return mesh;
+}
+
+// Whether a pixel shows another surface than a neighbour, by depth.
+bool at_depth_edge(const VisibilityBuffer& buffer, std::size_t x, std::size_t y) {
+  const float z = buffer.depth[y * buffer.width + x];
+  for (std::size_t row = y - std::min<std::size_t>(y, 1); row <= y + 1 && row < buffer.height; ++row) {
+    for (std::size_t column = x - std::min<std::size_t>(x, 1); column <= x + 1 && column < buffer.width; ++column) {
+      const float other = buffer.depth[row * buffer.width + column];
+      if (std::isinf(z) != std::isinf(other) || std::abs(z - other) > 0.1f * z) return true;
+    }
+  }
+  return false;
+}
+
+TEST_CASE("sparse rays find depth to a thousandth, edges of depth to the pixel, and faces of the neighbourhood") {
+  const Mesh mesh = hills_behind_a_box();
+  const RayVisibility visibility(mesh);
+  for (const auto& [width, height] : {std::pair{640u, 480u}, {641u, 479u}, {3u, 60000u}}) {
+    CAPTURE(width, height);
+    const Camera camera = straight_camera().scaled_to(width, height);
+    const VisibilityBuffer whole = visibility.trace(camera);
+    const VisibilityBuffer sparse = visibility.trace_sparsely(camera);
+    REQUIRE(sparse.face.size() == whole.face.size());
+    double worst = 0;
+    std::size_t wrong = 0, interpolated = 0, edges = 0, far_face = 0;
+    for (std::size_t pixel = 0; pixel < whole.face.size(); ++pixel) {
+      const bool seen = whole.face[pixel] != kNoFace;
+      wrong += (sparse.face[pixel] != kNoFace) != seen || std::isinf(sparse.depth[pixel]) == seen;
+      if (!seen || sparse.face[pixel] == kNoFace) continue;
+      worst = std::max(worst, std::abs(static_cast<double>(sparse.depth[pixel]) / whole.depth[pixel] - 1));
+      interpolated += sparse.depth[pixel] != whole.depth[pixel];
+      edges += at_depth_edge(whole, pixel % width, pixel / width);
+      const glm::vec3 one = mesh.positions[mesh.faces[whole.face[pixel]].x];
+      far_face += glm::length(one - mesh.positions[mesh.faces[sparse.face[pixel]].x]) > 1.0f;
+    }
+    CHECK(wrong == 0);
+    CHECK(far_face == 0);
+    CHECK(worst < 1e-3);
+    if (width < 600) continue;
+    CHECK(edges > 1000);                          // they are there to be found
+    CHECK(interpolated > whole.face.size() / 4);  // and most rays are spared
+  }
+}
+
+TEST_CASE("sparse rays are the same on any number of threads, and small images get all rays") {
+  const RayVisibility visibility(random_triangles(300, 9));
+  const Camera camera = straight_camera().scaled_to(501, 399);
+  VisibilityBuffer one;
+  {
+    const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+    visibility.trace_sparsely(camera, one);
+  }
+  const VisibilityBuffer many = visibility.trace_sparsely(camera);
+  CHECK(one.face == many.face);
+  CHECK(one.depth == many.depth);
+  const Camera small = straight_camera().scaled_to(301, 199);
+  CHECK(visibility.trace_sparsely(small).depth == visibility.trace(small).depth);
+  Camera bad = camera;
+  bad.fx = 0;
+  CHECK_THROWS_AS(visibility.trace_sparsely(bad), std::invalid_argument);
 }
 
 TEST_CASE("cells' pixels add up to the pixels that see the mesh, in ascending order of cells") {

@@ -46,13 +46,13 @@ TiledView at_share(const StoredView& view, double share, const Atlas& atlas, con
   const ImageSize from{view.camera.width, view.camera.height};
   const ImageSize to{side_of(from.width, share), side_of(from.height, share)};
   if (share == 1) {  // as it was, to the last bit
-    return make_tiled_view(view.name, view.camera, view.photograph, visibility.trace(view.camera),
+    return make_tiled_view(view.name, view.camera, view.photograph, visibility.trace_sparsely(view.camera),
                            atlas.surface().cells, atlas.layout(), validity, view.trust);
   }
   const Camera camera = view.camera.scaled_to(to.width, to.height);
   return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph, to.width, to.height),
-                         visibility.trace(camera), atlas.surface().cells, atlas.layout(), at_share(validity, share),
-                         mask_at_lower_resolution(view.trust, from, to));
+                         visibility.trace_sparsely(camera), atlas.surface().cells, atlas.layout(),
+                         at_share(validity, share), mask_at_lower_resolution(view.trust, from, to));
 }
 
 void downscale_all(Atlas& atlas, const std::vector<SharedView>& originals, double share, const Visibility& visibility,

@@ -171,8 +171,9 @@ void PlacedPhotographs::each(const std::function<void(const TextureView&)>& use,
     if (!places_[i]) places_[i] = place(read_[i], photograph);
     const Placed& placed = *places_[i];
     if (placed.used) {
-      const StoredView view = make_stored_view(listed.name, placed.camera, std::move(photograph),
-                                               visibility_->trace(placed.camera), offered_.validity, placed.trust);
+      const StoredView view =
+          make_stored_view(listed.name, placed.camera, std::move(photograph),
+                           visibility_->trace_sparsely(placed.camera), offered_.validity, placed.trust);
       use(TextureView(view, placed.gain));
       ++used_;
     }

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to mesh/: visibility with a ray for every second pixel of every second row, and for others only where the
+// surface is not smooth.
+#pragma once
+
+#include "mesh/camera.h"
+#include "mesh/embree_scene.h"
+#include "mesh/visibility.h"
+
+namespace lumatlas {
+
+// As of Visibility::trace_sparsely(). The buffer has the camera's size. The same on any number of threads.
+void trace_sparsely(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer);
+
+}  // namespace lumatlas
