@@ -100,22 +100,24 @@ bool sees_nothing(const VisibilityBuffer& buffer) {
          std::all_of(buffer.depth.begin(), buffer.depth.end(), [](float depth) { return std::isinf(depth); });
 }
 
-// Drivers round the corners of faces to a 256th of a pixel, and some take depth from where these come to lie.
-constexpr double kCornerGrid = 1.0 / 256;
+// In pixels, by how much corners may be off where depth is taken from: see takes_depth_from_exact_corners().
+double corner_error() {
+  return takes_depth_from_exact_corners(EglContext()) ? 0 : 1.0 / 256;
+}
 
-// The largest relative error of the buffer's depths where the surface y = height of the camera frame, which ends at
-// `farthest`, must be all that is seen, as a share of what it may be; infinity if anything else is seen, or a pixel of
-// it is not. It may be off by what depth changes over the grid of corners; and the reciprocal of depth is interpolated,
-// its error is that of floats at the image's lower border, where it is the largest, 140 times what it is beside the
-// horizon.
+// The surface y = height of the camera frame, which ends at `farthest`, must be all that is seen. Returns the largest
+// relative error of its depths as a share of the error that is allowed, or infinity if anything else is seen or a pixel
+// of it is not. Allowed is what depth changes over the error of corners, and 5e-5 for floats: the reciprocal of depth
+// is interpolated, and beside the horizon it is 140 times smaller than at the image's lower border.
 double floor_error(const Camera& camera, const VisibilityBuffer& buffer, double height, double farthest) {
   double worst = 0;
+  const double corners = corner_error();
   for (std::size_t pixel = 0; pixel < buffer.depth.size(); ++pixel) {
     const double below_horizon = static_cast<double>(pixel / camera.width) + 0.5 - camera.cy;
     const double depth = height * camera.fy / below_horizon;
     const bool is_floor = depth > 0 && depth < farthest;
     const double seen = static_cast<double>(buffer.depth[pixel]);
-    if (is_floor) worst = std::max(worst, std::abs(seen / depth - 1) / (5e-5 + kCornerGrid / below_horizon));
+    if (is_floor) worst = std::max(worst, std::abs(seen / depth - 1) / (5e-5 + corners / below_horizon));
     if (!is_floor && !std::isinf(seen)) return std::numeric_limits<double>::infinity();
   }
   return worst;
@@ -187,7 +189,7 @@ TEST_CASE("the GPU agrees with rays on random triangles around the camera") {
   CHECK(agreement.share_smooth() > 0.5);
   CHECK(agreement.share_equal() >= kSameFaces);
   CHECK(agreement.share_same_face() >= kSameFaces);
-  CHECK(agreement.worst_depth < kCornerGrid);  // many are seen nearly edge-on
+  CHECK(agreement.worst_depth < 1e-4 + corner_error());  // many are seen nearly edge-on
 }
 
 TEST_CASE("the GPU agrees with rays in a closed room, and no pixel leaks through the edges of its faces") {
@@ -207,7 +209,7 @@ TEST_CASE("the GPU agrees with rays in a closed room, and no pixel leaks through
   CHECK(agreement.share_smooth() > 0.9);
   CHECK(agreement.share_equal() >= kSameFaces);
   CHECK(agreement.share_same_face() >= kSameFaces);
-  CHECK(agreement.worst_depth < kCornerGrid / 10);
+  CHECK(agreement.worst_depth < 1e-5 + 0.1 * corner_error());
 }
 
 TEST_CASE("the GPU agrees with rays on images of any size, and on a surface seen from inside and outside") {

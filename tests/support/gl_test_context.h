@@ -19,4 +19,10 @@ inline std::optional<EglContext> context_or_skip() {
   }
 }
 
+// Drivers round the corners of faces to a 256th of a pixel. Mesa's takes depth from the exact corners nevertheless,
+// others may take it from the rounded ones.
+inline bool takes_depth_from_exact_corners(const EglContext& context) {
+  return context.description().find("llvmpipe") != std::string::npos;
+}
+
 }  // namespace lumatlas
