@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to mesh/: rays through the centres of pixels, traced in packets of those that are asked for one after the
-// other.
+// Internal to mesh/: collects pixels, and traces the rays through their centres 16 at a time.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +13,8 @@
 
 namespace lumatlas {
 
-// Writes what they see to the buffer, which has the camera's size. Whoever needs that calls finish() at the end.
+// Writes what they see to the buffer, which has the camera's size. What the last ones see is written by finish(), which
+// must be called at the end.
 class PixelPackets {
  public:
   PixelPackets(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer)

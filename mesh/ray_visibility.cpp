@@ -54,10 +54,10 @@ class RayVisibility::Tree {
                       });
   }
 
-  void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
-    if (std::size_t{camera.width} * camera.height < kSparseFromPixels) return trace(camera, {}, buffer);
+  void trace_sparsely(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
+    if (std::size_t{camera.width} * camera.height < kSparseFromPixels) return trace(camera, wanted, buffer);
     resize(camera, buffer);
-    lumatlas::trace_sparsely(camera, scene_.get(), buffer);
+    lumatlas::trace_sparsely(camera, scene_.get(), wanted, buffer);
   }
 
  private:
@@ -106,7 +106,7 @@ void RayVisibility::trace(const Camera& camera, VisibilityBuffer& buffer) const 
 }
 
 void RayVisibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
-  tree_->trace_sparsely(camera, buffer);
+  tree_->trace_sparsely(camera, {}, buffer);
 }
 
 void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_t> wanted,
@@ -115,7 +115,7 @@ void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_
     throw std::invalid_argument("ray casting: wanted has " + std::to_string(wanted.size()) +
                                 " values, must have one per pixel of " + size_text(camera.width, camera.height));
   }
-  tree_->trace(camera, wanted, buffer);
+  tree_->trace_sparsely(camera, wanted, buffer);
 }
 
 std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh) {

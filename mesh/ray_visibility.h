@@ -21,8 +21,8 @@ class RayVisibility final : public Visibility {
   void trace(const Camera& camera, VisibilityBuffer& buffer) const override;
   using Visibility::trace_sparsely;
   void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const override;
-  // The same to the bit where `wanted`, one value per pixel (std::invalid_argument otherwise), is not 0; no surface
-  // elsewhere. Takes as much less time as there is less to see.
+  // The same to the bit as trace_sparsely() where `wanted`, one value per pixel (std::invalid_argument otherwise), is
+  // not 0; no surface elsewhere. Takes the less time the less there is to see.
   void trace_part(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const;
 
  private:

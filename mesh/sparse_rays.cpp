@@ -9,6 +9,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "mesh/pixel_packets.h"
 
@@ -29,38 +31,80 @@ struct Step {
 };
 constexpr Step kAcross{1, 0}, kDown{0, 1};
 
+// Tiles of an image, row by row.
+struct TileGrid {
+  std::uint32_t columns, rows;
+
+  explicit TileGrid(const Camera& camera)
+      : columns((camera.width + kTileSide - 1) / kTileSide), rows((camera.height + kTileSide - 1) / kTileSide) {}
+  [[nodiscard]] std::size_t number(std::uint32_t column, std::uint32_t row) const {
+    return std::size_t{row} * columns + column;
+  }
+};
+
+// By tile, how many tiles away the nearest one is that has a wanted pixel; 3 for all that are farther.
+std::vector<std::uint8_t> tiles_away(const TileGrid& grid, const Camera& camera, std::span<const std::uint8_t> wanted) {
+  std::vector<std::uint8_t> away(std::size_t{grid.columns} * grid.rows, wanted.empty() ? 0 : 3);
+  for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
+    if (wanted[pixel] == 0) continue;
+    const auto x = static_cast<std::uint32_t>(pixel % camera.width);
+    const auto y = static_cast<std::uint32_t>(pixel / camera.width);
+    away[grid.number(x / kTileSide, y / kTileSide)] = 0;
+  }
+  for (const std::uint8_t ring : {std::uint8_t{1}, std::uint8_t{2}}) {
+    for (std::uint32_t row = 0; row < grid.rows; ++row) {
+      for (std::uint32_t column = 0; column < grid.columns; ++column) {
+        if (away[grid.number(column, row)] != ring - 1) continue;
+        for (std::uint32_t y = row - (row > 0); y <= row + 1 && y < grid.rows; ++y) {
+          for (std::uint32_t x = column - (column > 0); x <= column + 1 && x < grid.columns; ++x) {
+            std::uint8_t& near = away[grid.number(x, y)];
+            near = std::min(near, ring);
+          }
+        }
+      }
+    }
+  }
+  return away;
+}
+
 class SparseRays {
  public:
-  SparseRays(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer)
-      : camera_(camera), scene_(scene), buffer_(buffer), width_(camera.width), height_(camera.height) {}
+  SparseRays(const Camera& camera, RTCScene scene, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer)
+      : camera_(camera),
+        scene_(scene),
+        buffer_(buffer),
+        width_(camera.width),
+        height_(camera.height),
+        grid_(camera),
+        away_(tiles_away(grid_, camera, wanted)) {}
 
   // Each step needs what the one before has found in the tiles around.
   void trace() {
-    each_tile([](std::uint32_t x, std::uint32_t y) { return x % 2 == 0 && y % 2 == 0; });
-    each_tile([this](std::uint32_t x, std::uint32_t y) {
+    each_tile(2, [](std::uint32_t x, std::uint32_t y) { return x % 2 == 0 && y % 2 == 0; });
+    each_tile(1, [this](std::uint32_t x, std::uint32_t y) {
       return x % 2 != y % 2 && !fill(x, y, y % 2 == 0 ? kAcross : kDown);
     });
-    each_tile([this](std::uint32_t x, std::uint32_t y) { return x % 2 == 1 && y % 2 == 1 && !fill(x, y, kAcross); });
+    each_tile(0, [this](std::uint32_t x, std::uint32_t y) { return x % 2 == 1 && y % 2 == 1 && !fill(x, y, kAcross); });
   }
 
  private:
-  // Traces the pixels for which `wanted` says so, block by block.
-  template <typename Wanted>
-  void each_tile(const Wanted& wanted) {
-    const std::uint32_t columns = (camera_.width + kTileSide - 1) / kTileSide;
-    const std::uint32_t rows = (camera_.height + kTileSide - 1) / kTileSide;
-    tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, rows, 1, 0, columns, 1),
+  // Of the tiles that are at most so far away from a wanted one, traces the pixels for which `takes` says so.
+  template <typename Takes>
+  void each_tile(std::uint8_t most_away, const Takes& takes) {
+    tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, grid_.rows, 1, 0, grid_.columns, 1),
                       [&](const tbb::blocked_range2d<std::uint32_t>& tiles) {
                         for (std::uint32_t row = tiles.rows().begin(); row != tiles.rows().end(); ++row) {
                           for (std::uint32_t column = tiles.cols().begin(); column != tiles.cols().end(); ++column) {
-                            trace_tile(column * kTileSide, row * kTileSide, wanted);
+                            if (away_[grid_.number(column, row)] > most_away) continue;
+                            trace_tile(column * kTileSide, row * kTileSide, takes);
                           }
                         }
                       });
   }
 
-  template <typename Wanted>
-  void trace_tile(std::uint32_t left, std::uint32_t top, const Wanted& wanted) {
+  // Block by block, so that rays of a packet are near each other.
+  template <typename Takes>
+  void trace_tile(std::uint32_t left, std::uint32_t top, const Takes& takes) {
     PixelPackets packets(camera_, scene_, buffer_);
     const std::uint32_t right = std::min(left + kTileSide, camera_.width);
     const std::uint32_t bottom = std::min(top + kTileSide, camera_.height);
@@ -68,7 +112,7 @@ class SparseRays {
       for (std::uint32_t block_left = left; block_left < right; block_left += kBlockSide) {
         for (std::uint32_t y = block_top; y < std::min(block_top + kBlockSide, bottom); ++y) {
           for (std::uint32_t x = block_left; x < std::min(block_left + kBlockSide, right); ++x) {
-            if (wanted(x, y)) packets.add(x, y);
+            if (takes(x, y)) packets.add(x, y);
           }
         }
       }
@@ -111,12 +155,25 @@ class SparseRays {
   RTCScene scene_;
   VisibilityBuffer& buffer_;
   std::int64_t width_, height_;
+  TileGrid grid_;
+  std::vector<std::uint8_t> away_;  // by tile
 };
 
 }  // namespace
 
-void trace_sparsely(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer) {
-  SparseRays(camera, scene, buffer).trace();
+void trace_sparsely(const Camera& camera, RTCScene scene, std::span<const std::uint8_t> wanted,
+                    VisibilityBuffer& buffer) {
+  constexpr float kNothing = std::numeric_limits<float>::infinity();
+  if (!wanted.empty()) {
+    std::fill(buffer.depth.begin(), buffer.depth.end(), kNothing);
+    std::fill(buffer.face.begin(), buffer.face.end(), kNoFace);
+  }
+  SparseRays(camera, scene, wanted, buffer).trace();
+  for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
+    if (wanted[pixel] != 0) continue;
+    buffer.depth[pixel] = kNothing;
+    buffer.face[pixel] = kNoFace;
+  }
 }
 
 }  // namespace lumatlas

@@ -3,13 +3,18 @@
 // surface is not smooth.
 #pragma once
 
+#include <cstdint>
+#include <span>
+
 #include "mesh/camera.h"
 #include "mesh/embree_scene.h"
 #include "mesh/visibility.h"
 
 namespace lumatlas {
 
-// As of Visibility::trace_sparsely(). The buffer has the camera's size. The same on any number of threads.
-void trace_sparsely(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer);
+// As of Visibility::trace_sparsely(), and of RayVisibility::trace_part() unless `wanted` is empty. The buffer has the
+// camera's size. The same on any number of threads.
+void trace_sparsely(const Camera& camera, RTCScene scene, std::span<const std::uint8_t> wanted,
+                    VisibilityBuffer& buffer);
 
 }  // namespace lumatlas

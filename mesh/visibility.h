@@ -33,9 +33,9 @@ class Visibility {
   // std::invalid_argument for a bad camera (camera.h).
   virtual void trace(const Camera& camera, VisibilityBuffer& buffer) const = 0;
   [[nodiscard]] VisibilityBuffer trace(const Camera& camera) const;
-  // The same for less time where an implementation has a way to. Where the surface is smooth, a pixel's depth may be
-  // interpolated, to about 3e-4 of itself, its face be a neighbouring pixel's, and something thinner than two pixels be
-  // missed.
+  // Nearly the same, for less time where an implementation has a way to. Where the surface is smooth, a pixel's depth
+  // may be interpolated, which is within 3e-4 of it at 99 of 100 pixels, its face may be a neighbouring pixel's, and
+  // something thinner than two pixels may be missed.
   virtual void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const;
   [[nodiscard]] VisibilityBuffer trace_sparsely(const Camera& camera) const;
 };

@@ -278,7 +278,7 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photo
                       const ValidityOptions& validity) {
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
-  VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace(camera);
+  VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace_sparsely(camera);
   std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
   TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible), atlas_.surface().cells,
                                     atlas_.layout(), validity, std::move(trust));

@@ -363,6 +363,46 @@ Snapshot tiled_wall(std::uint32_t columns, std::uint32_t rows, std::uint32_t fac
   return atlas.snapshot();
 }
 
+// Waves before a camera whose image is large enough to be traced sparsely. Of their two cells one has the reference, so
+// that not all tiles are resident.
+Snapshot large_view_of_waves(const TileOptions& layout) {
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 60, 60, 8.0f / 60, 4);
+  for (glm::vec3& position : surface->mesh.positions) position.z += 0.2f * std::sin(2 * position.x + position.y);
+  std::vector<std::uint32_t> cell_of_face(surface->mesh.faces.size(), 1);
+  std::fill_n(cell_of_face.begin(), cell_of_face.size() / 2, 0);
+  surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 8);
+  Atlas atlas(surface, 1, layout);
+  const Camera camera = oblique_camera(512, 384, 0.1, {0.1, 0.2, -0.3});
+  const auto visibility = make_ray_visibility(surface->mesh);
+  TiledView tiled = make_tiled_view("a.png", camera, position_photograph(512, 384), visibility->trace_sparsely(camera),
+                                    surface->cells, layout, kValidity);
+  atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+  atlas.set_references(0, {0});
+  return atlas.snapshot();
+}
+
+TEST_CASE("what a large view sees is read back to the bit, whole and in tiles") {
+  const TileOptions layout = GENERATE(kWholeViews, TileOptions{64, 2, 0});
+  const Snapshot written = large_view_of_waves(layout);
+  const TemporaryFolder folder;
+  write_model(folder.path(), written, kValidity);
+  const Snapshot read = read_model(folder.path()).snapshot;
+  REQUIRE(read.views.size() == 1);
+  const StoredView &before = *written.views[0], &after = *read.views[0];
+  std::vector<std::uint8_t> there(before.depth.size(), 1);
+  if (!layout.whole_views()) there = written.tiles.resident_pixels(0, before.camera);
+  std::size_t compared = 0, different = 0;
+  for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
+    if (there[pixel] == 0) continue;
+    ++compared;
+    different += before.depth[pixel] != after.depth[pixel] || before.validity[pixel] != after.validity[pixel];
+  }
+  CHECK(different == 0);
+  CHECK(compared > there.size() / 4);
+  CHECK((compared < there.size()) == !layout.whole_views());
+}
+
 TEST_CASE("a model of more than 2^16 cells reads back") {
   const TemporaryFolder folder;
   const Snapshot written = tiled_wall(300, 240, 2);
