@@ -19,8 +19,8 @@ struct GlVisibilityOptions {
 
 // As make_ray_visibility(), with which it agrees but at silhouettes and where faces meet: a rasteriser moves corners to
 // the nearest 1/256 of a pixel. Mesa's depths are within 1e-4 of the rays', most within 1e-6; on a face thousands of
-// times larger than its distance from the camera they are worse. NVIDIA's are taken from where corners come to lie, and
-// are off by up to 2e-3 where a face is seen nearly edge-on. There is no near or far plane. A camera with numbers that
+// times larger than its distance from the camera they are worse. NVIDIA's are computed from the moved corners, and are
+// off by up to 2e-3 where a face is seen nearly edge-on. There is no near or far plane. A camera with numbers that
 // floats cannot hold sees nothing.
 //
 // It has a GL context of its own, which is current only while a call lasts, on the thread that calls: other contexts,

@@ -16,7 +16,7 @@ struct SurfaceTargets {
   GlFramebuffer pass;
 };
 
-// The stencil tells which pixels are blended how.
+// The middles' stencil tells which pixels are blended how; the samples' is a copy of it.
 struct PictureTargets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;

@@ -257,8 +257,8 @@ void Renderer::State::bind_tables() const {
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
 
-// `across` texels a pixel. Of the middles of all pixels, and the stencil says then which shader a face is for; of
-// samples only where the stencil says that a pixel is their mean.
+// Draws the surface at `across` texels a pixel. For the middles it is drawn everywhere, and the stencil says then which
+// shader a pixel is for. For the samples it is drawn only where the stencil says that a pixel is their mean.
 void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t across) {
   constexpr std::array<GLuint, 4> kNoSurface{0xFFFFFFFFu, 0, 0, 0};
   glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
@@ -271,7 +271,7 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   if (of_middles) glClearBufferiv(GL_STENCIL, 0, &no_face);
   glEnable(GL_STENCIL_TEST);
   glStencilOp(GL_KEEP, GL_KEEP, of_middles ? GL_REPLACE : GL_KEEP);
-  glStencilFunc(GL_EQUAL, kSampled, 0xFF);
+  if (!of_middles) glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_GREATER);
   if (has_clip_control()) glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
@@ -281,7 +281,7 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   check_gl("drawing the surface");
 }
 
-// All there are. `marks`: they say to the stencil which shader they are for.
+// Draws all faces. With `marks`, they write to the stencil which shader they are for.
 void Renderer::State::draw_faces(bool marks) {
   glUseProgram(programs.get({.pass = Pass::surface}));
   glBindVertexArray(mesh.get());
@@ -328,8 +328,8 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
   check_gl("blending views");
 }
 
-// In the stencil, by the middles' surface, which pixels are means of samples; a copy of it for the samples' own
-// surface.
+// Marks in the stencil which pixels are means of samples, as the middles' surface tells, and copies the marks to the
+// stencil of the samples' own surface.
 void Renderer::State::mark_sampled(const GlFramebuffer& target) {
   const auto width = static_cast<GLint>(targets.width);
   const auto height = static_cast<GLint>(targets.height);

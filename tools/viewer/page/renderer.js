@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Draws pictures of a model with the shaders of blend/, pass by pass as blend/renderer.cpp does: the visible surface,
-// the blend of photographs at the middles of pixels, and at silhouettes means over samples.
+// the blend of photographs at the middles of pixels, and at silhouettes means over samples, whose surface is drawn
+// everywhere here.
 import {partOf} from './camera.js';
 import {nearbyExposure} from './exposure.js';
 import {Glances, MOST_GLANCE_BYTES} from './glances.js';
