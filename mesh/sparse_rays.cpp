@@ -22,8 +22,8 @@ namespace {
 // share of itself.
 constexpr float kMostBend = 1e-3f;
 
-constexpr std::uint32_t kTileSide = 64;  // pixels, of what is traced at once
-constexpr std::uint32_t kBlockSide = 8;  // of whose pixels every fourth fill a packet
+constexpr std::uint32_t kSquareSide = 64;  // pixels, of what is traced at once
+constexpr std::uint32_t kBlockSide = 8;    // of whose pixels every fourth fill a packet
 static_assert(kBlockSide * kBlockSide / 4 == EmbreePacket::kRays);
 
 struct Step {
@@ -31,35 +31,37 @@ struct Step {
 };
 constexpr Step kAcross{1, 0}, kDown{0, 1};
 
-// Tiles of an image, row by row.
-struct TileGrid {
+// Squares of an image that are traced at once, row by row.
+struct Squares {
   std::uint32_t columns, rows;
 
-  explicit TileGrid(const Camera& camera)
-      : columns((camera.width + kTileSide - 1) / kTileSide), rows((camera.height + kTileSide - 1) / kTileSide) {}
+  explicit Squares(const Camera& camera)
+      : columns((camera.width + kSquareSide - 1) / kSquareSide),
+        rows((camera.height + kSquareSide - 1) / kSquareSide) {}
   [[nodiscard]] std::size_t number(std::uint32_t column, std::uint32_t row) const {
     return std::size_t{row} * columns + column;
   }
 };
 
-// By tile, how many tiles away the nearest one is that has a wanted pixel; 3 for all that are farther.
-std::vector<std::uint8_t> tiles_away(const TileGrid& grid, const Camera& camera, std::span<const std::uint8_t> wanted) {
-  std::vector<std::uint8_t> away(std::size_t{grid.columns} * grid.rows, wanted.empty() ? 0 : 3);
+// By square, how many squares away the nearest one is that has a wanted pixel; 3 for all that are farther.
+std::vector<std::uint8_t> squares_away(const Squares& squares, const Camera& camera,
+                                       std::span<const std::uint8_t> wanted) {
+  std::vector<std::uint8_t> has_wanted(std::size_t{squares.columns} * squares.rows, wanted.empty() ? 1 : 0);
   for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
     if (wanted[pixel] == 0) continue;
     const auto x = static_cast<std::uint32_t>(pixel % camera.width);
     const auto y = static_cast<std::uint32_t>(pixel / camera.width);
-    away[grid.number(x / kTileSide, y / kTileSide)] = 0;
+    has_wanted[squares.number(x / kSquareSide, y / kSquareSide)] = 1;
   }
-  for (const std::uint8_t ring : {std::uint8_t{1}, std::uint8_t{2}}) {
-    for (std::uint32_t row = 0; row < grid.rows; ++row) {
-      for (std::uint32_t column = 0; column < grid.columns; ++column) {
-        if (away[grid.number(column, row)] != ring - 1) continue;
-        for (std::uint32_t y = row - (row > 0); y <= row + 1 && y < grid.rows; ++y) {
-          for (std::uint32_t x = column - (column > 0); x <= column + 1 && x < grid.columns; ++x) {
-            std::uint8_t& near = away[grid.number(x, y)];
-            near = std::min(near, ring);
-          }
+  const auto distance = [](std::uint32_t a, std::uint32_t b) { return a > b ? a - b : b - a; };
+  std::vector<std::uint8_t> away(has_wanted.size(), 3);
+  for (std::uint32_t row = 0; row < squares.rows; ++row) {
+    for (std::uint32_t column = 0; column < squares.columns; ++column) {
+      std::uint8_t& nearest = away[squares.number(column, row)];
+      for (std::uint32_t y = row - std::min(row, 2u); y <= row + 2 && y < squares.rows; ++y) {
+        for (std::uint32_t x = column - std::min(column, 2u); x <= column + 2 && x < squares.columns; ++x) {
+          if (has_wanted[squares.number(x, y)] == 0) continue;
+          nearest = std::min(nearest, static_cast<std::uint8_t>(std::max(distance(x, column), distance(y, row))));
         }
       }
     }
@@ -75,28 +77,30 @@ class SparseRays {
         buffer_(buffer),
         width_(camera.width),
         height_(camera.height),
-        grid_(camera),
-        away_(tiles_away(grid_, camera, wanted)) {}
+        squares_(camera),
+        away_(squares_away(squares_, camera, wanted)) {}
 
-  // Each step needs what the one before has found in the tiles around.
+  // Each step needs what the one before has found up to three pixels away, so in the squares around.
   void trace() {
-    each_tile(2, [](std::uint32_t x, std::uint32_t y) { return x % 2 == 0 && y % 2 == 0; });
-    each_tile(1, [this](std::uint32_t x, std::uint32_t y) {
+    each_square(2, [](std::uint32_t x, std::uint32_t y) { return x % 2 == 0 && y % 2 == 0; });
+    each_square(1, [this](std::uint32_t x, std::uint32_t y) {
       return x % 2 != y % 2 && !fill(x, y, y % 2 == 0 ? kAcross : kDown);
     });
-    each_tile(0, [this](std::uint32_t x, std::uint32_t y) { return x % 2 == 1 && y % 2 == 1 && !fill(x, y, kAcross); });
+    each_square(0,
+                [this](std::uint32_t x, std::uint32_t y) { return x % 2 == 1 && y % 2 == 1 && !fill(x, y, kAcross); });
   }
 
  private:
-  // Of the tiles that are at most so far away from a wanted one, traces the pixels for which `takes` says so.
+  // Traces the pixels for which `takes` says so, of the squares that are at most so far away from one with a wanted
+  // pixel.
   template <typename Takes>
-  void each_tile(std::uint8_t most_away, const Takes& takes) {
-    tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, grid_.rows, 1, 0, grid_.columns, 1),
-                      [&](const tbb::blocked_range2d<std::uint32_t>& tiles) {
-                        for (std::uint32_t row = tiles.rows().begin(); row != tiles.rows().end(); ++row) {
-                          for (std::uint32_t column = tiles.cols().begin(); column != tiles.cols().end(); ++column) {
-                            if (away_[grid_.number(column, row)] > most_away) continue;
-                            trace_tile(column * kTileSide, row * kTileSide, takes);
+  void each_square(std::uint8_t most_away, const Takes& takes) {
+    tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, squares_.rows, 1, 0, squares_.columns, 1),
+                      [&](const tbb::blocked_range2d<std::uint32_t>& block) {
+                        for (std::uint32_t row = block.rows().begin(); row != block.rows().end(); ++row) {
+                          for (std::uint32_t column = block.cols().begin(); column != block.cols().end(); ++column) {
+                            if (away_[squares_.number(column, row)] > most_away) continue;
+                            trace_square(column * kSquareSide, row * kSquareSide, takes);
                           }
                         }
                       });
@@ -104,10 +108,10 @@ class SparseRays {
 
   // Block by block, so that rays of a packet are near each other.
   template <typename Takes>
-  void trace_tile(std::uint32_t left, std::uint32_t top, const Takes& takes) {
+  void trace_square(std::uint32_t left, std::uint32_t top, const Takes& takes) {
     PixelPackets packets(camera_, scene_, buffer_);
-    const std::uint32_t right = std::min(left + kTileSide, camera_.width);
-    const std::uint32_t bottom = std::min(top + kTileSide, camera_.height);
+    const std::uint32_t right = std::min(left + kSquareSide, camera_.width);
+    const std::uint32_t bottom = std::min(top + kSquareSide, camera_.height);
     for (std::uint32_t block_top = top; block_top < bottom; block_top += kBlockSide) {
       for (std::uint32_t block_left = left; block_left < right; block_left += kBlockSide) {
         for (std::uint32_t y = block_top; y < std::min(block_top + kBlockSide, bottom); ++y) {
@@ -155,8 +159,8 @@ class SparseRays {
   RTCScene scene_;
   VisibilityBuffer& buffer_;
   std::int64_t width_, height_;
-  TileGrid grid_;
-  std::vector<std::uint8_t> away_;  // by tile
+  Squares squares_;
+  std::vector<std::uint8_t> away_;  // by square
 };
 
 }  // namespace
