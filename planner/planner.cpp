@@ -136,7 +136,8 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
       options_(options),
       refiner_(atlas, visibility, options.refinement),
       ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain),
-      promised_(atlas.capacity()) {
+      promised_(atlas.capacity()),
+      slot_bytes_(atlas.capacity(), 0) {
   if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
   if (options.max_loss_db) offered_.emplace(atlas.surface(), options.coverage);
 }
@@ -247,10 +248,6 @@ Planner::Exchange Planner::joint_exchange(std::span<const CellPart> parts, std::
 
 std::string Planner::name_of(std::uint32_t slot) const {
   return promised_[slot] ? promised_[slot]->name : atlas_.view(slot)->name;
-}
-
-std::uint64_t Planner::bytes_of(std::uint32_t slot) const {
-  return lumatlas::stored_bytes(promised_[slot] ? promised_[slot]->camera : atlas_.view(slot)->camera);
 }
 
 bool Planner::is_worth_it(const Exchange& exchange, std::span<const CellPart> seen) const {
@@ -370,7 +367,8 @@ void Planner::claim_slot(const Camera& camera, const std::vector<CellPart>& seen
   verdict.slot = slot;
   ledger_.insert(slot, seen);
   ++held_views_;
-  stored_bytes_ += lumatlas::stored_bytes(camera);
+  slot_bytes_[slot] = lumatlas::stored_bytes(camera);
+  stored_bytes_ += slot_bytes_[slot];
 }
 
 // Returns whether the photograph belongs into the store.

@@ -95,6 +95,12 @@ struct PredictedLoss {
   bool short_of_room = false;  // a view was needed for max_loss_db, but the store was full
 };
 
+// One step of taking away a store's views, the one that is missed least first.
+struct ThinningStep {
+  std::uint32_t slot = 0;
+  double gap = 0;  // by what share of scov the store falls short of what it was before the first step, in [0, 1]
+};
+
 // Gives the photograph of the view that is offered, when it is asked for: at most once, before offer() returns.
 using PhotographSource = std::function<Photograph()>;
 
@@ -134,10 +140,25 @@ class Planner {
   void pass_by(const Camera& camera);
 
   // With max_loss_db: takes stored views away, each time the one that is missed least, as long as their predicted loss
-  // stays within a share of the bound, and then references, as long as both together stay within it; a cell
-  // keeps as many as are blended. With a bound of 0 no reference. Returns the views' names in that order. To be called
-  // when the stream has ended, or rests: what is taken away does not come back.
+  // stays within a share of the bound, and then gives up references, as long as both together stay within it. With a
+  // bound of 0 none. Returns the views' names in that order. To be called when the stream has ended, or rests: what is
+  // taken away does not come back. What follows is for those who choose by something better than the prediction.
   std::vector<std::string> thin();
+  // In which order stored views would be taken away, down to the last, had those in the slots `absent` never been
+  // offered, nor any that is not stored; nothing is changed. No slot may be promised (std::logic_error), here and
+  // below.
+  [[nodiscard]] std::vector<ThinningStep> thinning_order(std::span<const std::uint32_t> absent = {}) const;
+  // What cells would refer to then, were only these views left, and after give_up_references(max_loss_db).
+  [[nodiscard]] ReferenceTable references_among(std::span<const std::uint32_t> slots,
+                                                std::span<const std::uint32_t> absent = {},
+                                                double max_loss_db = 0) const;
+  // Each slot must hold a view (std::logic_error; nothing is changed then).
+  void take_away(std::span<const std::uint32_t> slots);
+  // As long as those given up are predicted to cost at most so much, dB; a cell keeps as many as are blended. None
+  // unless that is above 0.
+  void give_up_references(double max_loss_db);
+  // Of max_loss_db, the part that thin() leaves to references, dB.
+  [[nodiscard]] double loss_of_references() const;
   // As the store is now. Needs max_loss_db (std::logic_error).
   [[nodiscard]] PredictedLoss predicted_loss() const;
 
@@ -176,6 +197,7 @@ class Planner {
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
   // The name of the view that the slot holds or is promised to; the slot must not be free.
   [[nodiscard]] std::string name_of(std::uint32_t slot) const;
+  // Of the stored views as they came; downscaled ones take less.
   [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
   // scov: in cells, or with CoverageOptions::demand in pictures.
   [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }
@@ -204,7 +226,7 @@ class Planner {
   [[nodiscard]] std::vector<CellPart> look(const Camera& camera, Verdict& verdict);
   [[nodiscard]] std::vector<std::uint32_t> stored_slots() const;
   [[nodiscard]] std::vector<std::uint32_t> lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const;
-  [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const;
+  [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const { return slot_bytes_[slot]; }
   [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const;
   void require_room_for(const std::string& name, const Camera& camera) const;
   [[nodiscard]] Exchange best_exchange(std::span<const CellPart> parts, std::uint64_t bytes) const;
@@ -226,8 +248,9 @@ class Planner {
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
   void evict(std::uint32_t slot);
-  [[nodiscard]] ReferenceService reference_service() const;
-  void give_up_references();
+  [[nodiscard]] std::vector<std::uint32_t> stored_slots_but(std::span<const std::uint32_t> absent) const;
+  [[nodiscard]] CoverageLedger ledger_of(std::span<const std::uint32_t> slots,
+                                         std::span<const std::uint32_t> offered) const;
   void publish(std::span<const CellPart> cells);
   [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const std::uint32_t> previous_cell,
                                                            std::span<const std::uint8_t> changed,
@@ -241,6 +264,7 @@ class Planner {
   CoverageLedger ledger_;
   std::optional<OfferedCoverage> offered_;        // of max_loss_db
   std::vector<std::optional<Promise>> promised_;  // by slot
+  std::vector<std::uint64_t> slot_bytes_;         // of the view that has it, as it came: see stored_bytes()
   bool short_of_room_ = false;
   VisibilityBuffer buffer_;
   std::uint32_t held_views_ = 0;    // stored or promised a slot

@@ -6,8 +6,9 @@
 //
 // with the gap of offered_coverage.h: what is lost of what is left costs the same, and no bound allows an empty store.
 // The second term is a margin, by how much more a store may lose than the mean of its kind. Both constants are the same
-// for all scenes; the stores that they were fitted to are in data/results/loss-law.csv and reference-loss-law.csv, and
-// planner/README.md says how far off the law is. It is for the coverage of parsimony_coverage().
+// for all scenes; the stores that they were fitted to are in data/results/loss-law.csv and reference-loss-law.csv. It
+// is for the coverage of parsimony_coverage(), and for where nothing can be measured: while the stream runs, and
+// without OpenGL.
 #pragma once
 
 #include "planner/coverage.h"

@@ -46,7 +46,7 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Of polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and thin(), between one view and the
+  // Of polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and thinning, between one view and the
   // next. Interrupted, some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
 

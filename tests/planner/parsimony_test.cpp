@@ -8,6 +8,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <stdexcept>
 
@@ -278,6 +279,68 @@ TEST_CASE("what a cell loses by giving up references is what its service falls b
     CHECK(coverage.references(cell).size() == std::min<std::size_t>(references, 3));
   }
   CHECK(given_up > 20);
+}
+
+std::vector<std::uint32_t> slots_of(const std::vector<ThinningStep>& order) {
+  std::vector<std::uint32_t> slots;
+  for (const ThinningStep& step : order) slots.push_back(step.slot);
+  std::sort(slots.begin(), slots.end());
+  return slots;
+}
+
+TEST_CASE("the order of thinning names every view once, and the gap that each leaves is what the store comes to") {
+  Stream stream(0.0);
+  stream.walk(30);
+  const double whole = stream.planner.summed_coverage();
+  const std::vector<ThinningStep> order = stream.planner.thinning_order();
+  std::vector<std::uint32_t> all(30);
+  std::iota(all.begin(), all.end(), 0);
+  CHECK(slots_of(order) == all);
+  CHECK(stream.planner.stored_views() == 30);
+  double last = 0;
+  for (const ThinningStep& step : order) {
+    CHECK(step.gap >= last);
+    last = step.gap;
+    stream.planner.take_away(std::array{step.slot});
+    CHECK(1 - stream.planner.summed_coverage() / whole == Approx(step.gap).margin(kRounding));
+  }
+  CHECK(last == Approx(1));
+  CHECK(stream.planner.stored_views() == 0);
+  CHECK(stream.planner.thinning_order().empty());
+}
+
+TEST_CASE("views that are absent count as never offered where a store is thinned without them") {
+  Stream all(0.0);
+  all.walk(24);
+  const std::vector<std::uint32_t> absent{3, 11, 19};
+  const std::vector<ThinningStep> order = all.planner.thinning_order(absent);
+  Stream others(0.0);
+  for (std::size_t i = 0; i < 24; ++i) {
+    if (std::find(absent.begin(), absent.end(), i) == absent.end()) others.offer(room_camera(i));
+  }
+  const std::vector<ThinningStep> expected = others.planner.thinning_order();
+  REQUIRE(order.size() == 21);
+  REQUIRE(expected.size() == 21);
+  for (std::size_t i = 0; i < order.size(); ++i) CHECK(order[i].gap == Approx(expected[i].gap).margin(kRounding));
+}
+
+TEST_CASE("what cells would refer to among some views is what they refer to once the others are taken away") {
+  Stream stream(0.0);
+  stream.walk(30);
+  const std::vector<std::uint32_t> all = slots_of(stream.planner.thinning_order());
+  CHECK(stream.planner.references_among(all).views == stream.atlas.snapshot().references.views);
+  std::vector<std::uint32_t> kept, gone;
+  for (const std::uint32_t slot : all) (slot % 3 == 0 ? gone : kept).push_back(slot);
+  const ReferenceTable among = stream.planner.references_among(kept);
+  const ReferenceTable fewer = stream.planner.references_among(kept, {}, 0.1);
+  CHECK(fewer.views.size() < among.views.size());
+  stream.planner.take_away(gone);
+  CHECK(stream.atlas.snapshot().references.views == among.views);
+  CHECK(stream.atlas.snapshot().references.offsets == among.offsets);
+  stream.planner.give_up_references(0.1);
+  CHECK(stream.atlas.snapshot().references.views == fewer.views);
+  CHECK_THROWS_WITH(stream.planner.take_away(gone), Catch::Contains("slot 0 holds no view"));
+  CHECK_THROWS_WITH(stream.planner.take_away(std::array{3000u}), Catch::Contains("slot 3000 holds no view"));
 }
 
 TEST_CASE("without a bound nothing is taken away and no loss is predicted") {

@@ -143,7 +143,7 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   }
   if (automatic) {
     options.planner.max_bytes = flags.photograph_bytes;
-    // Half of the bound is for what is left out, half, and what that leaves, for resolution.
+    // Half of the bound is for resolution, half, and what that leaves, for what is left out.
     const bool downscaled = tiles && options.least_scale < 1;
     options.max_scale_loss_db = downscaled ? flags.loss_db / 2 : 0;
     options.planner.max_loss_db = flags.loss_db - options.max_scale_loss_db;
@@ -440,7 +440,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                      ->default_str("");
   flags.loss = command
                    .add_option("--loss", flags.loss_db,
-                               "With --budget auto, predicted loss of fitted PSNR against all photographs")
+                               "With --budget auto, loss of PSNR against all photographs, as measured while building")
                    ->type_name("DB")
                    ->check(finite_not_negative());
   flags.coverage.add_references_to(command);

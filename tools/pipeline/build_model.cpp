@@ -9,7 +9,6 @@
 #include <random>
 #include <stdexcept>
 
-#include "blend/egl_context.h"
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
 #include "planner/tile_choice.h"
@@ -20,6 +19,7 @@
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/joint_refinement.h"
 #include "tools/pipeline/lens_refinement.h"
+#include "tools/pipeline/parsimony.h"
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
@@ -219,59 +219,13 @@ void note_watched(WatchedScene& scene, const SceneViews& offered, BuildResult& r
   result.masked_views = masked_views(offered);
 }
 
-// What a view would take with all of its tiles resident.
-std::uint64_t texels_of(const Camera& camera, const TileOptions& layout) {
-  if (layout.whole_views()) return std::uint64_t{camera.width} * camera.height;
-  const std::uint64_t tiles = TileGrid(camera.width, camera.height, layout.tile_px).tiles();
-  return tiles * layout.slot_px() * layout.slot_px();
-}
-
-Parsimony thin(Planner& planner, const Stream& stream, const TileOptions& layout,
-               const std::vector<PlannedView>& planned) {
-  Parsimony parsimony;
-  parsimony.taken_away = planner.thin();
-  parsimony.predicted = planner.predicted_loss();
-  for (std::size_t place = 0; place < stream.size(); ++place) {
-    if (planned[place].verdict.decision == Decision::outlier) continue;
-    ++parsimony.views;
-    parsimony.references += planned[place].verdict.cells_seen;
-    parsimony.texels += texels_of(stream[place]->camera, layout);
-  }
-  return parsimony;
-}
-
-// What the views and references that were left out are allowed to lose, dB, but are predicted not to.
-double left_of_loss(const BuildResult& result) {
-  if (!result.parsimony || !result.effective.max_loss_db) return 0;
-  return std::max(0.0, *result.effective.max_loss_db - result.parsimony->predicted.loss_db);
-}
-
-void downscale_by_loss(Atlas& atlas, const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
-  const BuildOptions& options = result.options;
-  BuildStage stage(callback, "measuring resolutions", 0);
-  try {
-    const DownscaledViews views = downscale_views_within(options.max_scale_loss_db + left_of_loss(result), atlas,
-                                                         visibility, result.effective.validity, options.least_scale);
-    result.scale = views.scale;
-    result.scale_loss_db = views.loss_db;
-  } catch (const GlError& error) {
-    add_warning(
-        std::string("photographs keep their resolution, for what less would cost cannot be measured: ") + error.what(),
-        result);
-  }
-  stage.finish();
-}
-
-// What the model holds of what is stored, within the bounds of bytes and of the loss by resolution.
+// What the model holds of what is stored, within the bound of bytes.
 void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, const Visibility& visibility,
-                   const BuildCallback& callback, BuildResult& result) {
+                   BuildResult& result) {
   const BuildOptions& options = result.options;
   ValidityOptions& validity = result.effective.validity;
   if (budget && options.least_scale < 1) {
     result.scale = downscale_views(atlas, *budget, visibility, validity, options.least_scale);
-  }
-  if (options.max_scale_loss_db > 0 && options.least_scale < 1) {
-    downscale_by_loss(atlas, visibility, callback, result);
   }
   validity = validity_at_scale(validity, result.scale);
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
@@ -329,9 +283,9 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
     streaming.plan_ahead(stream);
   }
   refinement.finish(callback);
-  if (options.planner.max_loss_db) result.parsimony = thin(planner, stream, atlas.layout(), result.planned);
   result.revisited = planner.revisited();
   refine_jointly(planner, views.views, options, callback, result);
+  if (options.planner.max_loss_db) give_up_within_loss(planner, atlas, *visibility, stream, callback, result);
   count_views(atlas, result.lenses);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
@@ -339,7 +293,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
   }
-  take_snapshot(atlas, budget, *visibility, callback, result);
+  take_snapshot(atlas, budget, *visibility, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
   return result;

@@ -22,6 +22,7 @@
 #include "tools/pipeline/baked_texture.h"
 #include "tools/pipeline/build_options.h"
 #include "tools/pipeline/build_progress.h"
+#include "tools/pipeline/measured_loss.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -62,7 +63,9 @@ struct OfflinePlan {
 
 // Of PlannerOptions::max_loss_db: what was given up, and what all offered views but outliers would have been.
 struct Parsimony {
-  PredictedLoss predicted;
+  PredictedLoss predicted;               // by coverage
+  std::optional<MeasuredLoss> measured;  // by all that was given up after the stream; none: nothing was measured
+  double loss_db = 0;  // in all: what was measured, and what of the rest is predicted; without the former as predicted
   std::vector<std::string> taken_away;  // once the stream had ended, in that order
   std::size_t views = 0;
   std::uint64_t references = 0;  // of each cell to each view that sees it
@@ -86,7 +89,7 @@ struct BuildResult {
   PlannerOptions effective;                 // with every automatic value filled in, its masks those of the snapshot
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline
   std::optional<Parsimony> parsimony;       // of planner.max_loss_db
-  double scale_loss_db = 0;                 // of `scale`, as measured for max_scale_loss_db
+  double scale_loss_db = 0;                 // of max_scale_loss_db: what was measured with `scale` and all views
   std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them

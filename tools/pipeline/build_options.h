@@ -86,7 +86,7 @@ struct BuildOptions {
   // the former before it gives up parts of some: see downscaled_views.h.
   double least_scale = 0.25;
   // With planner.max_loss_db, not with gpu_bytes: all photographs are downscaled as far as that costs at most so many
-  // dB, finite and >= 0, and what of planner.max_loss_db is left, by measurement; 0: not at all.
+  // dB, finite and >= 0, by measurement; what is left of it goes to planner.max_loss_db. 0: not at all.
   double max_scale_loss_db = 0;
   // The longest side of the texture that other programs show, [kLeastTexturePx, kMostTexturePx]; none: they show the
   // averaged colours of vertices.

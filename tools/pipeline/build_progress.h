@@ -13,7 +13,7 @@ namespace lumatlas {
 // one for every step, and one for its end.
 struct BuildProgress {
   // "looking through all cameras", "planning views", "storing views", "planning again", "correcting lenses", "polishing
-  // jointly", "measuring resolutions" or "baking the base texture"
+  // jointly", "measuring what can be given up" or "baking the base texture"
   const char* stage = "";
   std::size_t done = 0;   // steps: cameras, photographs, or rounds over all stored views
   std::size_t total = 0;  // steps; 0: not known beforehand

@@ -171,7 +171,9 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
     return {{"stored", stored}, {"unbounded", unbounded}};
   };
   return {{"bound_db", *result.effective.max_loss_db + result.options.max_scale_loss_db},
-          {"predicted_loss_db", p.predicted.loss_db + result.scale_loss_db},
+          {"predicted_loss_db", p.loss_db},
+          {"measured_loss_db", p.measured ? json(p.measured->mean_db) : json()},
+          {"measured_loss_error_db", p.measured ? json(p.measured->error_db) : json()},
           {"scale_loss_db", result.scale_loss_db},
           {"gap", p.predicted.gap},
           {"reference_gap", p.predicted.reference_gap},
@@ -288,6 +290,19 @@ json skipped_names(const BuildResult& result) {
   return names;
 }
 
+bool is_measured(const json& p) {
+  return p.contains("measured_loss_db") && p["measured_loss_db"].is_number();
+}
+
+// What of the loss is not merely predicted, if anything. Older models know only what is lost by resolution.
+std::string measured_text(const json& p) {
+  const double by_scale = p.value("scale_loss_db", 0.0);
+  const std::string resolution = by_scale != 0 ? printed("%.3f", by_scale) + " by resolution" : "";
+  if (!is_measured(p)) return resolution.empty() ? "" : " (" + resolution + ")";
+  return " (" + printed("%.3f", p["measured_loss_db"].get<double>()) + " measured" +
+         (resolution.empty() ? "" : ", of that " + resolution) + ")";
+}
+
 }  // namespace
 
 std::vector<std::size_t> cells_by_references(const ReferenceTable& references) {
@@ -304,19 +319,18 @@ std::string parsimony_text(const json& p) {
   const auto against = [&](const char* what) {
     return p[what]["stored"].dump() + " of " + p[what]["unbounded"].dump() + " " + what;
   };
-  const double by_scale = p.value("scale_loss_db", 0.0);
   std::string text =
-      "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB" +
-      (by_scale != 0 ? " (" + printed("%.3f", by_scale) + " by resolution)" : "") + " of at most " +
-      printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
+      "predicted loss " + printed("%.3f", p["predicted_loss_db"].get<double>()) + " dB" + measured_text(p) +
+      " of at most " + printed("%.3g", p["bound_db"].get<double>()) + " against all views: " + against("views") + ", " +
       against("references") +
       (p.value("references_given_up", 0) > 0 ? " (" + p["references_given_up"].dump() + " of stored views given up)"
                                              : "") +
       ", " + against("texels");
   if (p["predicted_loss_db"] <= p["bound_db"]) return text;
-  return text + (p["short_of_room"].get<bool>()
-                     ? "; more views were needed than --max-views or --photograph-bytes allow"
-                     : "; what the stream asks for changed after views were rejected");
+  if (p["short_of_room"].get<bool>()) {
+    return text + "; more views were needed than --max-views or --photograph-bytes allow";
+  }
+  return is_measured(p) ? text : text + "; what the stream asks for changed after views were rejected";
 }
 
 json summary(const BuildResult& result, const BuildOptions& options) {

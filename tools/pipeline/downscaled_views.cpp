@@ -14,7 +14,6 @@
 
 #include "atlas/lower_resolution.h"
 #include "tools/base/interrupt.h"
-#include "tools/pipeline/scale_loss.h"
 
 namespace lumatlas {
 
@@ -92,29 +91,29 @@ double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& 
   return share;
 }
 
-DownscaledViews downscale_views_within(double max_loss_db, Atlas& atlas, const Visibility& visibility,
+DownscaledViews downscale_views_within(double max_loss_db, double reference_loss_db, Atlas& atlas,
+                                       HeldOutLoss& measured, const Visibility& visibility,
                                        const ValidityOptions& validity, double least) {
   require_share(least);
   constexpr int kSteps = 8;  // each by the same factor
-  const std::vector<SharedView> originals = views_of(atlas);
-  ScaleLoss measured(atlas.snapshot());
   DownscaledViews best;
-  if (!measured.can_tell()) return best;
+  const std::vector<SharedView> originals = views_of(atlas);
   int fits = 0, too_far = kSteps + 1, now = 0;
   try {
     while (too_far - fits > 1) {
       now = (fits + too_far) / 2;
       const double scale = std::pow(least, static_cast<double>(now) / kSteps);
       downscale_all(atlas, originals, scale, visibility, validity);
-      const double loss = measured.of(atlas.snapshot());
-      (loss <= max_loss_db ? fits : too_far) = now;
+      const MeasuredLoss loss = measured.now({{}, reference_loss_db}, max_loss_db);
+      (loss.at_most_db() <= max_loss_db ? fits : too_far) = now;
       if (now == fits) best = {scale, loss};
     }
+    if (now != fits) downscale_all(atlas, originals, best.scale, visibility, validity);
+    if (fits > 0) best.loss = measured.now({{}, reference_loss_db});
   } catch (const GlError&) {
     downscale_all(atlas, originals, 1, visibility, validity);
     throw;
   }
-  if (now != fits) downscale_all(atlas, originals, best.scale, visibility, validity);
   return best;
 }
 

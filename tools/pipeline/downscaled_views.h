@@ -7,6 +7,7 @@
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
 #include "tools/pipeline/gpu_budget.h"
+#include "tools/pipeline/held_out_loss.h"
 
 namespace lumatlas {
 
@@ -22,13 +23,14 @@ namespace lumatlas {
 [[nodiscard]] ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale);
 
 struct DownscaledViews {
-  double scale = 1;    // of a photograph's sides, the share that is kept
-  double loss_db = 0;  // measured, see scale_loss.h
+  double scale = 1;   // of a photograph's sides, the share that is kept
+  MeasuredLoss loss;  // 0 at full resolution, whatever the references
 };
-// As far as the pictures lose at most so much, dB, > 0, by measurement, but not below `least`; in eight steps. Not at
-// all where no photograph shows what others show too. Throws GlError where there is no OpenGL to draw them with;
-// nothing was changed then.
-[[nodiscard]] DownscaledViews downscale_views_within(double max_loss_db, Atlas& atlas, const Visibility& visibility,
+// As far as the pictures lose at most so much, dB, by measurement, with references given up too (see HeldOutLoss), but
+// not below `least`, in (0, 1] (std::invalid_argument); in eight steps. `measured` was made of the views as they are
+// now, and must be able to tell. Throws GlError as it does; nothing was changed then.
+[[nodiscard]] DownscaledViews downscale_views_within(double max_loss_db, double reference_loss_db, Atlas& atlas,
+                                                     HeldOutLoss& measured, const Visibility& visibility,
                                                      const ValidityOptions& validity, double least);
 
 }  // namespace lumatlas

@@ -68,7 +68,9 @@ bool is_parsimony(const json& parsimony) {
          is_part("references") && is_part("texels") && parsimony.contains("short_of_room") &&
          parsimony["short_of_room"].is_boolean() &&
          (!parsimony.contains("references_given_up") || has_number(parsimony, "references_given_up")) &&
-         (!parsimony.contains("scale_loss_db") || has_number(parsimony, "scale_loss_db"));
+         (!parsimony.contains("scale_loss_db") || has_number(parsimony, "scale_loss_db")) &&
+         (!parsimony.contains("measured_loss_db") || parsimony["measured_loss_db"].is_null() ||
+          has_number(parsimony, "measured_loss_db"));
 }
 
 // Null: the plan has none. Throws InputError for a plan that `lumatlas build` did not write.

@@ -12,6 +12,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -240,6 +241,17 @@ TEST_CASE("a machine without a library of OpenGL is told which one to install") 
   check_failure(lumatlas(render, without("libOpenGL.so.0 libGL.so.1")),
                 "neither libOpenGL.so.0 nor libGL.so.1 can be loaded");
   CHECK(names_in(folder.path()).empty());
+
+  const Outcome built = lumatlas({"build", made().scene, "-o", (folder / "model").string(), "--budget", "auto",
+                                  "--loss", "3", "--refine", "none", "--json", "--quiet"},
+                                 without("libEGL.so.1"));
+  REQUIRE(built.status == 0);
+  CHECK_THAT(built.err, Catch::Contains("what it costs cannot be measured: no OpenGL: libEGL.so.1 cannot be loaded"));
+  const nlohmann::json summary = nlohmann::json::parse(built.out);
+  CHECK(summary["parsimony"]["measured_loss_db"].is_null());
+  CHECK(summary["parsimony"]["predicted_loss_db"] <= 3);
+  CHECK_FALSE(summary["parsimony"]["taken_away"].empty());
+  CHECK(summary["texels"]["scale"] == 1);
 }
 
 TEST_CASE("a limit of processes is told by name") {

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/held_out_loss.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <stdexcept>
+
+#include "tools/base/interrupt.h"
+
+namespace lumatlas {
+
+namespace {
+
+// As many photographs are left out at once as by `--hold 8`: with fewer folds a store of the others would be too sparse
+// to stand for the whole one.
+constexpr std::size_t kFolds = 8;
+constexpr std::size_t kMostPictures = 12;   // of a fold
+constexpr std::size_t kFewestPictures = 4;  // in all, that a standard error can be told from
+constexpr std::size_t kLeastToDecide = 24;  // pictures
+constexpr double kErrorsToDecide = 4;       // standard errors
+constexpr double kPixelsInAll = kFolds * kMostPictures * 256 * 256;
+constexpr double kLeastSidePx = 256, kMostSidePx = 512;  // of a picture
+constexpr std::uint8_t kLeastTrust = 128;                // of StoredView::trust
+constexpr double kLeastShare = 0.2;                      // of a picture's pixels that must be comparable
+constexpr double kLeastSquaredError = 1e-3;              // squared 8-bit levels, so that equal pictures have a PSNR
+
+// The fractional parts of multiples of an irrational number are spread evenly however many they are.
+double spread(std::size_t index, double step) {
+  double whole = 0;
+  return std::modf(0.5 + step * static_cast<double>(index), &whole);
+}
+
+std::vector<std::uint32_t> stored_slots(const Snapshot& store) {
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
+    if (store.views[slot]) slots.push_back(slot);
+  }
+  return slots;
+}
+
+// A view that is left out lends nothing: neither colours nor its exposure.
+void leave_out(std::uint32_t slot, Snapshot& store) {
+  TileTable& tiles = store.tiles;
+  if (tiles.whole_views()) {
+    store.views[slot].reset();
+    store.gains[slot] = glm::dvec3(1);
+  } else {
+    std::fill(tiles.slots.begin() + tiles.first_tile[slot], tiles.slots.begin() + tiles.first_tile[slot + 1],
+              kNotResident);
+  }
+}
+
+MeasuredLoss mean_of(const std::vector<double>& losses) {
+  const auto count = static_cast<double>(losses.size());
+  double sum = 0, squares = 0;
+  for (const double loss : losses) sum += loss;
+  const double mean = sum / count;
+  for (const double loss : losses) squares += (loss - mean) * (loss - mean);
+  return {mean, std::sqrt(squares / (count * std::max(count - 1, 1.0)))};
+}
+
+// Whether more pictures would hardly change on which side of the bound the loss is.
+bool is_decided(const std::vector<double>& losses, double bound_db) {
+  if (losses.size() < kLeastToDecide) return false;
+  const MeasuredLoss loss = mean_of(losses);
+  return std::abs(loss.mean_db - bound_db) > kErrorsToDecide * loss.error_db;
+}
+
+}  // namespace
+
+HeldOutLoss::Picture HeldOutLoss::picture_of(const StoredView& view, std::uint32_t side_px, std::size_t index) {
+  // Reciprocals of the plastic number and of its square, for points of the plane.
+  constexpr double kAcross = 0.7548776662466927, kDown = 0.5698402909980532;
+  const Camera& whole = view.camera;
+  Picture picture{whole, {}, {}};
+  picture.camera.width = std::min(side_px, whole.width);
+  picture.camera.height = std::min(side_px, whole.height);
+  const auto left = static_cast<std::uint32_t>(spread(index, kAcross) * (whole.width - picture.camera.width + 1));
+  const auto top = static_cast<std::uint32_t>(spread(index, kDown) * (whole.height - picture.camera.height + 1));
+  picture.camera.cx -= left;
+  picture.camera.cy -= top;
+  for (std::uint32_t y = 0; y < picture.camera.height; ++y) {
+    for (std::uint32_t x = 0; x < picture.camera.width; ++x) {
+      const std::size_t pixel = std::size_t{top + y} * whole.width + left + x;
+      const auto rgb = view.photograph.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel);
+      picture.rgb.insert(picture.rgb.end(), rgb, rgb + 3);
+      const bool in_lens = view.photograph.valid.empty() || view.photograph.valid[pixel] != 0;
+      picture.counts.push_back(in_lens && (view.trust.empty() || view.trust[pixel] >= kLeastTrust) ? 1 : 0);
+    }
+  }
+  return picture;
+}
+
+HeldOutLoss::HeldOutLoss(const Planner& planner, const Atlas& atlas, BuildStage& stage)
+    : planner_(planner),
+      atlas_(atlas),
+      stage_(stage),
+      store_(atlas.snapshot()),
+      // Cells are joined in the first snapshot alone, which would differ from all that are compared with it.
+      renderer_({.join_cells = false}) {
+  deal(stored_slots(store_));
+  for (Fold& fold : folds_) {
+    load(fold, {});
+    for (Picture& picture : fold.pictures) compare_with_whole(picture);
+    std::erase_if(fold.pictures, [](const Picture& picture) {
+      const auto compared = std::count(picture.counts.begin(), picture.counts.end(), 1);
+      return static_cast<double>(compared) < kLeastShare * static_cast<double>(picture.counts.size());
+    });
+    stage_.tick();
+  }
+}
+
+// Views in neighbouring slots, which mostly came one after the other, go into different folds.
+void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
+  folds_.resize(std::min(kFolds, slots.size()));
+  std::size_t pictures = 0;
+  for (std::size_t f = 0; f < folds_.size(); ++f) {
+    Fold& fold = folds_[f];
+    for (std::size_t place = f; place < slots.size(); place += folds_.size()) fold.absent.push_back(slots[place]);
+    fold.order = planner_.thinning_order(fold.absent);
+    pictures += std::min(kMostPictures, fold.absent.size());
+  }
+  const double side = std::sqrt(kPixelsInAll / static_cast<double>(std::max<std::size_t>(pictures, 1)));
+  const auto side_px = static_cast<std::uint32_t>(std::clamp(side, kLeastSidePx, kMostSidePx));
+  std::size_t index = 0;
+  for (Fold& fold : folds_) {
+    const std::size_t count = std::min(kMostPictures, fold.absent.size());
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t slot = fold.absent[i * fold.absent.size() / count];
+      fold.pictures.push_back(picture_of(*store_.views[slot], side_px, index++));
+    }
+  }
+}
+
+void HeldOutLoss::load(const Fold& fold, const GivenUp& given_up) {
+  std::vector<std::uint32_t> kept;
+  for (const ThinningStep& step : fold.order) {
+    if (store_.views[step.slot] && !(given_up.gap && step.gap <= *given_up.gap)) kept.push_back(step.slot);
+  }
+  std::sort(kept.begin(), kept.end());  // as the store refers to them
+  Snapshot store = store_;              // its photographs are shared
+  store.references = planner_.references_among(kept, fold.absent, given_up.reference_loss_db);
+  for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
+    if (!std::binary_search(kept.begin(), kept.end(), slot)) leave_out(slot, store);
+  }
+  leave_out_views_without_tiles(store);
+  renderer_.load(store);
+}
+
+// Pixels count that views of the whole store are blended for, whatever is left of these views later.
+void HeldOutLoss::compare_with_whole(Picture& picture) {
+  const Rendering drawn = draw(picture);
+  for (std::size_t pixel = 0; pixel < picture.counts.size(); ++pixel) {
+    if (drawn.state[pixel] != PixelState::textured) picture.counts[pixel] = 0;
+  }
+  picture.psnr = psnr(picture, drawn);
+}
+
+Rendering HeldOutLoss::draw(const Picture& picture) {
+  throw_if_interrupted();
+  return renderer_.render(picture.camera, {});
+}
+
+double HeldOutLoss::psnr(const Picture& picture, const Rendering& drawn) {
+  double sum = 0;
+  std::size_t values = 0;
+  for (std::size_t pixel = 0; pixel < picture.counts.size(); ++pixel) {
+    if (picture.counts[pixel] == 0) continue;
+    for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value, ++values) {
+      const double difference = int{drawn.picture.rgb[value]} - int{picture.rgb[value]};
+      sum += difference * difference;
+    }
+  }
+  const double mean = sum / static_cast<double>(std::max<std::size_t>(values, 1));
+  return 10 * std::log10(255.0 * 255.0 / std::max(mean, kLeastSquaredError));
+}
+
+bool HeldOutLoss::can_tell() const {
+  std::size_t pictures = 0;
+  for (const Fold& fold : folds_) pictures += fold.pictures.size();
+  return pictures >= kFewestPictures;
+}
+
+MeasuredLoss HeldOutLoss::now(const GivenUp& given_up, std::optional<double> bound_db) {
+  if (!can_tell()) throw std::logic_error("held-out loss: too few photographs show what others show");
+  store_ = atlas_.snapshot();
+  std::vector<double> losses;
+  for (const Fold& fold : folds_) {
+    if (fold.pictures.empty()) continue;
+    load(fold, given_up);
+    for (const Picture& picture : fold.pictures) losses.push_back(picture.psnr - psnr(picture, draw(picture)));
+    stage_.tick();
+    if (bound_db && is_decided(losses, *bound_db)) break;
+  }
+  return mean_of(losses);
+}
+
+}  // namespace lumatlas

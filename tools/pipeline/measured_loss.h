@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#pragma once
+
+namespace lumatlas {
+
+// dB of PSNR, in the mean over photographs; below 0: the pictures are better than before.
+struct MeasuredLoss {
+  double mean_db = 0;
+  double error_db = 0;  // standard error of the mean, >= 0
+  // Which the true loss seldom exceeds.
+  [[nodiscard]] double at_most_db() const { return mean_db + error_db; }
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/thinned_views.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+namespace lumatlas {
+
+ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Planner& planner, HeldOutLoss& measured) {
+  ThinnedViews thinned;
+  const std::vector<ThinningStep> order = planner.thinning_order();
+  const std::size_t close_enough = std::max<std::size_t>(1, order.size() / 64);
+  const auto without = [&](std::size_t views) -> HeldOutLoss::GivenUp {
+    return {views > 0 ? std::optional(order[views - 1].gap) : std::nullopt, reference_loss_db};
+  };
+  std::size_t fits = 0, too_far = order.size();
+  while (too_far - fits > close_enough) {
+    const std::size_t now = (fits + too_far) / 2;
+    (measured.now(without(now), max_loss_db).at_most_db() <= max_loss_db ? fits : too_far) = now;
+  }
+  thinned.loss = measured.now(without(fits));
+  std::vector<std::uint32_t> gone;
+  for (std::size_t i = 0; i < fits; ++i) {
+    gone.push_back(order[i].slot);
+    thinned.taken_away.push_back(planner.name_of(order[i].slot));
+  }
+  planner.take_away(gone);
+  return thinned;
+}
+
+}  // namespace lumatlas
