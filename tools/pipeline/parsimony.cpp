@@ -89,7 +89,8 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, const Visibility& visib
   }
   if (!parsimony.measured) parsimony.taken_away = planner.thin();
   parsimony.predicted = planner.predicted_loss();
-  parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db : parsimony.predicted.loss_db;
+  parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db
+                                         : parsimony.predicted.loss_db + result.scale_loss_db;
   if (!result.options.tiles.whole_views()) atlas.choose_tiles_anew();  // of fewer views than were measured
 }
 

@@ -16,12 +16,20 @@ ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Pla
   const auto without = [&](std::size_t views) -> HeldOutLoss::GivenUp {
     return {views > 0 ? std::optional(order[views - 1].gap) : std::nullopt, reference_loss_db};
   };
-  std::size_t fits = 0, too_far = order.size();
-  while (too_far - fits > close_enough) {
-    const std::size_t now = (fits + too_far) / 2;
-    (measured.now(without(now), max_loss_db).at_most_db() <= max_loss_db ? fits : too_far) = now;
-  }
+  const auto most_that_fit = [&](std::size_t too_far, std::optional<double> bound_db) {
+    std::size_t fits = 0;
+    while (too_far - fits > close_enough) {
+      const std::size_t now = (fits + too_far) / 2;
+      (measured.now(without(now), bound_db).at_most_db() <= max_loss_db ? fits : too_far) = now;
+    }
+    return fits;
+  };
+  std::size_t fits = most_that_fit(order.size(), max_loss_db);
   thinned.loss = measured.now(without(fits));
+  if (fits > 0 && thinned.loss.mean_db > max_loss_db) {  // what few folds had said was wrong
+    fits = most_that_fit(fits, {});
+    thinned.loss = measured.now(without(fits));
+  }
   std::vector<std::uint32_t> gone;
   for (std::size_t i = 0; i < fits; ++i) {
     gone.push_back(order[i].slot);

@@ -107,6 +107,8 @@ TEST_CASE("photographs are downscaled as far as a bound on the measured loss all
       const Camera& before = full.snapshot.views[slot]->camera;
       CHECK(result.snapshot.views[slot]->camera.width == std::lround(result.scale * before.width));
     }
+    const std::size_t stored = full.snapshot.views.size() - result.parsimony->taken_away.size();
+    CHECK(result.stored_bytes == stored * stored_bytes(full.snapshot.views[0]->camera));  // as they came
     const nlohmann::json parsimony = summary(result, result.options)["parsimony"];
     CHECK(parsimony["bound_db"] == bound);
     CHECK(parsimony["scale_loss_db"] == result.scale_loss_db);
