@@ -192,11 +192,12 @@ std::vector<std::uint32_t> Planner::stored_slots() const {
   return slots;
 }
 
-std::vector<std::uint32_t> Planner::lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const {
+std::vector<std::uint32_t> Planner::lowest_ranked(const CoverageLedger& ledger, std::vector<std::uint32_t> slots,
+                                                  std::size_t count) {
   if (count >= slots.size()) return slots;
   std::partial_sort(
       slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(count), slots.end(),
-      [&](std::uint32_t a, std::uint32_t b) { return std::pair(ledger_.loss(a), a) < std::pair(ledger_.loss(b), b); });
+      [&](std::uint32_t a, std::uint32_t b) { return std::pair(ledger.loss(a), a) < std::pair(ledger.loss(b), b); });
   slots.resize(count);
   return slots;
 }
@@ -212,7 +213,7 @@ Planner::Exchange Planner::best_exchange(std::span<const CellPart> parts, std::u
   std::erase_if(candidates, [&](std::uint32_t slot) { return !fits(bytes, bytes_of(slot), 1); });
   if (candidates.empty()) return joint_exchange(parts, bytes);
   const bool each_makes_room = candidates.size() == held_views_;
-  if (options_.victims > 0) candidates = lowest_ranked(std::move(candidates), options_.victims);
+  if (options_.victims > 0) candidates = lowest_ranked(ledger_, std::move(candidates), options_.victims);
   const std::vector<double> gains = ledger_.exchange_gains(parts, candidates);
   const auto best = std::max_element(gains.begin(), gains.end());
   Exchange single{{candidates[static_cast<std::size_t>(best - gains.begin())]}, *best};

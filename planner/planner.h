@@ -225,7 +225,8 @@ class Planner {
   [[nodiscard]] std::vector<CellPart> parts(const Camera& small, std::span<const CellPixels> seen) const;
   [[nodiscard]] std::vector<CellPart> look(const Camera& camera, Verdict& verdict);
   [[nodiscard]] std::vector<std::uint32_t> stored_slots() const;
-  [[nodiscard]] std::vector<std::uint32_t> lowest_ranked(std::vector<std::uint32_t> slots, std::size_t count) const;
+  [[nodiscard]] static std::vector<std::uint32_t> lowest_ranked(const CoverageLedger& ledger,
+                                                                std::vector<std::uint32_t> slots, std::size_t count);
   [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const { return slot_bytes_[slot]; }
   [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const;
   void require_room_for(const std::string& name, const Camera& camera) const;

@@ -114,7 +114,7 @@ std::vector<std::string> Planner::thin() {
   const double bound = *options_.max_loss_db;
   for (std::vector<std::uint32_t> slots = stored_slots(); !slots.empty();) {
     may_interrupt(options_.refinement.interruption_point);
-    const std::uint32_t least = lowest_ranked(slots, 1).front();
+    const std::uint32_t least = lowest_ranked(ledger_, slots, 1).front();
     if (predicted_loss_db(offered_->gap_without(ledger_, least)) > bound - bound_of_references(bound)) break;
     gone.push_back(atlas_.view(least)->name);
     evict(least);
@@ -157,13 +157,11 @@ std::vector<ThinningStep> Planner::thinning_order(std::span<const std::uint32_t>
   std::vector<ThinningStep> order;
   while (!slots.empty()) {
     may_interrupt(options_.refinement.interruption_point);
-    const auto least = std::min_element(slots.begin(), slots.end(), [&](std::uint32_t a, std::uint32_t b) {
-      return std::pair(ledger.loss(a), a) < std::pair(ledger.loss(b), b);
-    });
-    ledger.erase(*least);
+    const std::uint32_t least = lowest_ranked(ledger, slots, 1).front();
+    ledger.erase(least);
     const double gap = whole > 0 ? std::clamp(1 - ledger.summed_coverage() / whole, 0.0, 1.0) : 0;
-    order.push_back({*least, order.empty() ? gap : std::max(gap, order.back().gap)});  // but for rounding it rises
-    slots.erase(least);
+    order.push_back({least, order.empty() ? gap : std::max(gap, order.back().gap)});  // but for rounding it rises
+    std::erase(slots, least);
   }
   return order;
 }

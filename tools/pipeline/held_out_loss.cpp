@@ -18,7 +18,7 @@ constexpr std::size_t kFolds = 8;
 constexpr std::size_t kMostPictures = 12;   // of a fold
 constexpr std::size_t kFewestPictures = 4;  // in all, that a standard error can be told from
 constexpr std::size_t kLeastToDecide = 24;  // pictures
-constexpr double kErrorsToDecide = 4;       // standard errors
+constexpr double kErrorsToDecide = 4;       // standard errors; many, for pictures of a fold share its store
 constexpr double kPixelsInAll = kFolds * kMostPictures * 256 * 256;
 constexpr double kLeastSidePx = 256, kMostSidePx = 512;  // of a picture
 constexpr std::uint8_t kLeastTrust = 128;                // of StoredView::trust
