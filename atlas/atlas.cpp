@@ -270,6 +270,30 @@ void Atlas::bound_tiles(std::uint32_t max_tiles) {
   if (maker_) maker_->bound_tiles(max_tiles);
 }
 
+std::vector<SharedShownCells> Atlas::cut_anew(const TileOptions& layout, std::vector<SharedShownCells> shown) {
+  lumatlas::check(layout);
+  const std::scoped_lock one_at_a_time(snapshot_mutex_);
+  const std::scoped_lock lock(mutex_);
+  if (shown.size() != views_.size()) {
+    throw std::invalid_argument("atlas: shown has " + std::to_string(shown.size()) +
+                                " entries, must have one per slot, " + std::to_string(views_.size()));
+  }
+  for (std::size_t slot = 0; slot < shown.size(); ++slot) {
+    if (!shown[slot]) throw std::invalid_argument("atlas: shown[" + std::to_string(slot) + "] is null");
+    if (views_[slot]) {
+      require_shown_cells_of(views_[slot]->name, views_[slot]->camera, *shown[slot], layout);
+      require_cells_of(views_[slot]->name, *shown[slot]);
+    } else if (!shown[slot]->empty()) {
+      throw std::invalid_argument("atlas: shown[" + std::to_string(slot) + "] is not empty, its slot holds no view");
+    }
+  }
+  layout_ = layout;
+  shown_.swap(shown);
+  maker_.reset();
+  mark_all_changed();
+  return shown;
+}
+
 void Atlas::mark_changed(std::uint32_t cell) {
   if (std::exchange(cell_changed_[cell], std::uint8_t{1}) == 0) changed_cells_.push_back(cell);
 }

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Texels in blocks that a GPU reads as they are: BC3, also named DXT5, of the extension EXT_texture_compression_s3tc.
-// A block of 4 x 4 texels is 8 bytes of alpha, two values and for each texel 3 bits between them, and 8 bytes of
-// colour, two colours of 16 bits and for each texel 2 bits between them.
+// Texels in blocks that a GPU reads as they are: BC7, also named BPTC, of OpenGL 4.2. See atlas/bc7_block.h.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -13,14 +12,14 @@
 
 namespace lumatlas {
 
-inline constexpr std::uint32_t kBlockSide = 4;    // texels
-inline constexpr std::uint32_t kBlockBytes = 16;  // of BC3
+inline constexpr std::uint32_t kBlockSide = 4;  // texels
+inline constexpr std::size_t kBlockBytes = 16;
 
 // Blocks row by row from the top left; the same for the same texels, whoever compresses them. A validity of 0 stays 0
-// and no other becomes 0. Throws std::invalid_argument unless the level's sides are multiples of 4.
+// and no other becomes 0: see bc7_block(). Throws std::invalid_argument unless the level's sides are multiples of 4.
 [[nodiscard]] std::vector<std::uint8_t> compressed(const ImageLevel& level);
-// What a GPU shows of them, up to rounding. Throws std::invalid_argument unless the sides are multiples of 4 and there
-// are as many blocks as they have.
+// What a GPU shows of them. Throws std::invalid_argument unless the sides are multiples of 4 and there are as many
+// blocks as they have, of those that compressed() makes.
 [[nodiscard]] ImageLevel decompressed(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> blocks);
 
 // The `levels` finest levels of a whole view with the colours that the texture array shows in this layout: rounded up

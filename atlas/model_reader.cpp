@@ -308,7 +308,7 @@ TexelFormat ModelReader::texels() const {
   const std::string name = file_.text(lumigraph_, kLumigraphExtension, "texels");
   const auto known = kTexelFormatsByName.find(name);
   if (known == kTexelFormatsByName.end()) {
-    file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc3\"");
+    file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc7\"");
   }
   return known->second;
 }

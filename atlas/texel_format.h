@@ -12,21 +12,21 @@ namespace lumatlas {
 // How the texture array holds sRGB colour, and validity as its alpha. Coarser levels are held alike.
 enum class TexelFormat : std::uint8_t {
   rgb8,  // 8 bits a channel (GL_SRGB8_ALPHA8)
-  bc3,   // blocks of 4 x 4 texels, see compressed_texels.h (GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT)
+  bc7,   // blocks of 4 x 4 texels, see compressed_texels.h (GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM)
 };
 
 inline const std::map<std::string, TexelFormat> kTexelFormatsByName{{"rgb8", TexelFormat::rgb8},
-                                                                    {"bc3", TexelFormat::bc3}};
+                                                                    {"bc7", TexelFormat::bc7}};
 [[nodiscard]] constexpr const char* name_of(TexelFormat format) {
-  return format == TexelFormat::bc3 ? "bc3" : "rgb8";
+  return format == TexelFormat::bc7 ? "bc7" : "rgb8";
 }
 
 // Bytes of so many texels; of whole blocks in formats that have them.
 [[nodiscard]] constexpr std::uint64_t color_bytes(TexelFormat format, std::uint64_t texels) {
-  return format == TexelFormat::bc3 ? texels / 2 : 3 * texels;
+  return format == TexelFormat::bc7 ? texels / 2 : 3 * texels;
 }
 [[nodiscard]] constexpr std::uint64_t validity_bytes(TexelFormat format, std::uint64_t texels) {
-  return format == TexelFormat::bc3 ? texels / 2 : texels;
+  return format == TexelFormat::bc7 ? texels / 2 : texels;
 }
 
 // Depth beside them is in blocks of 8 x 8 pixels (GL_RGBA32UI), see depth_blocks.h: of tiles without their gutters,

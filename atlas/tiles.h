@@ -29,7 +29,7 @@ struct TileOptions {
   std::uint32_t tile_px = 64;   // side of a tile without its gutter; a multiple of 8 in [8, 1024]; 0: whole views
   std::uint32_t gutter_px = 2;  // 1, 2, 4 or 8: see levels_of()
   std::uint32_t max_tiles = 0;  // slots of the texture array; 0: as many as are needed
-  // bc3 needs a gutter of at least 2, and of 8 a tile_px that is a multiple of 16: so all levels of a slot, and of the
+  // bc7 needs a gutter of at least 2, and of 8 a tile_px that is a multiple of 16: so all levels of a slot, and of the
   // tile in it, are whole blocks.
   TexelFormat texels = TexelFormat::rgb8;
 

@@ -73,7 +73,7 @@ bool driver_copies_textures() {
 
 // The photographs, sRGB with validity, and their depths.
 GlTexture make_photographs(const ArrayShape& shape) {
-  const GLenum format = shape.format == TexelFormat::bc3 ? GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT : GL_SRGB8_ALPHA8;
+  const GLenum format = shape.format == TexelFormat::bc7 ? GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM : GL_SRGB8_ALPHA8;
   return make_texture_array(format, static_cast<GLsizei>(shape.columns * shape.slot_width),
                             static_cast<GLsizei>(shape.rows * shape.slot_height), static_cast<GLsizei>(shape.pages),
                             GL_LINEAR, static_cast<GLsizei>(shape.levels));
@@ -115,11 +115,18 @@ std::uint64_t ArrayShape::bytes() const {
   return bytes;
 }
 
-// OpenGL ES names the sRGB forms in an extension of their own.
+// OpenGL has had BC7 since 4.2; OpenGL ES has it as an extension.
 bool driver_takes(TexelFormat format) {
-  if (format == TexelFormat::rgb8) return true;
-  if (!epoxy_is_desktop_gl()) return epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc_srgb");
-  return epoxy_has_gl_extension("GL_EXT_texture_compression_s3tc") && epoxy_has_gl_extension("GL_EXT_texture_sRGB");
+  return format == TexelFormat::rgb8 || epoxy_is_desktop_gl() ||
+         epoxy_has_gl_extension("GL_EXT_texture_compression_bptc");
+}
+
+bool draws_in_software() {
+  const auto* const name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  if (name == nullptr) throw GlError("the current OpenGL context does not tell its renderer");
+  const std::string renderer = name;
+  return renderer.find("llvmpipe") != std::string::npos || renderer.find("softpipe") != std::string::npos ||
+         renderer.find("SwiftShader") != std::string::npos;
 }
 
 ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options) {
@@ -146,12 +153,12 @@ ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const Ar
   return {side, side, pages.columns, pages.rows, pages.pages, levels_of(options), options.texels, blocks, blocks};
 }
 
-ArrayShape array_shape(const Snapshot& snapshot) {
+ArrayShape array_shape(const Snapshot& snapshot, bool blocks) {
   const TileOptions& options = snapshot.tiles.options;
   const std::uint32_t slots = options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed();
   ArrayShape shape = snapshot.tiles.whole_views() ? layers_shape(cameras_of(snapshot), options)
                                                   : tiles_shape(slots, options, limits_of_driver());
-  if (!driver_takes(shape.format)) shape.format = TexelFormat::rgb8;
+  if (!blocks || !driver_takes(shape.format)) shape.format = TexelFormat::rgb8;
   return shape;
 }
 
@@ -197,10 +204,10 @@ void PhotographArray::allocate(const ArrayShape& shape) {
   shape_ = shape;
 }
 
-void PhotographArray::load(const Snapshot& snapshot) {
+void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   const TileTable& tiles = snapshot.tiles;
   const bool whole_views = tiles.whole_views();
-  const ArrayShape shape = array_shape(snapshot);
+  const ArrayShape shape = array_shape(snapshot, blocks);
   require_limits(shape, whole_views);
   if (stored_format_ != tiles.options.texels) held_.clear();  // the array may be the same: see array_shape()
   stored_format_ = tiles.options.texels;
@@ -294,10 +301,9 @@ void PhotographArray::copy(const Upload& upload) const {
     const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
     const auto width = static_cast<GLsizei>(shape_.slot_width >> number);
     const auto height = static_cast<GLsizei>(shape_.slot_height >> number);
-    if (shape_.format == TexelFormat::bc3) {
+    if (shape_.format == TexelFormat::bc7) {
       glCompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, width, height, 1,
-                                GL_COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT, static_cast<GLsizei>(level.size()),
-                                level.data());
+                                GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM, static_cast<GLsizei>(level.size()), level.data());
     } else {
       glTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, width, height, 1, GL_RGBA,
                       GL_UNSIGNED_BYTE, level.data());

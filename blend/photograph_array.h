@@ -52,17 +52,22 @@ struct ArrayLimits {
 // Whether the driver of the current context takes textures of the format.
 [[nodiscard]] bool driver_takes(TexelFormat format);
 
+// Whether the driver of the current context draws in software, which looks into a block for each texel: from blocks
+// that takes three times as long.
+[[nodiscard]] bool draws_in_software();
+
 // The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not. Its
-// format is rgb8 where the driver does not take the snapshot's: the texels are then decompressed by load().
-[[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot);
+// format is rgb8 without `blocks`, or where the driver does not take the snapshot's.
+[[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot, bool blocks = true);
 
 class PhotographArray {
  public:
   // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched. An
   // array that becomes too small makes place for one with a quarter more pages, where the driver copies textures.
   // Throws GlError if a limit of the driver is exceeded, naming the limit, the number and what to do; what was there is
-  // then gone.
-  void load(const Snapshot& snapshot);
+  // then gone. Where array_shape() has another format than the snapshot, texels are compressed and decompressed again,
+  // so that pictures are the same.
+  void load(const Snapshot& snapshot, bool blocks = true);
 
   // What shaders/photographs.glsl reads: the photographs, their depths in blocks, and by tile where it is.
   [[nodiscard]] const GlTexture& photographs() const { return photographs_; }

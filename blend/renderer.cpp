@@ -90,10 +90,6 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
   return array_shape(snapshot).bytes();
 }
 
-bool holds_texels(const Snapshot& snapshot) {
-  return driver_takes(snapshot.tiles.options.texels);
-}
-
 struct Renderer::State {
   RendererOptions steps;
   ShaderPrograms programs;
@@ -419,7 +415,7 @@ void Renderer::load(const Snapshot& snapshot) {
   }
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  state.photographs.load(snapshot);
+  state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
   state.views = table_of(kVectors, view_table(snapshot, state.photographs), "numbers of its views");
   state.nearby_exposure = NearbyExposure(snapshot);
   state.loaded = true;

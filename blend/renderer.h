@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "atlas/snapshot.h"
 #include "blend/blend_options.h"
@@ -15,17 +16,19 @@
 namespace lumatlas {
 
 // GL memory, bytes, of the texture arrays of a snapshot's photographs and depths. Needs a current context, whose limits
-// they are laid out by. Throws std::invalid_argument unless the snapshot passes check().
+// they are laid out by, with compressed texels in blocks: see RendererOptions::blocks. Throws std::invalid_argument
+// unless the snapshot passes check().
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
-// Whether the driver of the current context holds a snapshot's texels in their format. Where not, Renderer decompresses
-// them: pictures are the same, and the arrays take the bytes of TexelFormat::rgb8.
-[[nodiscard]] bool holds_texels(const Snapshot& snapshot);
-
-// None changes a picture beyond rounding, but where two views weigh the same; bench_render says what each is worth.
+// None changes a picture beyond rounding, but where two views weigh the same; bench_render says what the first two are
+// worth.
 struct RendererOptions {
   bool skip_losers = true;  // look at no photograph whose weight is too low even if it is valid
   bool join_cells = true;   // neighbours that refer to the same views need not fade into each other
+  // Compressed texels stay in blocks on the GPU, from the next load() on. Otherwise, and where a driver of OpenGL ES
+  // takes none, they take the bytes of TexelFormat::rgb8. None: unless software draws, which is three times as fast
+  // then.
+  std::optional<bool> blocks = std::nullopt;
 };
 
 class Renderer {

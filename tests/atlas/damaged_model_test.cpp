@@ -582,10 +582,10 @@ TEST_CASE("tiles that do not fit their views are refused") {
           {"a wide gutter", set("gutter", 9), "tiles: \"gutter\" is 9, must be in [1, 8]"},
           {"a gutter of no level", set("gutter", 3), "tiles: gutter_px is 3, must be 1, 2, 4 or 8"},
           {"unknown texels", [](DamagedModel& m) { m.lumigraph()["texels"] = "bc1"; },
-           "\"texels\" is \"bc1\", must be \"rgb8\" or \"bc3\""},
+           "\"texels\" is \"bc1\", must be \"rgb8\" or \"bc7\""},
           {"blocks with a gutter of 1",
            [](DamagedModel& m) {
-             m.lumigraph()["texels"] = "bc3";
+             m.lumigraph()["texels"] = "bc7";
              m.lumigraph()["tiles"]["gutter"] = 1;
            },
            "tiles: gutter_px is 1, must be 2, 4 or 8 for texels in blocks"},

@@ -40,7 +40,7 @@ TEST_CASE("a tile's side and gutter must suit a texture array") {
 }
 
 TEST_CASE("compressed texels are of whole blocks in every level") {
-  constexpr TexelFormat kBlocks = TexelFormat::bc3;
+  constexpr TexelFormat kBlocks = TexelFormat::bc7;
   CHECK(refusal_of({64, 1, 0, kBlocks}) == "tiles: gutter_px is 1, must be 2, 4 or 8 for texels in blocks");
   CHECK(refusal_of({24, 8, 0, kBlocks}) ==
         "tiles: tile_px is 24, must be a multiple of 16 for texels in blocks with a gutter of 8");

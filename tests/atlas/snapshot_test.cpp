@@ -15,6 +15,8 @@
 
 #include "atlas/atlas.h"
 #include "atlas/vertex_colors.h"
+#include "mesh/visibility.h"
+#include "tests/support/small_scenes.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -252,6 +254,49 @@ TEST_CASE("a policy goes on from what is resident, or from nothing when that is 
   (void)atlas->snapshot();
   (void)atlas->snapshot();
   CHECK(resident == std::vector<std::size_t>{0, 1, 0, 1});
+}
+
+TEST_CASE("a store that is cut anew is as if it had been cut so from the start") {
+  const TileOptions before{8, 2, 0}, after{16, 4, 0, TexelFormat::bc7};
+  const auto atlas = room_atlas(5, {}, before);
+  const Snapshot as_it_was = atlas->snapshot();
+  const auto visibility = make_ray_visibility(atlas->surface().mesh);
+  std::vector<SharedShownCells> shown;
+  for (std::uint32_t slot = 0; slot < 5; ++slot) {
+    const auto view = atlas->view(slot);
+    shown.push_back(std::make_shared<const std::vector<ShownCell>>(
+        shown_cells(*view, visibility->trace(view->camera).face, atlas->surface().cells, after)));
+  }
+  atlas->set_gain(2, glm::dvec3(0.5));
+  const std::vector<SharedShownCells> shown_before = atlas->cut_anew(after, shown);
+  CHECK(atlas->layout().texels == TexelFormat::bc7);
+  const Snapshot cut = atlas->snapshot(), expected = room_snapshot(5, {}, after);
+  CHECK(cut.tiles.slots == expected.tiles.slots);
+  CHECK(cut.tiles.first_tile == expected.tiles.first_tile);
+  CHECK(cut.references.views == expected.references.views);
+  CHECK(cut.views == as_it_was.views);
+  CHECK(cut.gains[2] == glm::dvec3(0.5));
+  CHECK_NOTHROW(check(as_it_was));
+  CHECK_NOTHROW(check(cut));
+
+  const auto bad = [&](const SharedShownCells& of_first) {
+    std::vector<SharedShownCells> changed = shown_before;
+    changed[0] = of_first;
+    return changed;
+  };
+  const std::vector<ShownCell> no_such_tile{{10000, 0, 1}}, no_such_cell{{0, 10000, 1}};
+  CHECK_THROWS_AS(atlas->cut_anew({7, 2, 0}, shown), std::invalid_argument);
+  CHECK_THROWS_AS(atlas->cut_anew(before, bad(nullptr)), std::invalid_argument);
+  for (const auto& shown_by_none : {no_such_tile, no_such_cell}) {
+    CHECK_THROWS_AS(atlas->cut_anew(before, bad(std::make_shared<const std::vector<ShownCell>>(shown_by_none))),
+                    std::invalid_argument);
+  }
+  CHECK_THROWS_WITH(atlas->cut_anew(before, {}),
+                    Catch::Contains("atlas: shown has 0 entries, must have one per slot, 5"));
+  CHECK(atlas->layout().texels == TexelFormat::bc7);
+  CHECK(atlas->snapshot().tiles.slots == expected.tiles.slots);
+  (void)atlas->cut_anew(before, shown_before);
+  CHECK(atlas->snapshot().tiles.slots == as_it_was.tiles.slots);
 }
 
 TEST_CASE("each rule of a snapshot is checked by name") {

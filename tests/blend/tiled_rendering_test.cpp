@@ -82,36 +82,27 @@ TEST_CASE("the shader agrees with the CPU reference on compressed texels, for an
   if (!context) return;
   const Snapshot plain = room_snapshot(12, {}, {16, 4, 0});
   for (const std::uint32_t tile : {0u, 16u}) {
-    const Snapshot packed = room_snapshot(12, {}, {tile, 4, 0, TexelFormat::bc3});
+    const Snapshot packed = room_snapshot(12, {}, {tile, 4, 0, TexelFormat::bc7});
     const auto visibility = make_ray_visibility(packed.surface->mesh);
-    Renderer renderer;
+    Renderer renderer({.blocks = true}), decompressing({.blocks = false});
     renderer.load(packed);
-    double different = 0, changed = 0;
+    decompressing.load(packed);
+    double different = 0, of_decompressed = 0, changed = 0;
     for (std::size_t number = 0; number < 4; ++number) {
       const Camera camera = between_views(2 * number);
       const Rendering cpu = render_reference(packed, camera, *visibility, {});
       different += share_different(renderer.render(camera, {}), cpu, 2) / 4;
+      of_decompressed += share_different(decompressing.render(camera, {}), cpu, 2) / 4;
       changed += share_different(render_reference(plain, camera, *visibility, {}), cpu, 2) / 4;
     }
     INFO("tiles of " << tile);
     CHECK(different <= 0.001);
+    CHECK(of_decompressed <= 0.001);
     CHECK(changed > 0.01);  // compression is seen by both
     const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
-    Renderer alone;
+    Renderer alone({.blocks = true});
     alone.load(packed);
     CHECK(alone.render(between_views(3), {}).picture.rgb == renderer.render(between_views(3), {}).picture.rgb);
-  }
-}
-
-TEST_CASE("an array takes no more than its budget") {
-  const std::optional<EglContext> context = context_or_skip();
-  if (!context) return;
-  for (const std::uint64_t budget : {20'000ull, 150'000ull, 1'000'000ull, 9'000'000ull}) {
-    TileOptions layout{16, 2, 0};
-    layout.max_tiles = slots_within(budget, layout);
-    const Snapshot snapshot = room_snapshot(8, {}, layout, choose_tiles);
-    CHECK(array_bytes(snapshot) <= budget);
-    CHECK(array_bytes(snapshot) > budget * 3 / 4);
   }
 }
 
@@ -151,17 +142,48 @@ std::uint64_t bytes_in_context(GLsizei picture_width) {
   return bytes;
 }
 
+TEST_CASE("texels stay in blocks, or are decompressed as they are loaded: by default if software draws") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot packed = room_snapshot(3, {}, {16, 4, 0, TexelFormat::bc7});
+  const std::uint64_t in_blocks = array_shape(packed, true).bytes(), decompressed = array_shape(packed, false).bytes();
+  CHECK(decompressed > 2 * in_blocks);
+  PhotographArray array;
+  array.load(packed, false);
+  CHECK(array.shape().format == TexelFormat::rgb8);
+  array.load(packed, true);
+  CHECK(array.shape().format == TexelFormat::bc7);
+  CHECK(array.uploaded_slots() == packed.tiles.resident_tiles());
+  const std::uint64_t before = bytes_in_context(37);
+  Renderer renderer;
+  renderer.load(packed);
+  const std::uint64_t taken = bytes_in_context(37) - before;
+  CHECK((taken > decompressed) == draws_in_software());
+}
+
+TEST_CASE("an array takes no more than its budget") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  for (const std::uint64_t budget : {20'000ull, 150'000ull, 1'000'000ull, 9'000'000ull}) {
+    TileOptions layout{16, 2, 0};
+    layout.max_tiles = slots_within(budget, layout);
+    const Snapshot snapshot = room_snapshot(8, {}, layout, choose_tiles);
+    CHECK(array_bytes(snapshot) <= budget);
+    CHECK(array_bytes(snapshot) > budget * 3 / 4);
+  }
+}
+
 TEST_CASE("what a model takes on the GPU is counted to the byte, whole views and tiles, with cells joined or not") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   for (const TileOptions layout :
-       {TileOptions{16, 2, 0}, TileOptions{64, 8, 0}, TileOptions{0, 4, 0}, TileOptions{16, 4, 0, TexelFormat::bc3},
-        TileOptions{64, 8, 0, TexelFormat::bc3}, TileOptions{0, 4, 0, TexelFormat::bc3}}) {
+       {TileOptions{16, 2, 0}, TileOptions{64, 8, 0}, TileOptions{0, 4, 0}, TileOptions{16, 4, 0, TexelFormat::bc7},
+        TileOptions{64, 8, 0, TexelFormat::bc7}, TileOptions{0, 4, 0, TexelFormat::bc7}}) {
     if (!driver_takes(layout.texels)) continue;
     for (const double width : {0.0, 0.1}) {
       INFO("tiles of " << layout.tile_px << " pixels, borders of " << width);
       const Snapshot snapshot = room_snapshot(7, {}, layout);
-      Renderer renderer;
+      Renderer renderer({.blocks = true});
       const std::uint64_t before = bytes_in_context(37);
       renderer.load(snapshot);
       BlendOptions options;
@@ -212,11 +234,11 @@ Snapshot first_views(Snapshot snapshot, std::size_t count) {
 TEST_CASE("a store that grows view by view is copied once: an array that is too small hands over what it holds") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  for (const TileOptions layout : {TileOptions{16, 2, 0}, TileOptions{16, 4, 0, TexelFormat::bc3}}) {
+  for (const TileOptions layout : {TileOptions{16, 2, 0}, TileOptions{16, 4, 0, TexelFormat::bc7}}) {
     if (!driver_takes(layout.texels)) continue;
     const Snapshot all = room_snapshot(9, {}, layout);
     PhotographArray array;
-    Renderer renderer;
+    Renderer renderer({.blocks = true});
     std::uint32_t before = 0, pages = 0, grown = 0;
     for (std::size_t views = 3; views <= 9; ++views) {
       CAPTURE(views);
@@ -228,7 +250,7 @@ TEST_CASE("a store that grows view by view is copied once: an array that is too 
       grown += array.shape().pages > pages;
       pages = array.shape().pages;
       renderer.load(snapshot);
-      Renderer fresh({.join_cells = false});
+      Renderer fresh({.join_cells = false, .blocks = true});
       fresh.load(snapshot);
       const Rendering made = fresh.render(room_camera(views), {});
       CHECK(share_different(renderer.render(room_camera(views), {}), made, views == 3 ? 1 : 0) == 0);

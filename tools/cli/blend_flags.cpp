@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "blend/renderer.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/option_rules.h"
 
@@ -147,13 +146,6 @@ nlohmann::json BlendFlags::json() const {
           {"supersample", effective.supersample},
           {"antialias", name_of(kAntialiases, effective.antialias)},
           {"exposure", name_of(kExposures, effective.exposure)}};
-}
-
-std::string texels_warning(const Snapshot& snapshot) {
-  if (holds_texels(snapshot)) return "";
-  return "warning: this driver takes no textures of " + std::string(name_of(snapshot.tiles.options.texels)) +
-         " (GL_EXT_texture_compression_s3tc): photographs are decompressed and take " +
-         std::to_string(array_bytes(snapshot)) + " bytes\n";
 }
 
 }  // namespace lumatlas

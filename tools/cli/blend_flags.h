@@ -9,7 +9,6 @@
 #include <string>
 #include <vector>
 
-#include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 
 namespace lumatlas {
@@ -49,9 +48,5 @@ class BlendFlags {
   CLI::Option* border_width_option_ = nullptr;
   CLI::Option* supersample_option_ = nullptr;
 };
-
-// A line for standard error where the driver of the current context takes more memory than the model asks for; else
-// empty.
-[[nodiscard]] std::string texels_warning(const Snapshot& snapshot);
 
 }  // namespace lumatlas

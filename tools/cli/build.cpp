@@ -48,7 +48,7 @@ struct BuildFlags {
   bool whole_views = false;
   std::string budget_size;  // empty: unbounded
   std::string texels = "auto";
-  std::string faces = "keep";
+  std::string faces;  // empty: none was given
   std::string texture = std::to_string(*BuildOptions{}.texture_px);
   std::uint64_t photograph_bytes = 0;  // 0: unbounded
   bool skip_bad = false;
@@ -107,9 +107,9 @@ void set_gutter(const BuildFlags& flags, TileOptions& tiles) {
   constexpr std::uint32_t kGutterOfBlocks = 4;
   if (tiles.texels == TexelFormat::rgb8) return;
   if (flags.gutter->count() == 0) tiles.gutter_px = kGutterOfBlocks;
-  if (tiles.gutter_px < 2) throw CLI::ValidationError("--gutter", "must be 2, 4 or 8 with --texels bc3");
+  if (tiles.gutter_px < 2) throw CLI::ValidationError("--gutter", "must be 2, 4 or 8 with --texels bc7");
   if (tiles.gutter_px == 8 && tiles.tile_px % 16 != 0) {
-    throw CLI::ValidationError("--tile", "must be a multiple of 16 with --texels bc3 and --gutter 8");
+    throw CLI::ValidationError("--tile", "must be a multiple of 16 with --texels bc7 and --gutter 8");
   }
 }
 
@@ -122,7 +122,7 @@ void set_texels(const BuildFlags& flags, BuildOptions& options) {
       flags.gutter->count() == 0 || options.tiles.gutter_px == 2 || options.tiles.gutter_px == 4;
   if (!automatic || options.tiles.whole_views() || !fit_for_blocks) return;
   options.tight_tiles = options.tiles;
-  options.tight_tiles->texels = TexelFormat::bc3;
+  options.tight_tiles->texels = TexelFormat::bc7;
   set_gutter(flags, *options.tight_tiles);
 }
 
@@ -143,10 +143,10 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   }
   if (automatic) {
     options.planner.max_bytes = flags.photograph_bytes;
-    // Half of the bound is for resolution, half, and what that leaves, for what is left out.
-    const bool downscaled = tiles && options.least_scale < 1;
-    options.max_scale_loss_db = downscaled ? flags.loss_db / 2 : 0;
-    options.planner.max_loss_db = flags.loss_db - options.max_scale_loss_db;
+    // Half of the bound is for texels, half, and what they leave, for what is left out.
+    const bool texels = tiles && (options.least_scale < 1 || options.tight_tiles);
+    options.max_texel_loss_db = texels ? flags.loss_db / 2 : 0;
+    options.planner.max_loss_db = flags.loss_db - options.max_texel_loss_db;
     flags.coverage.apply_parsimony(options.planner);
     if (flags.max_views->count() == 0) options.max_views.reset();
     return;
@@ -179,12 +179,14 @@ void follow_paper(BuildFlags& flags) {
   flags.keep_lenses = true;
 }
 
-FaceOptions faces_of(const std::string& text) {
+// A model that is to be small has no faces that no picture shows, unless someone wants all of them.
+FaceOptions faces_of(const BuildFlags& flags) {
+  const bool small = flags.budget_size == kAuto && flags.loss_db > 0;
   FaceOptions faces;
-  if (text == kAuto) {
+  if (flags.faces == kAuto || (flags.faces.empty() && small)) {
     faces.pixels = kFacesPixels;
-  } else if (text != kKeep) {
-    faces.faces = std::stoull(text);
+  } else if (!flags.faces.empty() && flags.faces != kKeep) {
+    faces.faces = std::stoull(flags.faces);
   }
   return faces;
 }
@@ -229,7 +231,7 @@ BuildOptions options_of(BuildFlags flags) {
   options.pictures.skip_bad = flags.skip_bad;
   options.hold_out = flags.hold.protocol();
   options.cells = flags.cells.options();
-  options.faces = faces_of(flags.faces);
+  options.faces = faces_of(flags);
   options.texture_px = texture_of(flags.texture);
   flags.coverage.apply(options.planner);
   set_budget(flags, options);
@@ -448,7 +450,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
   command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
-      ->default_str(kKeep);
+      ->default_str("keep, with --budget auto: auto");
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");
@@ -517,7 +519,7 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
                    ->check(divisible_by(8));
   flags.gutter = command
                      .add_option("--gutter", flags.options.tiles.gutter_px,
-                                 "Around a tile; 2 to the number of its coarser levels, with --texels bc3 of its "
+                                 "Around a tile; 2 to the number of its coarser levels, with --texels bc7 of its "
                                  "levels, and 4 unless given")
                      ->type_name("PX")
                      ->transform(one_of({"1", "2", "4", "8"}));
@@ -530,10 +532,11 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
           ->check(number_between(0.1, 1));
   command
       .add_option("--texels", flags.texels,
-                  "How photographs are held on the GPU: rgb8, as they are, bc3, compressed to about half the bytes; "
-                  "auto: bc3 where a budget in bytes has no room for them whole")
+                  "How photographs are held on the GPU: rgb8, as they are, bc7, compressed to a third of the bytes; "
+                  "auto: bc7 where a budget in bytes has no room for them whole, or where --budget auto measures "
+                  "that at most half of --loss is lost")
       ->type_name("NAME")
-      ->transform(one_of({kAuto, "rgb8", "bc3"}));
+      ->transform(one_of({kAuto, "rgb8", "bc7"}));
   flags.photographs = command
                           .add_option("--photograph-bytes", flags.photograph_bytes,
                                       "Memory for photographs that tiles are cut from while the model is built; with "

@@ -217,7 +217,6 @@ void run(const RenderFlags& flags) {
   if (needs_renderer(flags.mode)) {
     context.emplace();
     if (!flags.quiet) std::cerr << "renderer: " << context->description() << '\n';
-    if (!flags.quiet) std::cerr << texels_warning(snapshot);
     renderer.emplace();
     renderer->load(snapshot);
   }

@@ -166,7 +166,6 @@ void run(const ValidateFlags& flags) {
   }
   if (!flags.flicker.empty()) options.path = read_frames(flags.flicker, model.snapshot.surface->offset);
   const EglContext context;
-  if (!flags.quiet) std::cerr << texels_warning(model.snapshot);
   Report report = validate_model(model.snapshot, scene, context, options, output.path());
   report.facts.emplace_back("model", flags.model.string());
   report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));

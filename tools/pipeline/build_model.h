@@ -69,7 +69,7 @@ struct Parsimony {
   std::vector<std::string> taken_away;  // once the stream had ended, in that order
   std::size_t views = 0;
   std::uint64_t references = 0;  // of each cell to each view that sees it
-  std::uint64_t texels = 0;      // of whole photographs; of tiles, all of them, gutters included
+  std::uint64_t gpu_bytes = 0;   // of all that was stored when the stream had ended, before anything was given up
 };
 
 struct BuildResult {
@@ -89,7 +89,7 @@ struct BuildResult {
   PlannerOptions effective;                 // with every automatic value filled in, its masks those of the snapshot
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline
   std::optional<Parsimony> parsimony;       // of planner.max_loss_db
-  double scale_loss_db = 0;                 // of max_scale_loss_db: what was measured with `scale` and all views
+  double texel_loss_db = 0;                 // of max_texel_loss_db: by texels as they are now, with all views, about
   std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them

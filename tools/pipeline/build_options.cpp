@@ -58,15 +58,15 @@ void check(const BuildOptions& options) {
     throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
                                 ", must be above 0 and at most 1");
   }
-  if (!(std::isfinite(options.max_scale_loss_db) && options.max_scale_loss_db >= 0)) {
-    throw std::invalid_argument("build: max_scale_loss_db is " + std::to_string(options.max_scale_loss_db) +
+  if (!(std::isfinite(options.max_texel_loss_db) && options.max_texel_loss_db >= 0)) {
+    throw std::invalid_argument("build: max_texel_loss_db is " + std::to_string(options.max_texel_loss_db) +
                                 ", must be finite and not negative");
   }
-  if (options.max_scale_loss_db > 0 && !planner.max_loss_db) {
-    throw std::invalid_argument("build: max_scale_loss_db is given, planner.max_loss_db must be too");
+  if (options.max_texel_loss_db > 0 && !planner.max_loss_db) {
+    throw std::invalid_argument("build: max_texel_loss_db is given, planner.max_loss_db must be too");
   }
-  if (options.max_scale_loss_db > 0 && options.gpu_bytes > 0) {
-    throw std::invalid_argument("build: both max_scale_loss_db and gpu_bytes are given, one alone downscales");
+  if (options.max_texel_loss_db > 0 && options.gpu_bytes + options.array_bytes > 0) {
+    throw std::invalid_argument("build: both max_texel_loss_db and gpu_bytes or array_bytes are given, must not be");
   }
   if (options.array_bytes == 0) return;
   if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");

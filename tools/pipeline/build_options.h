@@ -75,19 +75,21 @@ struct BuildOptions {
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   // Instead of `tiles`, where gpu_bytes has no room for the photographs whole, all of them or the largest max_views, or
-  // where nobody knows them, with `watch`; none: `tiles` all the same. Both cut views into tiles.
+  // where nobody knows them, with `watch`; and where max_texel_loss_db allows it. None: `tiles` all the same. Both cut
+  // views into tiles.
   std::optional<TileOptions> tight_tiles;
   std::uint64_t array_bytes = 0;  // that the texture array of tiles may take; 0: what it needs
   // That the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: what it needs. Not with
   // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
   // room for, to choose tiles from.
   std::uint64_t gpu_bytes = 0;
-  // Of a photograph's sides, the share that gpu_bytes and max_scale_loss_db may downscale all photographs to, (0, 1],
+  // Of a photograph's sides, the share that gpu_bytes and max_texel_loss_db may downscale all photographs to, (0, 1],
   // the former before it gives up parts of some: see downscaled_views.h.
   double least_scale = 0.25;
-  // With planner.max_loss_db, not with gpu_bytes: all photographs are downscaled as far as that costs at most so many
-  // dB, finite and >= 0, by measurement; what is left of it goes to planner.max_loss_db. 0: not at all.
-  double max_scale_loss_db = 0;
+  // With planner.max_loss_db, not with bytes as a bound: texels are compressed if there are tight_tiles, and then all
+  // photographs downscaled, as far as that costs at most so many dB, finite and >= 0, by measurement; what is left of
+  // it goes to planner.max_loss_db. 0: neither.
+  double max_texel_loss_db = 0;
   // The longest side of the texture that other programs show, [kLeastTexturePx, kMostTexturePx]; none: they show the
   // averaged colours of vertices.
   std::optional<std::uint32_t> texture_px = 2048;

@@ -170,11 +170,11 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
   const auto against = [](std::uint64_t stored, std::uint64_t unbounded) -> json {
     return {{"stored", stored}, {"unbounded", unbounded}};
   };
-  return {{"bound_db", *result.effective.max_loss_db + result.options.max_scale_loss_db},
+  return {{"bound_db", *result.effective.max_loss_db + result.options.max_texel_loss_db},
           {"predicted_loss_db", p.loss_db},
           {"measured_loss_db", p.measured ? json(p.measured->mean_db) : json()},
           {"measured_loss_error_db", p.measured ? json(p.measured->error_db) : json()},
-          {"scale_loss_db", result.scale_loss_db},
+          {"texel_loss_db", result.texel_loss_db},
           {"gap", p.predicted.gap},
           {"reference_gap", p.predicted.reference_gap},
           {"references_given_up", p.predicted.references_given_up},
@@ -182,7 +182,7 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
           {"taken_away", p.taken_away},
           {"views", against(holding.views, p.views)},
           {"references", against(result.snapshot.references.views.size(), p.references)},
-          {"texels", against(holding.texels, p.texels)}};
+          {"gpu_bytes", {{"stored", result.gpu_bytes.sum()}, {"before", p.gpu_bytes}}}};
 }
 
 // Null: other programs show vertex colours.
@@ -294,13 +294,13 @@ bool is_measured(const json& p) {
   return p.contains("measured_loss_db") && p["measured_loss_db"].is_number();
 }
 
-// What of the loss is not merely predicted, if anything. Older models know only what is lost by resolution.
+// What of the loss is not merely predicted, if anything. Older models know only what is lost by texels.
 std::string measured_text(const json& p) {
-  const double by_scale = p.value("scale_loss_db", 0.0);
-  const std::string resolution = by_scale != 0 ? printed("%.3f", by_scale) + " by resolution" : "";
-  if (!is_measured(p)) return resolution.empty() ? "" : " (" + resolution + ")";
+  const double by_texels = p.value("texel_loss_db", 0.0);
+  const std::string texels = by_texels != 0 ? printed("%.3f", by_texels) + " by coarser texels" : "";
+  if (!is_measured(p)) return texels.empty() ? "" : " (" + texels + ")";
   return " (" + printed("%.3f", p["measured_loss_db"].get<double>()) + " measured" +
-         (resolution.empty() ? "" : ", of that " + resolution) + ")";
+         (texels.empty() ? "" : ", " + texels + " alone") + ")";
 }
 
 }  // namespace
@@ -325,7 +325,9 @@ std::string parsimony_text(const json& p) {
       against("references") +
       (p.value("references_given_up", 0) > 0 ? " (" + p["references_given_up"].dump() + " of stored views given up)"
                                              : "") +
-      ", " + against("texels");
+      (p.contains("gpu_bytes")
+           ? ", " + megabytes(p["gpu_bytes"]["stored"]) + " of " + megabytes(p["gpu_bytes"]["before"]) + " MB"
+           : "");
   if (p["predicted_loss_db"] <= p["bound_db"]) return text;
   if (p["short_of_room"].get<bool>()) {
     return text + "; more views were needed than --max-views or --photograph-bytes allow";
@@ -405,7 +407,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"least_scale", options.least_scale},
               {"texture", options.texture_px ? json(*options.texture_px) : json()},
               {"budget", budget_of(options)},
-              {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.max_scale_loss_db) : json()},
+              {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.max_texel_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},

@@ -109,7 +109,6 @@ DownscaledViews downscale_views_within(double max_loss_db, double reference_loss
       if (now == fits) best = {scale, loss};
     }
     if (now != fits) downscale_all(atlas, originals, best.scale, visibility, validity);
-    if (fits > 0) best.loss = measured.now({{}, reference_loss_db});
   } catch (const GlError&) {
     downscale_all(atlas, originals, 1, visibility, validity);
     throw;

@@ -24,7 +24,7 @@ namespace lumatlas {
 
 struct DownscaledViews {
   double scale = 1;   // of a photograph's sides, the share that is kept
-  MeasuredLoss loss;  // 0 at full resolution, whatever the references
+  MeasuredLoss loss;  // only as exactly as it took to decide; 0 at full resolution, whatever the references and texels
 };
 // As far as the pictures lose at most so much, dB, by measurement, with references given up too (see HeldOutLoss), but
 // not below `least`, in (0, 1] (std::invalid_argument); in eight steps. `measured` was made of the views as they are

@@ -65,10 +65,11 @@ bool is_parsimony(const json& parsimony) {
            has_number(parsimony[part], "unbounded");
   };
   return has_number(parsimony, "predicted_loss_db") && has_number(parsimony, "bound_db") && is_part("views") &&
-         is_part("references") && is_part("texels") && parsimony.contains("short_of_room") &&
-         parsimony["short_of_room"].is_boolean() &&
+         is_part("references") && parsimony.contains("short_of_room") && parsimony["short_of_room"].is_boolean() &&
          (!parsimony.contains("references_given_up") || has_number(parsimony, "references_given_up")) &&
-         (!parsimony.contains("scale_loss_db") || has_number(parsimony, "scale_loss_db")) &&
+         (!parsimony.contains("texel_loss_db") || has_number(parsimony, "texel_loss_db")) &&
+         (!parsimony.contains("gpu_bytes") ||
+          (has_number(parsimony["gpu_bytes"], "stored") && has_number(parsimony["gpu_bytes"], "before"))) &&
          (!parsimony.contains("measured_loss_db") || parsimony["measured_loss_db"].is_null() ||
           has_number(parsimony, "measured_loss_db"));
 }

@@ -16,7 +16,7 @@ namespace lumatlas {
 //   cells, references    count, seen and per_cell: how many cells refer to 0, 1, 2 ... views
 //   views                count and pixels of all
 //   tiles                size and gutter in pixels, resident and of (all tiles of all views); null: whole views
-//   texels, bytes        resident on the GPU with their levels and depth; format: of texels, rgb8 or bc3; budget: bytes
+//   texels, bytes        resident on the GPU with their levels and depth; format: of texels, rgb8 or bc7; budget: bytes
 //                        that the model was built with, null: unbounded or not known
 //   gpu                  where all bytes on the GPU go: see blend/gpu_bytes.h
 //   parsimony            as in build_summary.h, of a model that was built with --budget auto; null: of any other

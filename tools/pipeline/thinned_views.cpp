@@ -7,6 +7,8 @@
 #include <optional>
 #include <vector>
 
+#include "tools/pipeline/most_steps_within.h"
+
 namespace lumatlas {
 
 ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Planner& planner, HeldOutLoss& measured) {
@@ -17,12 +19,8 @@ ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Pla
     return {views > 0 ? std::optional(order[views - 1].gap) : std::nullopt, reference_loss_db};
   };
   const auto most_that_fit = [&](std::size_t too_far, std::optional<double> bound_db) {
-    std::size_t fits = 0;
-    while (too_far - fits > close_enough) {
-      const std::size_t now = (fits + too_far) / 2;
-      (measured.now(without(now), bound_db).at_most_db() <= max_loss_db ? fits : too_far) = now;
-    }
-    return fits;
+    return most_steps_within(max_loss_db, too_far, close_enough,
+                             [&](std::size_t views) { return measured.now(without(views), bound_db).at_most_db(); });
   };
   std::size_t fits = most_that_fit(order.size(), max_loss_db);
   thinned.loss = measured.now(without(fits));

@@ -16,8 +16,8 @@ struct ThinnedViews {
 };
 // Takes stored views away as long as the pictures lose at most so much, dB, by measurement, with what they have lost
 // since `measured` was made of the same store, and with references given up too (see HeldOutLoss); one at least stays.
-// The number of views is found to one in 64. `measured` must be able to tell. Throws GlError as it does; nothing was
-// changed then.
+// The number of views is found to one in 64, or to four fifths of the bound. `measured` must be able to tell. Throws
+// GlError as it does; nothing was changed then.
 [[nodiscard]] ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Planner& planner,
                                              HeldOutLoss& measured);
 

@@ -124,8 +124,16 @@ TEST_CASE("a model that is as small as a bound on the loss allows says what it g
   CHECK(parsimony["predicted_loss_db"] <= 1.5);
   CHECK(parsimony["views"]["unbounded"] == 12);
   CHECK(parsimony["views"]["stored"] < 12);
-  for (const char* what : {"references", "texels"}) {
-    CHECK(parsimony[what]["stored"].get<std::size_t>() < parsimony[what]["unbounded"].get<std::size_t>());
+  CHECK(parsimony["references"]["stored"] < parsimony["references"]["unbounded"]);
+  CHECK(parsimony["gpu_bytes"]["stored"] < parsimony["gpu_bytes"]["before"]);
+  CHECK(options_beside(model)["faces_pixels"] == 0.5);  // a small model has no faces that no picture shows
+  CHECK(options_beside(made().model)["faces_pixels"] == 0);
+  for (const Arguments& all_faces : {Arguments{"--faces", "keep"}, Arguments{"--loss", "0"}}) {
+    Arguments arguments{"build",    made().scene, "-o",     (folder / "other").string(), "--budget", "auto",
+                        "--refine", "none",       "--quiet"};
+    arguments.insert(arguments.end(), all_faces.begin(), all_faces.end());
+    REQUIRE(lumatlas_here(arguments).status == 0);
+    CHECK(options_beside(folder / "other")["faces_pixels"] == 0);
   }
   CHECK(nlohmann::json::parse(lumatlas_here({"inspect", model, "--json"}).out)["parsimony"] == parsimony);
   CHECK_THAT(lumatlas_here({"inspect", model}).out, Catch::Contains(" of at most 1.5 against all views"));
@@ -344,8 +352,8 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--budget", "auto", "--metric", "printed"},
       {"build", made().scene, "-o", out, "--tile", "12"},
       {"build", made().scene, "-o", out, "--gutter", "3"},
-      {"build", made().scene, "-o", out, "--texels", "bc3", "--gutter", "1"},
-      {"build", made().scene, "-o", out, "--texels", "bc3", "--gutter", "8", "--tile", "24"},
+      {"build", made().scene, "-o", out, "--texels", "bc7", "--gutter", "1"},
+      {"build", made().scene, "-o", out, "--texels", "bc7", "--gutter", "8", "--tile", "24"},
       {"build", made().scene, "-o", out, "--layout", "quilt"},
       {"build", made().scene, "-o", out, "--layout", "layers", "--tile", "64"},
       {"build", made().scene, "-o", out, "--layout", "layers", "--photograph-bytes", "1MiB"},
@@ -354,7 +362,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--budget", "1Mtexels", "--least-scale", "0.5"},
       {"build", made().scene, "-o", out, "--budget", "1MiB", "--least-scale", "1.5"},
       {"build", made().scene, "-o", out, "--budget", "auto", "--layout", "layers", "--least-scale", "0.5"},
-      {"build", made().scene, "-o", out, "--texels", "bc7"},
+      {"build", made().scene, "-o", out, "--texels", "bc1"},
       {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
       {"render", made().model, "--views", made().scene, "-o", out, "--blend-direction-weight", "nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "0"},
@@ -456,7 +464,7 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
         "--coverage-direction-weight: nan is not a number from 0 to 1");
   CHECK(complaint({"build", made().scene, "-o", out, "--ideal-distance", "-1e-9"}) ==
         "--ideal-distance: -1e-9 is not a finite number of 0 or more");
-  CHECK(complaint({"build", made().scene, "-o", out, "--texels", "bc1"}) == "--texels: bc1 is not auto, rgb8 or bc3");
+  CHECK(complaint({"build", made().scene, "-o", out, "--texels", "bc1"}) == "--texels: bc1 is not auto, rgb8 or bc7");
   CHECK(complaint({"build", made().scene, "-o", out, "--tile", "12"}) == "--tile: 12 is not a multiple of 8");
   CHECK(complaint({"render", made().model, "-o", out, "--path", ""}) == "--path: is empty, must be a name");
   CHECK(complaint({"render", made().model, "-o", out}) ==
@@ -858,32 +866,6 @@ TEST_CASE("a driver without OpenGL 4.5, or without an extension that is part of 
   };
   check_too_old("MESA_GL_VERSION_OVERRIDE", "3.3");
   check_too_old("MESA_EXTENSION_OVERRIDE", "-GL_ARB_clip_control");
-}
-
-TEST_CASE("a driver without compressed textures shows a compressed model as others do, and says what it takes") {
-  const TemporaryFolder folder;
-  const std::string model = (folder / "model").string(), report = (folder / "report").string();
-  REQUIRE(lumatlas_here(
-              {"build", made().scene, "-o", model, "--hold", "4", "--texels", "bc3", "--refine", "none", "--quiet"})
-              .status == 0);
-  CHECK(options_beside(model)["texels"] == "bc3");
-  const auto validate = [&] {
-    return lumatlas(
-        {"validate", model, "--views", made().scene, "--baselines", "none", "--no-alignment", "--json", "-o", report});
-  };
-  const auto score = [](const Outcome& outcome) {
-    return nlohmann::json::parse(outcome.out)["methods"]["store"]["raw"]["psnr"].get<double>();
-  };
-  const std::string warning = "warning: this driver takes no textures of bc3 (GL_EXT_texture_compression_s3tc)";
-  const Outcome usual = validate();
-  if (usual.err.find("no OpenGL 4.5") != std::string::npos) return skip("no GL: " + usual.err);
-  REQUIRE(usual.status == 0);
-  const Environment without("MESA_EXTENSION_OVERRIDE", "-GL_EXT_texture_compression_s3tc");
-  const Outcome decompressed = validate();
-  REQUIRE(decompressed.status == 0);
-  if (decompressed.err.find(warning) == std::string::npos) return skip("this driver's extensions cannot be hidden");
-  CHECK(usual.err.find(warning) == std::string::npos);
-  CHECK(score(decompressed) == Approx(score(usual)).margin(0.01));
 }
 
 TEST_CASE("a model is rendered from another scene's cameras, and its scores are JSON and nothing else") {

@@ -77,7 +77,7 @@ void blur(Photograph& photograph) {
 }
 
 // All views are stored, and then given up or downscaled within the bound.
-BuildOptions within(double max_scale_loss_db) {
+BuildOptions within(double max_texel_loss_db) {
   BuildOptions options;
   options.max_views.reset();
   options.refine = RefineMode::none;
@@ -88,7 +88,7 @@ BuildOptions within(double max_scale_loss_db) {
   options.tiles = {8, 2, 0};
   options.least_scale = 0.5;
   options.cells.size = 0.3;
-  options.max_scale_loss_db = max_scale_loss_db;
+  options.max_texel_loss_db = max_texel_loss_db;
   return options;
 }
 
@@ -98,8 +98,8 @@ TEST_CASE("photographs are downscaled as far as a bound on the measured loss all
   double last = 1;
   for (const double bound : {2.0, 10.0}) {
     const BuildResult result = build_model(sharp_scene(), within(bound));
-    CAPTURE(bound, result.scale, result.scale_loss_db);
-    CHECK(result.scale_loss_db <= bound);
+    CAPTURE(bound, result.scale, result.texel_loss_db);
+    CHECK(result.texel_loss_db <= bound);
     CHECK(result.scale < last);
     last = result.scale;
     for (std::size_t slot = 0; slot < full.snapshot.views.size(); ++slot) {
@@ -111,14 +111,38 @@ TEST_CASE("photographs are downscaled as far as a bound on the measured loss all
     CHECK(result.stored_bytes == stored * stored_bytes(full.snapshot.views[0]->camera));  // as they came
     const nlohmann::json parsimony = summary(result, result.options)["parsimony"];
     CHECK(parsimony["bound_db"] == bound);
-    CHECK(parsimony["scale_loss_db"] == result.scale_loss_db);
+    CHECK(parsimony["texel_loss_db"] == result.texel_loss_db);
     CHECK(parsimony["predicted_loss_db"] == result.parsimony->measured->mean_db);
     CHECK(parsimony["predicted_loss_db"] <= bound);
     CHECK_THAT(parsimony_text(parsimony),
-               Catch::Contains(" measured, of that ") && Catch::Contains(" by resolution) of at "));
+               Catch::Contains(" measured, ") && Catch::Contains(" by coarser texels alone) of at "));
     CHECK_THAT(summary_text(summary(result, result.options), "it"), Catch::Contains(" % of their sides\n"));
   }
   CHECK(last == Approx(0.5));
+}
+
+TEST_CASE("texels are compressed if the bound on the measured loss allows it, and then downscaled") {
+  for (const double bound : {0.001, 4.0}) {
+    BuildOptions options = within(bound);
+    options.least_scale = 1;
+    const BuildResult plain = build_model(sharp_scene(), options);
+    options.tight_tiles = TileOptions{8, 4, 0, TexelFormat::bc7};
+    const BuildResult result = build_model(sharp_scene(), options);
+    CAPTURE(bound);
+    const bool compressed = bound > 1;
+    CHECK((result.snapshot.tiles.options.texels == TexelFormat::bc7) == compressed);
+    CHECK(result.options.tiles.gutter_px == (compressed ? 4 : 2));
+    CHECK(result.parsimony->loss_db <= bound);
+    CHECK(result.scale == 1);
+    CHECK((result.texel_loss_db != 0) == compressed);
+    CHECK((result.snapshot.tiles.slots == plain.snapshot.tiles.slots) == !compressed);
+    const nlohmann::json told = summary(result, result.options);
+    CHECK(told["texels"]["format"] == (compressed ? "bc7" : "rgb8"));
+    CHECK(told["parsimony"]["gpu_bytes"]["stored"] == result.gpu_bytes.sum());
+    CHECK((2 * result.gpu_bytes.photographs() < plain.gpu_bytes.photographs()) == compressed);
+    options.least_scale = 0.5;
+    CHECK((build_model(sharp_scene(), options).scale < 1) == compressed);
+  }
 }
 
 TEST_CASE("blurred photographs are downscaled further within the same bound") {
@@ -136,13 +160,13 @@ TEST_CASE("a photograph is never predicted by itself") {
   });
   const BuildResult result = build_model(folder.path(), within(0.01));
   CHECK(result.scale == Approx(0.5));
-  CHECK(result.scale_loss_db < 0);
+  CHECK(result.texel_loss_db < 0);
 }
 
 TEST_CASE("where any loss is too much, photographs are those that nobody tried to downscale") {
   const BuildResult full = build_model(sharp_scene(), within(0)), tried = build_model(sharp_scene(), within(1e-6));
   REQUIRE(tried.scale == 1);
-  CHECK(tried.scale_loss_db == 0);
+  CHECK(tried.texel_loss_db == 0);
   std::size_t compared = 0;
   for (std::size_t slot = 0; slot < full.snapshot.views.size(); ++slot) {
     if (!tried.snapshot.views[slot]) continue;  // nobody missed it
@@ -193,12 +217,13 @@ TEST_CASE("bounds on the loss by resolution are checked") {
     return [options] { (void)build_model("/nowhere", options); };
   };
   for (const double bound : {-0.1, std::numeric_limits<double>::quiet_NaN()}) {
-    CHECK_THROWS_WITH(complaint(bound, true)(), Catch::Contains("max_scale_loss_db is "));
+    CHECK_THROWS_WITH(complaint(bound, true)(), Catch::Contains("max_texel_loss_db is "));
   }
   CHECK_THROWS_WITH(complaint(0.1, false)(), Catch::Contains("planner.max_loss_db must be too"));
   BuildOptions both = within(0.1);
   both.gpu_bytes = 1000000;
-  CHECK_THROWS_WITH(build_model("/nowhere", both), Catch::Contains("both max_scale_loss_db and gpu_bytes"));
+  CHECK_THROWS_WITH(build_model("/nowhere", both),
+                    Catch::Contains("both max_texel_loss_db and gpu_bytes or array_bytes"));
 }
 
 }  // namespace

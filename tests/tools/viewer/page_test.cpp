@@ -30,12 +30,9 @@ constexpr std::size_t kNew = 10;      // poses between and beyond them
 constexpr std::size_t kFollowed = 4;  // of the stored ones, of a model that changed
 constexpr std::size_t kFew = 4;       // of the stored ones, of compressed texels
 
-constexpr TileOptions kTiles{16, 2, 0};
-constexpr TileOptions kCompressedTiles{16, 4, 0, TexelFormat::bc3};  // with as many levels
-
 // With gains, so that the exposure of pictures shows.
-Snapshot model(const TileOptions& tiles = kTiles) {
-  Snapshot snapshot = room_snapshot(kViews, {}, tiles);
+Snapshot model() {
+  Snapshot snapshot = room_snapshot(kViews, {}, {16, 2, 0});
   for (std::size_t i = 0; i < snapshot.gains.size(); ++i) {
     snapshot.gains[i] = glm::dvec3(1.0, 1.05, 0.95) * (0.9 + 0.02 * static_cast<double>(i));
   }
@@ -152,21 +149,6 @@ std::vector<Rendering> rendered(const Snapshot& snapshot) {
   return renderings;
 }
 
-// The renderer's pictures as a page says its own.
-Said as_said(const std::vector<Rendering>& renderings, const std::string& name) {
-  Said said;
-  for (std::size_t number = 0; number < renderings.size(); ++number) {
-    std::string& pixels = said[name + std::to_string(number)];
-    for (std::size_t i = 0; i < renderings[number].state.size(); ++i) {
-      for (std::size_t channel = 0; channel < 3; ++channel) {
-        pixels += static_cast<char>(renderings[number].picture.rgb[3 * i + channel]);
-      }
-      pixels += renderings[number].state[i] == PixelState::empty ? '\0' : '\xFF';
-    }
-  }
-  return said;
-}
-
 TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
@@ -182,17 +164,16 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(agreed.psnr > 40);
   CHECK(agreed.other < 0.002);  // rasterisers may disagree about a pixel whose middle is on an edge
   CHECK(std::stod(said.at("bytes")) < 50e6);
-  // By compressed texels the page loses about as much as the renderer does. Whether a texel is valid stays.
-  const Said by_renderer = as_said(rendered(model(kCompressedTiles)), "compressed-");
-  const double compressed = agreement(expected, by_renderer, "compressed-", kFew).psnr;
-  std::cout << "compressed texels: PSNR " << compressed << " dB by the renderer";
+  // Both forms are coarser than the renderer's. Whether a texel is valid stays.
+  constexpr double kLeastPsnr = 35.5;
+  std::cout << "compressed texels";
   CHECK(said.at("validities") == "all none part");
   for (const std::string form : {"bc3", "etc2"}) {
     const double by_page = agreement(expected, said, form + "-", kFew).psnr;
     const TexelNearness texels = texel_nearness(said.at(form + "-texels"));
-    std::cout << ", " << by_page << " dB in the page by " << form << ", whose texels have " << texels.psnr
+    std::cout << ", PSNR " << by_page << " dB by " << form << ", whose texels have " << texels.psnr
               << " dB, validities " << texels.validity_rms;
-    CHECK(by_page > compressed - 0.5);
+    CHECK(by_page > kLeastPsnr);
     CHECK(texels.psnr > 30);
     CHECK(texels.validity_rms < 3);
     CHECK(texels.validities_changed == 0);
@@ -204,7 +185,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(said.at("forms") == "bc3 etc2 rgb8");
   CHECK(said.at("still-sizes") == "96x72 192x144, 48x36 96x72");
   // A page that had an earlier version draws the later one, and did not fetch what had not changed.
-  CHECK(agreement(expected, said, "followed-", kFollowed).psnr > compressed - 0.5);
+  CHECK(agreement(expected, said, "followed-", kFollowed).psnr > kLeastPsnr);
   CHECK(agreement(expected, said, "followed-", kFollowed).other < 0.002);
   CHECK(said.at("fetched-again") ==
         "tables-2.bin views/00008-2.png views/00008-2.bin views/00009-2.png views/00009-2.bin "

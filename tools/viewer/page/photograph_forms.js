@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How the GPU holds photographs' texels: as they are, or in blocks of 4 x 4, for which there is a shader of that name.
-// Most screens' GPUs know BC3 (atlas/compressed_texels.h), most phones' ETC2; both have 16 bytes a block.
+// Most screens' GPUs know BC3, most phones' ETC2; both have 16 bytes a block.
 
 const PLAIN = 'rgb8';
 const BLOCKS = {

@@ -1,6 +1,7 @@
 #version 300 es
-// A block of 4 x 4 texels of a stored photograph in the form BC3 (atlas/compressed_texels.h), for a texture of sRGB.
-// Source: the extension EXT_texture_compression_s3tc.
+// A block of 4 x 4 texels of a stored photograph in the form BC3, for a texture of sRGB: 8 bytes of alpha, two values
+// and for each texel 3 bits between them, and 8 bytes of colour, two colours of 16 bits and for each texel 2 bits
+// between them. Source: the extension EXT_texture_compression_s3tc.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
