@@ -294,7 +294,7 @@ bool is_measured(const json& p) {
   return p.contains("measured_loss_db") && p["measured_loss_db"].is_number();
 }
 
-// What of the loss is not merely predicted, if anything. Older models know only what is lost by texels.
+// What of the loss is not merely predicted, if anything. Where measuring broke off, only that of texels is known.
 std::string measured_text(const json& p) {
   const double by_texels = p.value("texel_loss_db", 0.0);
   const std::string texels = by_texels != 0 ? printed("%.3f", by_texels) + " by coarser texels" : "";
