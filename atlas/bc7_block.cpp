@@ -145,11 +145,6 @@ void give_codes(const BlockTexels& texels, const RampFormat& format, Ramp& ramp)
   }
 }
 
-// The direction in which the channels vary most, and their mean.
-struct Line {
-  Values mean{}, direction{};
-};
-
 // Of the channels of a ramp: each texel less the mean of all, and which is the farthest from it.
 struct Spread {
   Values mean{};
@@ -177,51 +172,49 @@ Spread spread_of(const BlockTexels& texels, const RampFormat& format) {
   return spread;
 }
 
-// By the power method, which finds it unless it begins at right angles to it: that is why it begins at a texel.
-Line line_through(const BlockTexels& texels, const RampFormat& format) {
+// In which the channels vary most: by the power method, which finds it unless it begins at right angles to it. That is
+// why it begins at a texel.
+Values principal_direction(const Spread& spread, const RampFormat& format) {
   constexpr int kIterations = 6;
   const std::size_t first = format.first, end = first + format.channels;
-  const Spread spread = spread_of(texels, format);
   std::array<Values, 4> covariance{};
   for (const Values& texel : spread.from_mean) {
     for (std::size_t a = first; a < end; ++a) {
       for (std::size_t b = first; b < end; ++b) covariance[a][b] += texel[a] * texel[b];
     }
   }
-  Line line{spread.mean, spread.from_mean[spread.farthest]};
+  Values direction = spread.from_mean[spread.farthest];
   for (int iteration = 0; iteration < kIterations; ++iteration) {
     Values next{};
     float most = 0;
     for (std::size_t a = first; a < end; ++a) {
-      for (std::size_t b = first; b < end; ++b) next[a] += covariance[a][b] * line.direction[b];
+      for (std::size_t b = first; b < end; ++b) next[a] += covariance[a][b] * direction[b];
       most = std::max(most, std::abs(next[a]));
     }
     if (most == 0) break;
-    for (std::size_t a = first; a < end; ++a) line.direction[a] = next[a] / most;
+    for (std::size_t a = first; a < end; ++a) direction[a] = next[a] / most;
   }
-  return line;
+  return direction;
 }
 
-// The ends of the least piece of the line that has all texels beside it.
-std::array<Values, 2> ends_of(const Line& line, const BlockTexels& texels, const RampFormat& format) {
+// Of the line through the mean in that direction, the ends of the least piece that has all texels beside it.
+std::array<Values, 2> ends_of(const Spread& spread, const Values& direction) {
   float length = 0, least = 0, most = 0;
-  for (const float part : line.direction) length += part * part;
+  for (const float part : direction) length += part * part;
   if (length > 0) {
     least = std::numeric_limits<float>::max();
     most = -least;
-    for (const Texel& texel : texels) {
+    for (const Values& texel : spread.from_mean) {
       float at = 0;
-      for (std::size_t a = format.first; a < format.first + format.channels; ++a) {
-        at += (static_cast<float>(texel[a]) - line.mean[a]) * line.direction[a];
-      }
+      for (std::size_t a = 0; a < 4; ++a) at += texel[a] * direction[a];
       least = std::min(least, at / length);
       most = std::max(most, at / length);
     }
   }
-  std::array<Values, 2> ends{line.mean, line.mean};
+  std::array<Values, 2> ends{spread.mean, spread.mean};
   for (std::size_t a = 0; a < 4; ++a) {
-    ends[0][a] += least * line.direction[a];
-    ends[1][a] += most * line.direction[a];
+    ends[0][a] += least * direction[a];
+    ends[1][a] += most * direction[a];
   }
   return ends;
 }
@@ -252,7 +245,8 @@ bool fit_ends(const BlockTexels& texels, const RampFormat& format, const Codes& 
 
 Ramp best_ramp(const BlockTexels& texels, const RampFormat& format, std::optional<std::uint32_t> one_alpha = {}) {
   constexpr int kFits = 1;
-  std::array<Values, 2> wanted = ends_of(line_through(texels, format), texels, format);
+  const Spread spread = spread_of(texels, format);
+  std::array<Values, 2> wanted = ends_of(spread, principal_direction(spread, format));
   Ramp best;
   for (int fits = 0; fits <= kFits; ++fits) {
     Ramp ramp{{nearest_end(wanted[0], format, one_alpha), nearest_end(wanted[1], format, one_alpha)}, {}, 0};
