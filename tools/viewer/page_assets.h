@@ -12,7 +12,7 @@ extern const std::string_view k_page_script;  // one module: all of page/*.js
 
 // Shaders of the page's own, beside those of blend/shaders.h.
 extern const std::string_view k_photograph_frag;
-extern const std::string_view k_bc3_frag;
+extern const std::string_view k_bc7_frag;
 extern const std::string_view k_etc2_frag;
 extern const std::string_view k_depth_frag;
 extern const std::string_view k_page_frag;

@@ -99,7 +99,7 @@ SiteFile shaders_file() {
                         {"diagnose.frag", k_diagnose_frag},
                         {"depth.frag", k_depth_frag},
                         {"photograph.frag", k_photograph_frag},
-                        {"bc3.frag", k_bc3_frag},
+                        {"bc7.frag", k_bc7_frag},
                         {"etc2.frag", k_etc2_frag},
                         {"page.frag", k_page_frag},
                         {"modes.frag", k_modes_frag},

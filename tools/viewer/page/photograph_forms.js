@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How the GPU holds photographs' texels: as they are, or in blocks of 4 x 4, for which there is a shader of that name.
-// Most screens' GPUs know BC3, most phones' ETC2; both have 16 bytes a block.
+// Most screens' GPUs know BC7, most phones' ETC2; both have 16 bytes a block.
 
 const PLAIN = 'rgb8';
 const BLOCKS = {
-  bc3: {extension: 'WEBGL_compressed_texture_s3tc_srgb', format: 'COMPRESSED_SRGB_ALPHA_S3TC_DXT5_EXT'},
+  bc7: {extension: 'EXT_texture_compression_bptc', format: 'COMPRESSED_SRGB_ALPHA_BPTC_UNORM_EXT'},
   etc2: {extension: 'WEBGL_compressed_texture_etc', format: 'COMPRESSED_SRGB8_ALPHA8_ETC2_EAC'},
 };
 export const TEXEL_FORMS = ['auto', PLAIN, ...Object.keys(BLOCKS)];

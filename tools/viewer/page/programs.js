@@ -16,7 +16,7 @@ const PASSES = {
   diagnose: {fragment: 'diagnose.frag'},
   depth: {fragment: 'depth.frag'},
   photograph: {fragment: 'photograph.frag'},
-  bc3: {fragment: 'bc3.frag'},
+  bc7: {fragment: 'bc7.frag'},
   etc2: {fragment: 'etc2.frag'},
   needs: {fragment: 'needs.frag'},
   present: {fragment: 'page.frag'},
