@@ -185,6 +185,9 @@ class Planner {
     refiner_.correct_lenses(estimates, corrected, options_.validity);
   }
 
+  // How depth edges are masked from now on, where stored views have been replaced by such of another resolution. Throws
+  // std::invalid_argument if it does not pass check().
+  void mask_edges_by(const ValidityOptions& validity);
   // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say
   // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it
   // was. No slot may be promised (std::logic_error). Views that can see a cell that is new, changed or gone are counted
@@ -256,6 +259,7 @@ class Planner {
   [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const std::uint32_t> previous_cell,
                                                            std::span<const std::uint8_t> changed,
                                                            const Surface& surface) const;
+  void offer_again(std::span<const CellPart> seen, std::span<const std::uint8_t> changed);
   bool make_depth_again(std::uint32_t slot);
 
   Atlas& atlas_;

@@ -307,6 +307,11 @@ void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptio
 void Refiner::replaced(std::uint32_t slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
+  const Photograph &before = views_[slot]->view->photograph, &now = atlas_.view(slot)->photograph;
+  if (before.width != now.width || before.height != now.height) {
+    erased(slot);
+    return;
+  }
   views_[slot]->view = atlas_.view(slot);
   views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
   seen_[slot].clear();

@@ -110,7 +110,8 @@ class Refiner {
   // another size.
   void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity,
               std::span<const std::uint32_t> face = {});
-  // The atlas has put another depth and mask in the place of the slot's; the photograph is the same.
+  // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
+  // size: then the view is not refined any more.
   void replaced(std::uint32_t slot);
   // The mesh has changed; `visibility` must outlive the refiner or the next call.
   void see_with(const Visibility& visibility);

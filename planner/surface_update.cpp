@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
+#include <iterator>
 #include <stdexcept>
 
 #include "planner/planner.h"
@@ -82,6 +83,20 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_
   return slots;
 }
 
+void Planner::mask_edges_by(const ValidityOptions& validity) {
+  check(validity);
+  options_.validity = validity;
+}
+
+// Of what was offered, the coverage of the changed cells is forgotten but for what is still stored.
+void Planner::offer_again(std::span<const CellPart> seen, std::span<const std::uint8_t> changed) {
+  if (!offered_) return;
+  std::vector<CellPart> anew;
+  std::copy_if(seen.begin(), seen.end(), std::back_inserter(anew),
+               [&](const CellPart& entry) { return changed[entry.cell] != 0; });
+  offered_->add(anew);
+}
+
 // Returns whether the view shows something else than before.
 bool Planner::make_depth_again(std::uint32_t slot) {
   const std::shared_ptr<const StoredView> old = atlas_.view(slot);
@@ -138,6 +153,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     atlas_.mark_seen(seen);
     std::vector<CellPart> counted = parts(small, seen);
     ledger_.ask(counted);
+    offer_again(counted, changed);
     ledger_.insert(slot, std::move(counted));
     update.depths_made_again += make_depth_again(slot);
   }

@@ -116,6 +116,28 @@ void check_against_new_start(const PlannedSurface& scene) {
   CHECK(std::equal(seen.begin(), seen.end(), seen_fresh.begin(), std::greater_equal<>()));
 }
 
+TEST_CASE("where all cells are new, the store is compared with what it still holds") {
+  PlannerOptions options = options_for_update(false, false);
+  options.max_loss_db = 0.5;
+  const auto surface = room_surface();
+  const auto visibility = make_ray_visibility(surface->mesh);
+  Atlas atlas(surface, kMostViews);
+  Planner planner(atlas, *visibility, options);
+  for (std::size_t number = 0; number < kMostViews; ++number) {
+    const Camera camera = room_camera(number);
+    planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
+  }
+  const std::size_t cells = surface->cells.cells.size();
+  planner.update_surface(surface, *visibility, std::vector<std::uint32_t>(cells, kNoCell),
+                         std::vector<std::uint8_t>(cells, 1));
+  CHECK(planner.predicted_loss().gap == Approx(0).margin(1e-5));
+  const std::vector<ThinningStep> order = planner.thinning_order();
+  REQUIRE(order.size() == kMostViews);
+  planner.take_away(std::vector<std::uint32_t>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
+  CHECK(planner.predicted_loss().gap == Approx(order[3].gap).margin(1e-5));
+  CHECK(order[3].gap > 1e-3);
+}
+
 TEST_CASE("a surface that appears, moves and disappears leaves the store as if it had been there from the start") {
   PlannedSurface scene(room_surface(), false);
   for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);

@@ -143,10 +143,11 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   }
   if (automatic) {
     options.planner.max_bytes = flags.photograph_bytes;
-    // Half of the bound is for texels, half, and what they leave, for what is left out.
+    // Half of the bound is for texels, a quarter, and what they leave, for faces, and the rest for what is left out.
     const bool texels = tiles && (options.least_scale < 1 || options.tight_tiles);
     options.max_texel_loss_db = texels ? flags.loss_db / 2 : 0;
     options.planner.max_loss_db = flags.loss_db - options.max_texel_loss_db;
+    if (options.faces.pixels > 0) options.max_face_loss_db = 0.75 * flags.loss_db;
     flags.coverage.apply_parsimony(options.planner);
     if (flags.max_views->count() == 0) options.max_views.reset();
     return;
@@ -179,9 +180,11 @@ void follow_paper(BuildFlags& flags) {
   flags.keep_lenses = true;
 }
 
-// A model that is to be small has no faces that no picture shows, unless someone wants all of them.
+// A model that is to be small has no faces that no picture shows, unless someone wants all of them. Of a scene that is
+// watched the cameras are not known, by which pictures are judged.
 FaceOptions faces_of(const BuildFlags& flags) {
-  const bool small = flags.budget_size == kAuto && flags.loss_db > 0;
+  const bool automatic = flags.budget_size == kAuto;
+  const bool small = automatic ? flags.loss_db > 0 : flags.budget->count() > 0 && !flags.watch;
   FaceOptions faces;
   if (flags.faces == kAuto || (flags.faces.empty() && small)) {
     faces.pixels = kFacesPixels;
@@ -450,7 +453,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
   command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
-      ->default_str("keep, with --budget auto: auto");
+      ->default_str("keep, with --budget: auto");
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");

@@ -16,6 +16,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/pipeline/blind_views.h"
 #include "tools/pipeline/downscaled_views.h"
+#include "tools/pipeline/fewer_faces.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/joint_refinement.h"
 #include "tools/pipeline/lens_refinement.h"
@@ -89,12 +90,19 @@ std::uint64_t bytes_of_whole_photographs(const Stream& stream, const BuildOption
   return slot_bytes(options.tiles) * std::accumulate(tiles.begin(), tiles.end(), std::uint64_t{0});
 }
 
-// Before the first photograph is stored, because the tiles of the whole store are cut alike.
-TileOptions tiles_for_room(const Stream& stream, const BuildOptions& options, const SurfaceInput& input) {
-  if (!options.tight_tiles || options.gpu_bytes == 0) return options.tiles;
-  const std::uint64_t surface = GpuByteCount(input.surface).of_surface();
-  const bool fits = surface + bytes_of_whole_photographs(stream, options) <= options.gpu_bytes;
-  return fits && !options.watch ? options.tiles : *options.tight_tiles;
+// With gpu_bytes, whether they have room for all that the stream may bring.
+bool all_fits(const Stream& stream, const BuildOptions& options, const SurfaceInput& input) {
+  if (options.watch) return false;  // who knows
+  return GpuByteCount(input.surface).of_surface() + bytes_of_whole_photographs(stream, options) <= options.gpu_bytes;
+}
+
+// Before the first photograph is stored, because the tiles of the whole store are cut alike, and seen on one mesh.
+void make_room(const Stream& stream, BuildOptions& options, SurfaceInput& input) {
+  if (options.gpu_bytes == 0 || all_fits(stream, options, input)) return;
+  if (options.tight_tiles) options.tiles = *options.tight_tiles;
+  if (options.faces.pixels > 0 && !all_fits(stream, options, input)) {
+    input = with_room_for_photographs(input, options.cells, options.gpu_bytes);
+  }
 }
 
 TileOptions layout_of(const BuildOptions& options) {
@@ -119,7 +127,7 @@ PlannerOptions planner_options(const BuildOptions& options, const Stream& stream
   return planner;
 }
 
-std::unique_ptr<Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
+std::shared_ptr<const Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
   return by == VisibilityBy::gl ? make_gl_visibility(surface.mesh, surface.cells) : make_ray_visibility(surface.mesh);
 }
 
@@ -247,26 +255,27 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   std::mt19937_64 random(options.seed);
   Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_names_that_a_model_can_hold(stream);
-  const SurfaceInput input =
-      make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
-  result.options.tiles = tiles_for_room(stream, options, input);
+  SeenSurface seen;
+  SurfaceInput& input = seen.input;
+  input = make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
+  make_room(stream, result.options, input);
   const std::optional<GpuBudget> budget = gpu_budget(options, input);
   result.effective = planner_options(options, stream, budget);
   require_room_for_each(stream, options, result.effective.max_bytes);
   note_surface(input, result);
-  const std::unique_ptr<Visibility> visibility = make_visibility(*input.surface, options.visibility_by);
-  const BlindViews blind = blind_views(views.views, ranks, *visibility);
+  seen.visibility = make_visibility(*input.surface, options.visibility_by);
+  const BlindViews blind = blind_views(views.views, ranks, *seen.visibility);
   if (!options.any_mesh) require_seen(result.mesh_file, blind);
   add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
   restrict(result.effective.refinement, options.refine);
   if (result.effective.coverage.ideal_distance == 0) {
     // Of the cameras by name, so that it is the same for any order of the stream.
     result.effective.coverage.ideal_distance =
-        median_distance(result.mesh_file, cameras_of(views.views, ranks), *visibility);
+        median_distance(result.mesh_file, cameras_of(views.views, ranks), *seen.visibility);
   }
   Atlas atlas(input.surface, capacity_for(stream, options, result.effective.max_bytes), layout_of(options),
               choose_tiles);
-  Planner planner(atlas, *visibility, result.effective);
+  Planner planner(atlas, *seen.visibility, result.effective);
   StreamRefinement refinement(planner, views.views, result.lenses, options);
   Streaming streaming(planner, refinement, callback, result);
   std::shared_ptr<void> watched = watch ? watch(atlas) : nullptr;
@@ -285,7 +294,10 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   refinement.finish(callback);
   result.revisited = planner.revisited();
   refine_jointly(planner, views.views, options, callback, result);
-  if (options.planner.max_loss_db) give_up_within_loss(planner, atlas, *visibility, stream, callback, result);
+  if (options.planner.max_loss_db) {
+    const auto look = [&](const Surface& surface) { return make_visibility(surface, options.visibility_by); };
+    give_up_within_loss(planner, atlas, seen, look, stream, callback, result);
+  }
   count_views(atlas, result.lenses);
   result.summed_coverage = planner.summed_coverage();
   result.stored_bytes = planner.stored_bytes();
@@ -293,7 +305,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
   }
-  take_snapshot(atlas, budget, *visibility, result);
+  take_snapshot(atlas, budget, *seen.visibility, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
   return result;

@@ -89,7 +89,8 @@ struct BuildResult {
   PlannerOptions effective;                 // with every automatic value filled in, its masks those of the snapshot
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline
   std::optional<Parsimony> parsimony;       // of planner.max_loss_db
-  double texel_loss_db = 0;                 // of max_texel_loss_db: by texels as they are now, with all views, about
+  double texel_loss_db = 0;                 // of max_texel_loss_db: by texels as they are now, with all else, about
+  double face_loss_db = 0;                  // of max_face_loss_db: by faces too, with all views, about; 0: none went
   std::vector<RefinedLens> lenses;          // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them

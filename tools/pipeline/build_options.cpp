@@ -24,6 +24,19 @@ void check_watch(const BuildOptions& options) {
   require(!watch.idle || *watch.idle >= watch.interval, "its idle must not be below its interval");
 }
 
+void check_loss(const std::string& name, double loss_db, const BuildOptions& options) {
+  if (!(std::isfinite(loss_db) && loss_db >= 0)) {
+    throw std::invalid_argument("build: " + name + " is " + std::to_string(loss_db) +
+                                ", must be finite and not negative");
+  }
+  if (loss_db > 0 && !options.planner.max_loss_db) {
+    throw std::invalid_argument("build: " + name + " is given, planner.max_loss_db must be too");
+  }
+  if (loss_db > 0 && options.gpu_bytes + options.array_bytes > 0) {
+    throw std::invalid_argument("build: both " + name + " and gpu_bytes or array_bytes are given, must not be");
+  }
+}
+
 }  // namespace
 
 void check(const BuildOptions& options) {
@@ -58,16 +71,8 @@ void check(const BuildOptions& options) {
     throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
                                 ", must be above 0 and at most 1");
   }
-  if (!(std::isfinite(options.max_texel_loss_db) && options.max_texel_loss_db >= 0)) {
-    throw std::invalid_argument("build: max_texel_loss_db is " + std::to_string(options.max_texel_loss_db) +
-                                ", must be finite and not negative");
-  }
-  if (options.max_texel_loss_db > 0 && !planner.max_loss_db) {
-    throw std::invalid_argument("build: max_texel_loss_db is given, planner.max_loss_db must be too");
-  }
-  if (options.max_texel_loss_db > 0 && options.gpu_bytes + options.array_bytes > 0) {
-    throw std::invalid_argument("build: both max_texel_loss_db and gpu_bytes or array_bytes are given, must not be");
-  }
+  check_loss("max_texel_loss_db", options.max_texel_loss_db, options);
+  check_loss("max_face_loss_db", options.max_face_loss_db, options);
   if (options.array_bytes == 0) return;
   if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
   if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {

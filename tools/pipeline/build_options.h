@@ -64,7 +64,7 @@ struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
-  FaceOptions faces;       // of the mesh that are kept
+  FaceOptions faces;       // of the mesh that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
   double close_holes = 0;  // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
@@ -90,6 +90,9 @@ struct BuildOptions {
   // photographs downscaled, as far as that costs at most so many dB, finite and >= 0, by measurement; what is left of
   // it goes to planner.max_loss_db. 0: neither.
   double max_texel_loss_db = 0;
+  // Likewise the surface may then move by faces.pixels of the photographs as they are now, if that and the texels cost
+  // at most so many dB: see fewer_faces.h. It adds nothing to the loss that the other two allow. 0: it stays.
+  double max_face_loss_db = 0;
   // The longest side of the texture that other programs show, [kLeastTexturePx, kMostTexturePx]; none: they show the
   // averaged colours of vertices.
   std::optional<std::uint32_t> texture_px = 2048;

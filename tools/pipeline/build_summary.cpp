@@ -175,6 +175,7 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
           {"measured_loss_db", p.measured ? json(p.measured->mean_db) : json()},
           {"measured_loss_error_db", p.measured ? json(p.measured->error_db) : json()},
           {"texel_loss_db", result.texel_loss_db},
+          {"face_loss_db", result.face_loss_db},
           {"gap", p.predicted.gap},
           {"reference_gap", p.predicted.reference_gap},
           {"references_given_up", p.predicted.references_given_up},
@@ -294,13 +295,18 @@ bool is_measured(const json& p) {
   return p.contains("measured_loss_db") && p["measured_loss_db"].is_number();
 }
 
-// What of the loss is not merely predicted, if anything. Where measuring broke off, only that of texels is known.
+// What of the loss is not merely predicted, if anything. Where measuring broke off, only that of texels and faces is
+// known.
 std::string measured_text(const json& p) {
-  const double by_texels = p.value("texel_loss_db", 0.0);
-  const std::string texels = by_texels != 0 ? printed("%.3f", by_texels) + " by coarser texels" : "";
-  if (!is_measured(p)) return texels.empty() ? "" : " (" + texels + ")";
-  return " (" + printed("%.3f", p["measured_loss_db"].get<double>()) + " measured" +
-         (texels.empty() ? "" : ", " + texels + " alone") + ")";
+  const double by_texels = p.value("texel_loss_db", 0.0), with_faces = p.value("face_loss_db", 0.0);
+  std::vector<std::string> parts;
+  if (is_measured(p)) parts.push_back(printed("%.3f", p["measured_loss_db"].get<double>()) + " measured");
+  if (by_texels != 0) parts.push_back(printed("%.3f", by_texels) + " by coarser texels");
+  if (with_faces != 0) parts.push_back(printed("%.3f", with_faces) + " with fewer faces");
+  if (parts.empty()) return "";
+  std::string text = " (" + parts.front();
+  for (std::size_t i = 1; i < parts.size(); ++i) text += ", " + parts[i];
+  return text + ")";
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a store loses when its photographs are compressed, downscaled or taken away, measured in pictures. Its
+// What a store loses when faces of its mesh are taken away, or its photographs compressed, downscaled or taken away,
+// measured in pictures. Its
 // photographs are dealt into folds. Those of a fold are drawn from a store of the others, as if they had never been
 // offered, before and after: what is lost in them is what is lost in any picture from in between. Only where no view is
 // left to blend, the surface has the averaged colours of all.
@@ -34,8 +35,9 @@ class HeldOutLoss {
     std::optional<double> gap;     // views, as long as ThinningStep::gap stays within this, in [0, 1]
     double reference_loss_db = 0;  // references, for so much predicted loss: see Planner::give_up_references()
   };
-  // Of the views that the atlas holds now, in the slots that they were in then. With `bound_db` only as exactly as it
-  // takes to know whether the loss is within it. Throws std::logic_error unless can_tell(), and GlError as above.
+  // Of the views that the atlas holds now, in the slots that they were in then, and of its surface. With `bound_db`
+  // only as exactly as it takes to know whether the loss is within it. Throws std::logic_error unless can_tell(), and
+  // GlError as above.
   [[nodiscard]] MeasuredLoss now(const GivenUp& given_up, std::optional<double> bound_db = {});
 
  private:

@@ -68,6 +68,7 @@ bool is_parsimony(const json& parsimony) {
          is_part("references") && parsimony.contains("short_of_room") && parsimony["short_of_room"].is_boolean() &&
          (!parsimony.contains("references_given_up") || has_number(parsimony, "references_given_up")) &&
          (!parsimony.contains("texel_loss_db") || has_number(parsimony, "texel_loss_db")) &&
+         (!parsimony.contains("face_loss_db") || has_number(parsimony, "face_loss_db")) &&
          (!parsimony.contains("gpu_bytes") ||
           (has_number(parsimony["gpu_bytes"], "stored") && has_number(parsimony["gpu_bytes"], "before"))) &&
          (!parsimony.contains("measured_loss_db") || parsimony["measured_loss_db"].is_null() ||

@@ -35,10 +35,11 @@ std::uint64_t gpu_bytes_of(const Snapshot& snapshot) {
   return GpuByteCount(snapshot.surface).of(snapshot).sum();
 }
 
-// What may be lost, dB. Compression and resolution have a part of their own, since their steps are coarse; what they
-// leave of that goes to views.
+// What may be lost, dB, with all that was lost before it: first by compression and resolution, then by faces, then by
+// views. What one leaves, since its steps are coarse, goes to the next.
 struct LossBounds {
   double texels = 0;
+  double faces = 0;
   double in_all = 0;
 };
 
@@ -65,13 +66,29 @@ void give_up_texels(double max_loss_db, double reference_loss_db, Atlas& atlas, 
   result.texel_loss_db = downscaled.loss.mean_db;
 }
 
-void give_up_by_measurement(Planner& planner, Atlas& atlas, const Visibility& visibility, const LossBounds& bounds,
-                            BuildStage& stage, BuildResult& result) {
+// As fine as photographs are now.
+void give_up_faces(double max_loss_db, double reference_loss_db, const MakeVisibility& make_visibility,
+                   SeenSurface& seen, const Atlas& atlas, Planner& planner, HeldOutLoss& measured,
+                   BuildResult& result) {
+  const auto loss = give_up_faces_within(max_loss_db, reference_loss_db, result.options.faces.pixels,
+                                         result.options.cells, make_visibility, seen, atlas, planner, measured);
+  if (!loss) return;
+  result.face_loss_db = loss->mean_db;
+  result.simplified_faces = seen.input.simplified_faces;
+  result.simplified_distance = seen.input.simplified_distance;
+}
+
+void give_up_by_measurement(Planner& planner, Atlas& atlas, SeenSurface& seen, const MakeVisibility& make_visibility,
+                            const LossBounds& bounds, BuildStage& stage, BuildResult& result) {
   Parsimony& parsimony = *result.parsimony;
   HeldOutLoss measured(planner, atlas, stage);
   if (!measured.can_tell()) return;
   const double reference_loss_db = loss_of_references(planner, measured);
-  if (bounds.texels > 0) give_up_texels(bounds.texels, reference_loss_db, atlas, measured, visibility, result);
+  if (bounds.texels > 0) give_up_texels(bounds.texels, reference_loss_db, atlas, measured, *seen.visibility, result);
+  if (bounds.faces > 0 && result.scale < 1) {
+    planner.mask_edges_by(validity_at_scale(result.effective.validity, result.scale));
+    give_up_faces(bounds.faces, reference_loss_db, make_visibility, seen, atlas, planner, measured, result);
+  }
   ThinnedViews thinned = thin_views_within(bounds.in_all, reference_loss_db, planner, measured);
   parsimony.taken_away = std::move(thinned.taken_away);
   parsimony.measured = thinned.loss;
@@ -80,8 +97,8 @@ void give_up_by_measurement(Planner& planner, Atlas& atlas, const Visibility& vi
 
 }  // namespace
 
-void give_up_within_loss(Planner& planner, Atlas& atlas, const Visibility& visibility, const Stream& stream,
-                         const BuildCallback& callback, BuildResult& result) {
+void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, const MakeVisibility& make_visibility,
+                         const Stream& stream, const BuildCallback& callback, BuildResult& result) {
   result.parsimony = without_bounds(stream, result.planned);
   Parsimony& parsimony = *result.parsimony;
   parsimony.gpu_bytes = gpu_bytes_of(atlas.snapshot());
@@ -89,11 +106,12 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, const Visibility& visib
   // Of the views that the stream has turned away, which can only be predicted.
   const double turned_away_db = planner.predicted_loss().loss_db;
   const double in_all = bound_db - turned_away_db;
-  const LossBounds bounds{std::min(result.options.max_texel_loss_db, in_all), in_all};
+  const LossBounds bounds{std::min(result.options.max_texel_loss_db, in_all),
+                          std::min(result.options.max_face_loss_db, in_all), in_all};
   if (bound_db > 0) {
     BuildStage stage(callback, "measuring what can be given up", 0);
     try {
-      give_up_by_measurement(planner, atlas, visibility, bounds, stage, result);
+      give_up_by_measurement(planner, atlas, seen, make_visibility, bounds, stage, result);
     } catch (const GlError& error) {
       result.warnings.push_back(std::string("less is given up than could be, for what it costs cannot be measured: ") +
                                 error.what());
@@ -103,7 +121,8 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, const Visibility& visib
   if (!parsimony.measured) parsimony.taken_away = planner.thin();
   parsimony.predicted = planner.predicted_loss();
   parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db
-                                         : parsimony.predicted.loss_db + result.texel_loss_db;
+                                         : parsimony.predicted.loss_db +
+                                               (result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db);
   if (!result.options.tiles.whole_views()) atlas.choose_tiles_anew();  // of fewer views than were measured
 }
 

@@ -127,18 +127,33 @@ Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path&
 // Where cameras come nearest, pixels are finer than what few photographs show: so much of the surface does not count.
 constexpr double kNearestShare = 0.05;
 
-void simplify(Mesh& mesh, const FaceOptions& faces, std::span<const Camera> cameras, SurfaceInput& result) {
+SimplificationBound bound_of(const Mesh& mesh, const FaceOptions& faces, std::span<const Camera> cameras) {
   SimplificationBound bound;
   if (faces.faces) {
     bound.faces = *faces.faces;
   } else {
-    bound.distance = faces.pixels > 0 ? faces.pixels * pixel_size(mesh, cameras, kNearestShare) : 0;
-    if (!std::isfinite(bound.distance)) return;  // nothing is seen, which others tell
+    const double distance = faces.pixels > 0 ? faces.pixels * pixel_size(mesh, cameras, kNearestShare) : 0;
+    bound.distance = std::isfinite(distance) ? distance : 0;  // nothing is seen, which others tell
   }
+  return bound;
+}
+
+void simplify(Mesh& mesh, const SimplificationBound& bound, SurfaceInput& result) {
   SimplifiedMesh fewer = simplified(mesh, bound);
-  result.simplified_faces = mesh.faces.size() - fewer.mesh.faces.size();
-  result.simplified_distance = fewer.distance;
+  result.simplified_faces += mesh.faces.size() - fewer.mesh.faces.size();
+  result.simplified_distance += fewer.distance;
   mesh = std::move(fewer.mesh);
+}
+
+// The surface of a mesh, with cells of options.size, which is not 0 any more.
+void cut_into_cells(const Mesh& mesh, const CellOptions& options, const glm::dvec3& offset,
+                    const std::optional<std::string>& strays, SurfaceInput& result) {
+  const auto surface = std::make_shared<Surface>();
+  surface->offset = offset;
+  surface->mesh = split_for_cells(mesh, options.size, result.mesh_file, strays);
+  result.split_faces = surface->mesh.faces.size() - mesh.faces.size();
+  surface->cells = make_cells(surface->mesh, options, throw_if_interrupted);
+  result.surface = surface;
 }
 
 }  // namespace
@@ -191,13 +206,21 @@ SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions&
   check(faces);
   SurfaceInput result = std::move(input.facts);
   cells.size = cell_size(input.mesh, cells, result.mesh_file);
-  simplify(input.mesh, faces, cameras, result);
-  const auto surface = std::make_shared<Surface>();
-  surface->offset = input.offset;
-  surface->mesh = split_for_cells(input.mesh, cells.size, result.mesh_file, input.strays);
-  result.split_faces = surface->mesh.faces.size() - input.mesh.faces.size();
-  surface->cells = make_cells(surface->mesh, cells, throw_if_interrupted);
-  result.surface = surface;
+  simplify(input.mesh, bound_of(input.mesh, faces, cameras), result);
+  cut_into_cells(input.mesh, cells, input.offset, input.strays, result);
+  return result;
+}
+
+SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, const FaceOptions& faces,
+                              std::span<const Camera> cameras) {
+  check(faces);
+  cells.size = input.surface->cells.size;
+  check(cells);
+  Mesh mesh = input.surface->mesh;
+  SurfaceInput result = input;
+  result.simplified_faces -= std::min(result.simplified_faces, result.split_faces);  // which did not come with the file
+  simplify(mesh, bound_of(mesh, faces, cameras), result);
+  cut_into_cells(mesh, cells, input.surface->offset, std::nullopt, result);
   return result;
 }
 

@@ -66,6 +66,10 @@ struct MeshInput {
 [[nodiscard]] SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions& faces = {},
                                         std::span<const Camera> cameras = {});
 
+// The same with fewer faces still, and with cells of the size that they had. Throws as make_surface() does.
+[[nodiscard]] SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, const FaceOptions& faces,
+                                            std::span<const Camera> cameras = {});
+
 // Both, with all faces.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
                                         const std::optional<std::filesystem::path>& mesh_file, CellOptions options);

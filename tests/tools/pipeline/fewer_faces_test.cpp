@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/fewer_faces.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "blend/gpu_bytes.h"
+#include "planner/predicted_loss.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/pipeline/build_summary.h"
+#include "tools/scene/surface_input.h"
+#include "tools/synth/synth.h"
+
+namespace lumatlas {
+namespace {
+
+// An apartment of 16 views of 96 x 72 on a mesh far finer than they show.
+const std::filesystem::path& fine_scene() {
+  static const TemporaryFolder folder;
+  static const bool made = [] {
+    SynthOptions options;
+    options.views = 16;
+    options.width = 96;
+    options.height = 72;
+    options.samples = 8;
+    options.triangles = 20000;
+    write_synthetic_scene(options, folder.path());
+    return true;
+  }();
+  REQUIRE(made);
+  return folder.path();
+}
+
+CellOptions large_cells() {
+  CellOptions cells;
+  cells.size = 3;
+  return cells;
+}
+
+// All views are stored, and then faces are given up within the bound.
+BuildOptions with_face_loss(double max_face_loss_db) {
+  BuildOptions options;
+  options.max_views.reset();
+  options.refine = RefineMode::none;
+  options.planner.min_view_gain = 0;
+  options.planner.coverage = parsimony_coverage(options.planner.coverage);
+  options.planner.coverage.max_references = 64;
+  options.planner.max_loss_db = 0;
+  options.max_texel_loss_db = max_face_loss_db;
+  options.least_scale = 0.5;
+  options.faces.pixels = 0.5;
+  options.tiles = {8, 2, 0};
+  options.texture_px.reset();
+  options.cells = large_cells();
+  options.max_face_loss_db = max_face_loss_db;
+  return options;
+}
+
+std::size_t faces_of(const BuildResult& result) {
+  return result.snapshot.surface->mesh.faces.size();
+}
+
+TEST_CASE("a surface leaves most of a budget to photographs, and is as it was where it does so already") {
+  const SurfaceInput whole = load_surface(fine_scene(), {}, large_cells());
+  const std::uint64_t bytes = GpuByteCount(whole.surface).of_surface();
+  CHECK(with_room_for_photographs(whole, large_cells(), 100 * bytes).surface == whole.surface);
+  std::size_t last = whole.surface->mesh.faces.size();
+  for (const std::uint64_t budget : {2 * bytes, bytes}) {
+    const SurfaceInput fewer = with_room_for_photographs(whole, large_cells(), budget);
+    const std::uint64_t taken = GpuByteCount(fewer.surface).of_surface();
+    CAPTURE(budget, taken);
+    CHECK(taken <= budget / 4);
+    CHECK(taken > budget / 12);
+    const std::size_t faces = fewer.surface->mesh.faces.size();
+    CHECK(faces < last);
+    CHECK(fewer.simplified_faces == whole.surface->mesh.faces.size() - whole.split_faces - (faces - fewer.split_faces));
+    CHECK(fewer.simplified_distance >= 0);
+    CHECK(fewer.surface->cells.size == whole.surface->cells.size);
+    CHECK(fewer.surface->offset == whole.surface->offset);
+    last = faces;
+  }
+}
+
+TEST_CASE("a budget of bytes takes faces away only where they may go and photographs do not fit") {
+  BuildOptions options = with_face_loss(0);
+  options.faces = {};
+  options.planner = {};
+  options.planner.min_view_gain = 0;
+  const BuildResult all = build_model(fine_scene(), options);
+  options.gpu_bytes = all.gpu_bytes.sum() / 2;
+  const BuildResult kept = build_model(fine_scene(), options);
+  CHECK(faces_of(kept) == faces_of(all));
+  options.faces.pixels = 1e-9;  // that alone takes no face away
+  const BuildResult fewer = build_model(fine_scene(), options);
+  CHECK(fewer.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(faces_of(fewer) < faces_of(all) / 2);
+  CHECK(fewer.scale > kept.scale);
+  CHECK(fewer.gpu_bytes.photographs() > kept.gpu_bytes.photographs());
+  CHECK(summary(fewer, options)["faces"]["taken_away"] == fewer.simplified_faces);
+  CHECK(fewer.simplified_faces > 0);
+  options.gpu_bytes = 2 * all.gpu_bytes.sum();
+  CHECK(build_model(fine_scene(), options).simplified_faces < fewer.simplified_faces / 2);
+}
+
+TEST_CASE("where photographs were downscaled, the mesh is as coarse as they, if the bound on the loss allows it") {
+  constexpr double kBound = 9;
+  BuildOptions options = with_face_loss(kBound);
+  const BuildResult result = build_model(fine_scene(), options);
+  options.max_face_loss_db = 0;
+  const BuildResult finer = build_model(fine_scene(), options);
+  CAPTURE(result.scale, faces_of(result), faces_of(finer));
+  REQUIRE(result.scale < 1);
+  CHECK(result.scale == finer.scale);
+  CHECK(faces_of(result) < faces_of(finer));
+  CHECK(finer.face_loss_db == 0);
+  CHECK(result.face_loss_db != 0);
+  CHECK(result.face_loss_db <= kBound);
+  CHECK(result.parsimony->measured->mean_db <= kBound);
+  CHECK(result.gpu_bytes.mesh < finer.gpu_bytes.mesh);
+  CHECK(result.snapshot.cell_coverage.size() == result.snapshot.surface->cells.cells.size());
+  CHECK(result.simplified_faces > finer.simplified_faces);
+  CHECK(result.simplified_distance > finer.simplified_distance);
+  const nlohmann::json totals = summary(result, result.options);
+  CHECK(totals["faces"]["kept"] == faces_of(result));
+  CHECK(totals["faces"]["taken_away"] == result.simplified_faces);
+  CHECK(totals["parsimony"]["face_loss_db"] == result.face_loss_db);
+  CHECK_THAT(parsimony_text(totals["parsimony"]), Catch::Contains(" with fewer faces) of at most "));
+
+  options.max_face_loss_db = 1e-9;  // less than texels have lost already
+  const BuildResult tried = build_model(fine_scene(), options);
+  CHECK((tried.snapshot.surface->mesh.faces == finer.snapshot.surface->mesh.faces));
+  CHECK(tried.face_loss_db == 0);
+  CHECK(tried.simplified_faces == finer.simplified_faces);
+  std::size_t compared = 0;
+  for (std::size_t slot = 0; slot < tried.snapshot.views.size(); ++slot) {
+    if (!tried.snapshot.views[slot] || !finer.snapshot.views[slot]) continue;  // nobody missed it
+    ++compared;
+    CHECK((tried.snapshot.views[slot]->depth == finer.snapshot.views[slot]->depth));
+    CHECK((tried.snapshot.views[slot]->validity == finer.snapshot.views[slot]->validity));
+  }
+  CHECK(compared > 4);
+}
+
+TEST_CASE("faces go after photographs were downscaled, and of refined views") {
+  BuildOptions options = with_face_loss(9);
+  options.refine = RefineMode::all;
+  options.least_scale = 0.5;
+  const BuildResult result = build_model(fine_scene(), options);
+  CHECK(result.scale < 1);
+  CHECK(result.simplified_faces > 0);
+  for (const auto& view : result.snapshot.views) {
+    if (!view) continue;
+    CHECK(view->camera.width == view->photograph.width);
+    CHECK(view->depth.size() == std::size_t{view->camera.width} * view->camera.height);
+  }
+}
+
+TEST_CASE("bounds on the loss by faces are checked") {
+  BuildOptions options = with_face_loss(0.1);
+  options.max_face_loss_db = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(build_model("/nowhere", options), Catch::Contains("max_face_loss_db is nan"));
+  options.max_face_loss_db = 0.1;
+  options.max_texel_loss_db = 0;
+  options.planner.max_loss_db.reset();
+  CHECK_THROWS_WITH(build_model("/nowhere", options), Catch::Contains("max_face_loss_db is given, planner"));
+}
+
+}  // namespace
+}  // namespace lumatlas
