@@ -38,16 +38,21 @@ void put_under(const SeenSurface& seen, Planner& planner) {
 
 SurfaceInput with_room_for_photographs(const SurfaceInput& input, const CellOptions& cells,
                                        std::uint64_t budget_bytes) {
-  constexpr double kShare = 1.0 / 6;  // references, which differ from cell to cell, make it about a quarter
-  constexpr int kMostTries = 4;       // bytes do not quite go by faces
+  constexpr double kShare = 1.0 / 8;  // references, which differ from cell to cell, make it almost a quarter
+  constexpr std::size_t kFacesOfCell = 4;
+  constexpr int kMostTries = 4;  // bytes do not quite go by faces
+  const auto share_of_room = [&](const SurfaceInput& surface) {
+    return kShare * static_cast<double>(budget_bytes) / static_cast<double>(bytes_of(surface));
+  };
+  const std::size_t least = kFacesOfCell * input.surface->cells.cells.size();
+  std::size_t faces = input.surface->mesh.faces.size() - input.split_faces;
   SurfaceInput fewer = input;
-  double share = kShare * static_cast<double>(budget_bytes) / static_cast<double>(bytes_of(input));
-  double faces = static_cast<double>(input.surface->mesh.faces.size() - input.split_faces);
-  for (int tries = 0; tries < kMostTries && share < 1; ++tries) {
+  double share = share_of_room(input);
+  for (int tries = 0; tries < kMostTries && share < 1 && faces > least; ++tries) {
     throw_if_interrupted();
-    faces *= share;
-    fewer = with_fewer_faces(input, cells, {.faces = std::max<std::size_t>(1, static_cast<std::size_t>(faces))});
-    share = kShare * static_cast<double>(budget_bytes) / static_cast<double>(bytes_of(fewer));
+    faces = std::max(least, static_cast<std::size_t>(share * static_cast<double>(faces)));
+    fewer = with_fewer_faces(input, cells, {.faces = faces});
+    share = share_of_room(fewer);
   }
   return fewer;
 }

@@ -16,8 +16,8 @@
 
 namespace lumatlas {
 
-// With fewer faces, so that mesh and tables take about a quarter of `budget_bytes` on the GPU at most, or as few as
-// cells and pieces of the mesh allow.
+// With fewer faces, so that mesh and tables take a quarter of `budget_bytes` on the GPU at most, or as many as four for
+// each cell: those that are larger than a cell would be split again.
 [[nodiscard]] SurfaceInput with_room_for_photographs(const SurfaceInput& input, const CellOptions& cells,
                                                      std::uint64_t budget_bytes);
 

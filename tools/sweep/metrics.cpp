@@ -63,6 +63,7 @@ std::vector<Source> all_sources() {
   scored("load.upload", "loading it to the renderer, ms", "/speed/upload_ms");
   built("bytes.resident", "resident, MB", Better::less, 1, "/bytes/resident", 1e-6);
   built("bytes.peak", "peak memory of building, MB", Better::less, 0, "/bytes/peak_rss", 1e-6);
+  built("bytes.gpu", "on the GPU, MB", Better::less, 1, "/gpu/sum", 1e-6);
   built("texels.resident", "resident, Mtexels", Better::less, 2, "/texels/resident", 1e-6);
   built("views.offered", "photographs offered", Better::neither, 0, "/views/offered");
   built("views.stored", "views stored", Better::less, 0, "/views/stored");

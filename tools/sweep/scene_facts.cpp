@@ -9,6 +9,8 @@
 #include <optional>
 #include <vector>
 
+#include "atlas/tiles.h"
+#include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -30,8 +32,8 @@ std::optional<std::size_t> whole_number(const OptionValues& options, const char*
 
 [[noreturn]] void refuse(const std::string& name, const std::string& text) {
   throw InputError("--" + name + " is \"" + text +
-                   "\", must be =scene/FILE, or =diameter, =photographs, =offered or =texels, if need be with / or * "
-                   "and a positive number");
+                   "\", must be =scene/FILE, or =diameter, =photographs, =offered, =texels or =bytes, if need be with "
+                   "/ or * and a positive number");
 }
 
 // "60" of "diameter/60" as 1/60; 1 if there is nothing.
@@ -60,6 +62,7 @@ std::string quantity_text(const std::string& name, const std::string& text, cons
   if (quantity == "photographs") return whole(static_cast<double>(facts.photographs) * times);
   if (quantity == "offered") return whole(static_cast<double>(facts.offered) * times);
   if (quantity == "texels") return whole(facts.texels * times) + "texels";
+  if (quantity == "bytes") return whole(facts.bytes * times);
   refuse(name, text);
 }
 
@@ -83,12 +86,20 @@ SceneFacts scene_facts(const std::filesystem::path& scene, const OptionValues& b
     offered = split(views.views.size(), {*hold, whole_number(build, "block").value_or(1)}).input;
   }
   facts.offered = offered.size();
+  double tiles = 0;
+  const TileOptions layout;
   for (const std::size_t rank : offered) {
-    facts.texels += static_cast<double>(views.views[rank].camera.width) * views.views[rank].camera.height;
+    const Camera& camera = views.views[rank].camera;
+    facts.texels += static_cast<double>(camera.width) * camera.height;
+    tiles += static_cast<double>(TileGrid(camera.width, camera.height, layout.tile_px).tiles());
   }
+  double held = 1;
   if (const auto most = whole_number(build, "max-views"); most && *most < facts.offered) {
-    facts.texels *= static_cast<double>(*most) / static_cast<double>(facts.offered);
+    held = static_cast<double>(*most) / static_cast<double>(facts.offered);
   }
+  facts.texels *= held;
+  facts.bytes = held * tiles * static_cast<double>(slot_bytes(layout)) +
+                static_cast<double>(GpuByteCount(input.surface).of_surface());
   return facts;
 }
 

@@ -16,6 +16,7 @@ struct SceneFacts {
   std::size_t photographs = 0;  // all of them
   std::size_t offered = 0;      // less those that are held out
   double texels = 0;  // of the photographs that are offered; of so many of them as --max-views lets the model hold
+  double bytes = 0;   // on the GPU, of these in exact tiles with the whole mesh, but for tables
 };
 
 // Of a scene and the options of `lumatlas build` (--hold, --block, --mesh, --max-views if it is a number). Throws
@@ -23,9 +24,9 @@ struct SceneFacts {
 [[nodiscard]] SceneFacts scene_facts(const std::filesystem::path& scene, const OptionValues& build);
 
 // The options with every text that begins with '=' replaced: by `scene` and what follows for "=scene/REST", else by the
-// quantity (diameter, photographs, offered or texels) divided by or times the number that follows. Photographs become
-// whole numbers of at least 1, texels a size ("1200texels"). Asks for the facts only where it needs them. Throws
-// InputError naming option, text and what there is.
+// quantity (diameter, photographs, offered, texels or bytes) divided by or times the number that follows. Photographs
+// and bytes become whole numbers of at least 1, texels a size ("1200texels"). Asks for the facts only where it needs
+// them. Throws InputError naming option, text and what there is.
 [[nodiscard]] OptionValues resolved(OptionValues options, const std::filesystem::path& scene,
                                     const std::function<SceneFacts()>& facts);
 

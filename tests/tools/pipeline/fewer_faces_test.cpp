@@ -71,12 +71,12 @@ TEST_CASE("a surface leaves most of a budget to photographs, and is as it was wh
   const std::uint64_t bytes = GpuByteCount(whole.surface).of_surface();
   CHECK(with_room_for_photographs(whole, large_cells(), 100 * bytes).surface == whole.surface);
   std::size_t last = whole.surface->mesh.faces.size();
-  for (const std::uint64_t budget : {2 * bytes, bytes}) {
+  for (const std::uint64_t budget : {4 * bytes, 2 * bytes}) {
     const SurfaceInput fewer = with_room_for_photographs(whole, large_cells(), budget);
     const std::uint64_t taken = GpuByteCount(fewer.surface).of_surface();
     CAPTURE(budget, taken);
     CHECK(taken <= budget / 4);
-    CHECK(taken > budget / 12);
+    CHECK(taken > budget / 16);
     const std::size_t faces = fewer.surface->mesh.faces.size();
     CHECK(faces < last);
     CHECK(fewer.simplified_faces == whole.surface->mesh.faces.size() - whole.split_faces - (faces - fewer.split_faces));
@@ -85,6 +85,9 @@ TEST_CASE("a surface leaves most of a budget to photographs, and is as it was wh
     CHECK(fewer.surface->offset == whole.surface->offset);
     last = faces;
   }
+  const SurfaceInput least = with_room_for_photographs(whole, large_cells(), 1000);
+  CHECK(least.surface->mesh.faces.size() > 3 * whole.surface->cells.cells.size());
+  CHECK(least.surface->mesh.faces.size() < last);
 }
 
 TEST_CASE("a budget of bytes takes faces away only where they may go and photographs do not fit") {

@@ -9,15 +9,18 @@
 #include <vector>
 
 #include "atlas/photograph.h"
+#include "atlas/tiles.h"
+#include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/scene/surface_input.h"
 
 namespace lumatlas {
 namespace {
 
 TEST_CASE("options that depend on the scene are worked out from it") {
-  const auto facts = [] { return SceneFacts{12, 40, 30, 30 * 640 * 480.0}; };
+  const auto facts = [] { return SceneFacts{12, 40, 30, 30 * 640 * 480.0, 5e7}; };
   const auto of = [&](const std::string& text) {
     return resolved({{"name", {true, text}}}, "/scenes/a", facts).at("name").text.value();
   };
@@ -29,6 +32,7 @@ TEST_CASE("options that depend on the scene are worked out from it") {
   CHECK(of("=offered/4") == "8");  // 7.5, rounded
   CHECK(of("=offered/1000") == "1");
   CHECK(of("=texels/2") == "4608000texels");
+  CHECK(of("=bytes/10") == "5000000");
   CHECK(of("=scene/truth/mesh.ply") == "/scenes/a/truth/mesh.ply");
   for (const char* const wrong : {"=", "=size", "=diameter/", "=diameter/0", "=diameter/-1", "=diameter/x",
                                   "=offered/4 ", "=diameter/nan", "=diameter/inf"}) {
@@ -55,7 +59,7 @@ void write_rectangle(const TemporaryFolder& folder) {
   test::write_file(folder / "sparse/images.txt", images);
 }
 
-TEST_CASE("the texels of a scene are of the photographs offered, or of as many as the model may hold") {
+TEST_CASE("the texels and bytes of a scene are of the photographs offered, or of as many as the model may hold") {
   const TemporaryFolder folder;
   write_rectangle(folder);
   const auto with = [&](const OptionValues& build) { return scene_facts(folder.path(), build); };
@@ -65,6 +69,10 @@ TEST_CASE("the texels of a scene are of the photographs offered, or of as many a
   CHECK(plain.photographs == 6);
   CHECK(plain.offered == 6);
   CHECK(plain.texels == 6 * 40 * 30);
+  // A tile for each of six photographs, and the mesh.
+  const SurfaceInput surface = load_surface(folder.path(), {}, {});
+  CHECK(plain.bytes == static_cast<double>(6 * slot_bytes({}) + GpuByteCount(surface.surface).of_surface()));
+  CHECK(plain.bytes - with({{"max-views", two}}).bytes == static_cast<double>(4 * slot_bytes({})));
   CHECK(with({{"hold", two}}).offered == 3);
   CHECK(with({{"hold", two}}).texels == 3 * 40 * 30);
   CHECK(with({{"max-views", two}}).offered == 6);
