@@ -290,6 +290,45 @@ TEST_CASE("tiles are chosen as if every value were worked out at every step") {
   }
 }
 
+// Of all choices of so many tiles that there are, what the best is worth.
+double most_worth(const TileStore& store, std::size_t count) {
+  const std::set<Tile> all = store.all_tiles();
+  const std::vector<Tile> tiles(all.begin(), all.end());
+  std::vector<bool> taken(tiles.size(), false);
+  std::fill_n(taken.begin(), count, true);
+  double most = 0;
+  do {
+    std::set<Tile> some;
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      if (taken[i]) some.insert(tiles[i]);
+    }
+    most = std::max(most, store.worth(some));
+  } while (std::prev_permutation(taken.begin(), taken.end()));
+  return most;
+}
+
+TEST_CASE("on small scenes the tiles chosen are worth nearly as much as the best of all choices") {
+  constexpr std::size_t kMostTiles = 14;
+  std::mt19937 random(13);
+  int compared = 0;
+  double worst = 1, sum = 0;
+  while (compared < 12) {
+    TileStore store(random_cameras(3, random, 20), 3);
+    const std::size_t all = store.all_tiles().size();
+    if (all < 6 || all > kMostTiles) continue;
+    const std::size_t count = std::uniform_int_distribution<std::size_t>(2, all - 2)(random);
+    const double share = store.worth(store.chosen(count)) / most_worth(store, count);
+    CAPTURE(all, count, share);
+    CHECK(share <= 1 + 1e-9);
+    worst = std::min(worst, share);
+    sum += share;
+    ++compared;
+  }
+  CAPTURE(worst, sum / compared);
+  CHECK(worst > 0.8);
+  CHECK(sum / compared > 0.97);
+}
+
 TEST_CASE("a choice that is brought up to date keeps within its budget and comes close to one from all") {
   std::mt19937 random(12);
   double kept_worth = 0, fresh_worth = 0;
