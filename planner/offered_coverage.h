@@ -37,7 +37,8 @@ class OfferedCoverage {
   // The same, were the view in that slot of the store taken away.
   [[nodiscard]] double gap_without(const CoverageLedger& store, std::uint32_t slot) const;
 
-  // As CoverageLedger::follow(). What was offered of a cell that is new is not known: there the store is not compared.
+  // As CoverageLedger::follow(). What was offered of a cell that is new is not known: it counts from there on what is
+  // added.
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
 
   // Views that are held of a cell, as numbers.

@@ -192,8 +192,8 @@ class Planner {
   // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it
   // was. No slot may be promised (std::logic_error). Views that can see a cell that is new, changed or gone are counted
   // again, at the poses that they are stored with, and their depths and masks made again; nothing else is. References
-  // are then those of the new cells. Throws std::invalid_argument, and changes nothing, if the surface does not fit:
-  // see Atlas::replace_surface().
+  // are then those of the new cells, and of a cell that is new or changed only the stored views were offered. Throws
+  // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
                                std::span<const std::uint32_t> previous_cell, std::span<const std::uint8_t> changed);
 
@@ -259,7 +259,7 @@ class Planner {
   [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const std::uint32_t> previous_cell,
                                                            std::span<const std::uint8_t> changed,
                                                            const Surface& surface) const;
-  void offer_again(std::span<const CellPart> seen, std::span<const std::uint8_t> changed);
+  void offer_stored_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed);
   bool make_depth_again(std::uint32_t slot);
 
   Atlas& atlas_;

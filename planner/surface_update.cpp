@@ -89,12 +89,18 @@ void Planner::mask_edges_by(const ValidityOptions& validity) {
 }
 
 // Of what was offered, the coverage of the changed cells is forgotten but for what is still stored.
-void Planner::offer_again(std::span<const CellPart> seen, std::span<const std::uint8_t> changed) {
+void Planner::offer_stored_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed) {
   if (!offered_) return;
-  std::vector<CellPart> anew;
-  std::copy_if(seen.begin(), seen.end(), std::back_inserter(anew),
-               [&](const CellPart& entry) { return changed[entry.cell] != 0; });
-  offered_->add(anew);
+  std::vector<std::vector<CellPart>> views;
+  for (const std::uint32_t slot : slots) {
+    std::vector<CellPart>& view = views.emplace_back();
+    const std::span<const CellPart> seen = ledger_.parts(slot);
+    std::copy_if(seen.begin(), seen.end(), std::back_inserter(view),
+                 [&](const CellPart& entry) { return changed[entry.cell] != 0; });
+  }
+  // All ask before any is added: what a view is worth depends on what is asked for.
+  for (const std::vector<CellPart>& view : views) offered_->ask(view);
+  for (const std::vector<CellPart>& view : views) offered_->add(view);
 }
 
 // Returns whether the view shows something else than before.
@@ -153,10 +159,10 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     atlas_.mark_seen(seen);
     std::vector<CellPart> counted = parts(small, seen);
     ledger_.ask(counted);
-    offer_again(counted, changed);
     ledger_.insert(slot, std::move(counted));
     update.depths_made_again += make_depth_again(slot);
   }
+  offer_stored_again(again, changed);
   for (std::uint32_t cell = 0; cell < cells; ++cell) atlas_.set_references(cell, ledger_.references(cell));
   return update;
 }

@@ -116,8 +116,9 @@ void check_against_new_start(const PlannedSurface& scene) {
   CHECK(std::equal(seen.begin(), seen.end(), seen_fresh.begin(), std::greater_equal<>()));
 }
 
-TEST_CASE("where all cells are new, the store is compared with what it still holds") {
-  PlannerOptions options = options_for_update(false, false);
+TEST_CASE("where all cells are new, the store is compared with what it still holds, and with what is passed by") {
+  const bool demand = GENERATE(false, true);
+  PlannerOptions options = options_for_update(false, demand);
   options.max_loss_db = 0.5;
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
@@ -134,8 +135,12 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
   const std::vector<ThinningStep> order = planner.thinning_order();
   REQUIRE(order.size() == kMostViews);
   planner.take_away(std::vector<std::uint32_t>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
-  CHECK(planner.predicted_loss().gap == Approx(order[3].gap).margin(1e-5));
-  CHECK(order[3].gap > 1e-3);
+  const double gap = planner.predicted_loss().gap;
+  CHECK(gap == Approx(order[3].gap).margin(1e-5));
+  CHECK(gap > 1e-3);
+  // A view that no cell of the new surface knows of yet.
+  planner.pass_by(room_camera(kMostViews + 3));
+  CHECK(planner.predicted_loss().gap > gap);
 }
 
 TEST_CASE("a surface that appears, moves and disappears leaves the store as if it had been there from the start") {

@@ -180,13 +180,17 @@ void follow_paper(BuildFlags& flags) {
   flags.keep_lenses = true;
 }
 
-// A model that is to be small has no faces that no picture shows, unless someone wants all of them. Of a scene that is
-// watched the cameras are not known, by which pictures are judged.
+// A model whose mesh counts is to have no faces that no picture shows, unless someone wants all of them. With --watch
+// the mesh is there before most cameras are known, by which pictures are judged.
+bool is_mesh_to_be_small(const BuildFlags& flags) {
+  if (flags.budget->count() == 0 || flags.watch) return false;
+  if (flags.budget_size == kAuto) return flags.loss_db > 0;
+  return !flags.whole_views && size_bound(flags.budget_size).bytes > 0;
+}
+
 FaceOptions faces_of(const BuildFlags& flags) {
-  const bool automatic = flags.budget_size == kAuto;
-  const bool small = automatic ? flags.loss_db > 0 : flags.budget->count() > 0 && !flags.watch;
   FaceOptions faces;
-  if (flags.faces == kAuto || (flags.faces.empty() && small)) {
+  if (flags.faces == kAuto || (flags.faces.empty() && is_mesh_to_be_small(flags))) {
     faces.pixels = kFacesPixels;
   } else if (!flags.faces.empty() && flags.faces != kKeep) {
     faces.faces = std::stoull(flags.faces);
@@ -453,7 +457,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
   command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
-      ->default_str("keep, with --budget: auto");
+      ->default_str("keep; auto with --budget but in texels");
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");

@@ -302,7 +302,7 @@ std::string measured_text(const json& p) {
   std::vector<std::string> parts;
   if (is_measured(p)) parts.push_back(printed("%.3f", p["measured_loss_db"].get<double>()) + " measured");
   if (by_texels != 0) parts.push_back(printed("%.3f", by_texels) + " by coarser texels");
-  if (with_faces != 0) parts.push_back(printed("%.3f", with_faces) + " with fewer faces");
+  if (with_faces != 0) parts.push_back(printed("%.3f", with_faces) + " with fewer faces too");
   if (parts.empty()) return "";
   std::string text = " (" + parts.front();
   for (std::size_t i = 1; i < parts.size(); ++i) text += ", " + parts[i];

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "blend/egl_context.h"
 #include "blend/gpu_bytes.h"
+#include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
 
 namespace lumatlas {
@@ -27,56 +31,72 @@ std::vector<Camera> stored_cameras(const Atlas& atlas) {
 }
 
 // All cells are new.
-void put_under(const SeenSurface& seen, Planner& planner) {
+void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, Planner& planner) {
   throw_if_interrupted();
   const std::size_t cells = seen.input.surface->cells.cells.size();
-  planner.update_surface(seen.input.surface, *seen.visibility, std::vector<std::uint32_t>(cells, kNoCell),
-                         std::vector<std::uint8_t>(cells, 1));
+  try {
+    planner.update_surface(seen.input.surface, *seen.visibility, std::vector<std::uint32_t>(cells, kNoCell),
+                           std::vector<std::uint8_t>(cells, 1));
+    for (const Camera& camera : turned_away) planner.pass_by(camera);
+  } catch (const GlError& error) {
+    throw std::runtime_error(std::string("the stored views cannot be seen again: ") + error.what());
+  }
+}
+
+// The same where nothing would be left of the mesh.
+SurfaceInput fewer_if_any(const SurfaceInput& input, const CellOptions& cells, const FaceOptions& faces,
+                          const std::vector<Camera>& cameras = {}) {
+  try {
+    return with_fewer_faces(input, cells, faces, cameras);
+  } catch (const InputError&) {
+    return input;
+  }
 }
 
 }  // namespace
 
-SurfaceInput with_room_for_photographs(const SurfaceInput& input, const CellOptions& cells,
-                                       std::uint64_t budget_bytes) {
-  constexpr double kShare = 1.0 / 8;  // references, which differ from cell to cell, make it almost a quarter
+SurfaceInput with_room_for_photographs(const SurfaceInput& input, const CellOptions& cells, std::uint64_t budget_bytes,
+                                       std::uint64_t photograph_bytes) {
+  constexpr std::uint64_t kShare = 8;  // references, which differ from cell to cell, make it almost a quarter
   constexpr std::size_t kFacesOfCell = 4;
   constexpr int kMostTries = 4;  // bytes do not quite go by faces
-  const auto share_of_room = [&](const SurfaceInput& surface) {
-    return kShare * static_cast<double>(budget_bytes) / static_cast<double>(bytes_of(surface));
-  };
+  const std::uint64_t left = budget_bytes - std::min(budget_bytes, photograph_bytes);
+  const auto room = static_cast<double>(std::max(left, budget_bytes / kShare));
   const std::size_t least = kFacesOfCell * input.surface->cells.cells.size();
   std::size_t faces = input.surface->mesh.faces.size() - input.split_faces;
   SurfaceInput fewer = input;
-  double share = share_of_room(input);
+  double share = room / static_cast<double>(bytes_of(input));
   for (int tries = 0; tries < kMostTries && share < 1 && faces > least; ++tries) {
     throw_if_interrupted();
     faces = std::max(least, static_cast<std::size_t>(share * static_cast<double>(faces)));
-    fewer = with_fewer_faces(input, cells, {.faces = faces});
-    share = share_of_room(fewer);
+    fewer = fewer_if_any(input, cells, {.faces = faces});
+    share = room / static_cast<double>(bytes_of(fewer));
   }
   return fewer;
 }
 
-std::optional<MeasuredLoss> give_up_faces_within(double max_loss_db, double reference_loss_db, double pixels,
-                                                 const CellOptions& cells, const MakeVisibility& make_visibility,
-                                                 SeenSurface& seen, const Atlas& atlas, Planner& planner,
-                                                 HeldOutLoss& measured) {
+std::optional<MeasuredLoss> give_up_faces_within(const FaceLimits& limits, double reference_loss_db,
+                                                 const std::vector<Camera>& turned_away,
+                                                 const MakeVisibility& make_visibility, SeenSurface& seen,
+                                                 const Atlas& atlas, Planner& planner, HeldOutLoss& measured) {
   SeenSurface fewer;
-  fewer.input = with_fewer_faces(seen.input, cells, {.faces = {}, .pixels = pixels}, stored_cameras(atlas));
+  fewer.input = fewer_if_any(seen.input, limits.cells, {.faces = {}, .pixels = limits.pixels}, stored_cameras(atlas));
   if (fewer.input.surface->mesh.faces.size() >= seen.input.surface->mesh.faces.size()) return std::nullopt;
   fewer.visibility = make_visibility(*fewer.input.surface);
-  put_under(fewer, planner);
+  put_under(fewer, turned_away, planner);
   std::swap(seen, fewer);  // whose views were of the one before
-  try {
-    const MeasuredLoss loss = measured.now({{}, reference_loss_db}, max_loss_db);
-    if (loss.at_most_db() <= max_loss_db) return loss;
-  } catch (const GlError&) {
-    put_under(fewer, planner);
+  const auto take_back = [&] {
+    put_under(fewer, turned_away, planner);
     std::swap(seen, fewer);
+  };
+  try {
+    const MeasuredLoss loss = measured.now({{}, reference_loss_db}, limits.max_loss_db);
+    if (loss.at_most_db() <= limits.max_loss_db) return loss;
+  } catch (const GlError&) {
+    take_back();
     throw;
   }
-  put_under(fewer, planner);
-  std::swap(seen, fewer);
+  take_back();
   return std::nullopt;
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
@@ -16,10 +17,11 @@
 
 namespace lumatlas {
 
-// With fewer faces, so that mesh and tables take a quarter of `budget_bytes` on the GPU at most, or as many as four for
-// each cell: those that are larger than a cell would be split again.
+// With fewer faces where mesh and tables leave less of `budget_bytes` on the GPU than `photograph_bytes`: so that they
+// take what these leave, or about a quarter if that is more, but never fewer faces than four for each cell, for those
+// that are larger than a cell would be split again. As it was where the mesh that is left is none.
 [[nodiscard]] SurfaceInput with_room_for_photographs(const SurfaceInput& input, const CellOptions& cells,
-                                                     std::uint64_t budget_bytes);
+                                                     std::uint64_t budget_bytes, std::uint64_t photograph_bytes);
 
 // A surface, and who sees it.
 struct SeenSurface {
@@ -28,12 +30,20 @@ struct SeenSurface {
 };
 using MakeVisibility = std::function<std::shared_ptr<const Visibility>(const Surface&)>;
 
-// Puts a surface of fewer faces under the stored views, which moves by at most `pixels` of theirs as they are now, if
-// the pictures then lose at most so much, dB, by measurement (see HeldOutLoss, which must be able to tell); returns the
-// loss. Else all is as it was but for rounding, and none is returned. Throws GlError as HeldOutLoss does; all is as it
-// was then, too. `seen` is what the planner sees, and must outlive it.
-[[nodiscard]] std::optional<MeasuredLoss> give_up_faces_within(double max_loss_db, double reference_loss_db,
-                                                               double pixels, const CellOptions& cells,
+// Of give_up_faces_within().
+struct FaceLimits {
+  double max_loss_db = 0;
+  double pixels = 0;  // of the stored views as they are now, that the surface may move by
+  CellOptions cells;
+};
+
+// Puts a surface of fewer faces under the stored views if the pictures then lose at most so much, by measurement (see
+// HeldOutLoss, which must be able to tell), with references given up too; returns the loss. Else the surface is what it
+// was, and none is returned. `turned_away`: cameras of offered views that are not stored, which count for coverage.
+// `seen` is what the planner sees, and must outlive it. Throws GlError as HeldOutLoss does; the surface is what it was
+// then, too. Throws std::runtime_error where the planner's own views could not be seen again, for then it is of no use.
+[[nodiscard]] std::optional<MeasuredLoss> give_up_faces_within(const FaceLimits& limits, double reference_loss_db,
+                                                               const std::vector<Camera>& turned_away,
                                                                const MakeVisibility& make_visibility, SeenSurface& seen,
                                                                const Atlas& atlas, Planner& planner,
                                                                HeldOutLoss& measured);

@@ -42,7 +42,7 @@ void GpuBudget::refuse(std::uint64_t least) const {
   throw InputError(mesh_file_.string() + ": the mesh and its tables alone take " + std::to_string(of_surface_) +
                    " bytes on the GPU, and with one tile of a photograph " + std::to_string(least) +
                    ", more than the budget of " + std::to_string(bytes_) +
-                   ": give at least that as --budget, or keep fewer faces (--faces auto)");
+                   ": give at least that as --budget, or fewer faces (--faces) or larger cells (--cell-size)");
 }
 
 double GpuBudget::share_that_fits(Atlas& atlas) const {

@@ -16,11 +16,10 @@ namespace {
 // As many photographs are left out at once as by `--hold 8`: with fewer folds a store of the others would be too sparse
 // to stand for the whole one.
 constexpr std::size_t kFolds = 8;
-constexpr std::size_t kMostPictures = 12;    // of a fold
-constexpr std::size_t kLeastPictures = 3;    // of a fold, parts of the same photograph if need be
-constexpr std::size_t kFewestPictures = 12;  // in all, of four photographs, that a standard error can be told from
-constexpr std::size_t kLeastToDecide = 24;   // pictures
-constexpr double kErrorsToDecide = 4;        // standard errors; many, for pictures of a fold share its store
+constexpr std::size_t kMostPictures = 12;   // of a fold
+constexpr std::size_t kFewestPictures = 4;  // in all, that a standard error can be told from
+constexpr std::size_t kLeastToDecide = 24;  // pictures
+constexpr double kErrorsToDecide = 4;       // standard errors; many, for pictures of a fold share its store
 constexpr double kPixelsInAll = kFolds * kMostPictures * 256 * 256;
 constexpr double kLeastSidePx = 256, kMostSidePx = 512;  // of a picture
 constexpr std::uint8_t kLeastTrust = 128;                // of StoredView::trust
@@ -31,10 +30,6 @@ constexpr double kLeastSquaredError = 1e-3;              // squared 8-bit levels
 double spread(std::size_t index, double step) {
   double whole = 0;
   return std::modf(0.5 + step * static_cast<double>(index), &whole);
-}
-
-std::size_t pictures_of(std::size_t photographs) {
-  return std::clamp(photographs, kLeastPictures, kMostPictures);
 }
 
 std::vector<std::uint32_t> stored_slots(const Snapshot& store) {
@@ -125,13 +120,13 @@ void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
     Fold& fold = folds_[f];
     for (std::size_t place = f; place < slots.size(); place += folds_.size()) fold.absent.push_back(slots[place]);
     fold.order = planner_.thinning_order(fold.absent);
-    pictures += pictures_of(fold.absent.size());
+    pictures += std::min(kMostPictures, fold.absent.size());
   }
   const double side = std::sqrt(kPixelsInAll / static_cast<double>(std::max<std::size_t>(pictures, 1)));
   const auto side_px = static_cast<std::uint32_t>(std::clamp(side, kLeastSidePx, kMostSidePx));
   std::size_t index = 0;
   for (Fold& fold : folds_) {
-    const std::size_t count = pictures_of(fold.absent.size());
+    const std::size_t count = std::min(kMostPictures, fold.absent.size());
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t slot = fold.absent[i * fold.absent.size() / count];
       fold.pictures.push_back(picture_of(*store_.views[slot], side_px, index++));

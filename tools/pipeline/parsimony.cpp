@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -66,12 +67,28 @@ void give_up_texels(double max_loss_db, double reference_loss_db, Atlas& atlas, 
   result.texel_loss_db = downscaled.loss.mean_db;
 }
 
+// Of offered views, but outliers.
+std::vector<Camera> turned_away(const Stream& stream, const std::vector<PlannedView>& planned, const Atlas& atlas) {
+  std::set<std::string> stored;
+  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+    if (const auto view = atlas.view(slot)) stored.insert(view->name);
+  }
+  std::vector<Camera> cameras;
+  for (std::size_t place = 0; place < stream.size(); ++place) {
+    const bool counts = planned[place].verdict.decision != Decision::outlier && !stored.contains(stream[place]->name);
+    if (counts) cameras.push_back(stream[place]->camera);
+  }
+  return cameras;
+}
+
 // As fine as photographs are now.
-void give_up_faces(double max_loss_db, double reference_loss_db, const MakeVisibility& make_visibility,
-                   SeenSurface& seen, const Atlas& atlas, Planner& planner, HeldOutLoss& measured,
-                   BuildResult& result) {
-  const auto loss = give_up_faces_within(max_loss_db, reference_loss_db, result.options.faces.pixels,
-                                         result.options.cells, make_visibility, seen, atlas, planner, measured);
+void give_up_faces(double max_loss_db, double reference_loss_db, const Stream& stream,
+                   const MakeVisibility& make_visibility, SeenSurface& seen, const Atlas& atlas, Planner& planner,
+                   HeldOutLoss& measured, BuildResult& result) {
+  const BuildOptions& options = result.options;
+  const auto loss =
+      give_up_faces_within({max_loss_db, options.faces.pixels, options.cells}, reference_loss_db,
+                           turned_away(stream, result.planned, atlas), make_visibility, seen, atlas, planner, measured);
   if (!loss) return;
   result.face_loss_db = loss->mean_db;
   result.simplified_faces = seen.input.simplified_faces;
@@ -79,7 +96,7 @@ void give_up_faces(double max_loss_db, double reference_loss_db, const MakeVisib
 }
 
 void give_up_by_measurement(Planner& planner, Atlas& atlas, SeenSurface& seen, const MakeVisibility& make_visibility,
-                            const LossBounds& bounds, BuildStage& stage, BuildResult& result) {
+                            const Stream& stream, const LossBounds& bounds, BuildStage& stage, BuildResult& result) {
   Parsimony& parsimony = *result.parsimony;
   HeldOutLoss measured(planner, atlas, stage);
   if (!measured.can_tell()) return;
@@ -87,7 +104,7 @@ void give_up_by_measurement(Planner& planner, Atlas& atlas, SeenSurface& seen, c
   if (bounds.texels > 0) give_up_texels(bounds.texels, reference_loss_db, atlas, measured, *seen.visibility, result);
   if (bounds.faces > 0 && result.scale < 1) {
     planner.mask_edges_by(validity_at_scale(result.effective.validity, result.scale));
-    give_up_faces(bounds.faces, reference_loss_db, make_visibility, seen, atlas, planner, measured, result);
+    give_up_faces(bounds.faces, reference_loss_db, stream, make_visibility, seen, atlas, planner, measured, result);
   }
   ThinnedViews thinned = thin_views_within(bounds.in_all, reference_loss_db, planner, measured);
   parsimony.taken_away = std::move(thinned.taken_away);
@@ -111,14 +128,16 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   if (bound_db > 0) {
     BuildStage stage(callback, "measuring what can be given up", 0);
     try {
-      give_up_by_measurement(planner, atlas, seen, make_visibility, bounds, stage, result);
+      give_up_by_measurement(planner, atlas, seen, make_visibility, stream, bounds, stage, result);
     } catch (const GlError& error) {
       result.warnings.push_back(std::string("less is given up than could be, for what it costs cannot be measured: ") +
                                 error.what());
     }
     stage.finish();
   }
-  if (!parsimony.measured) parsimony.taken_away = planner.thin();
+  // Faces may have used up what prediction has for views.
+  const bool used_up = result.face_loss_db > result.options.max_texel_loss_db;
+  if (!parsimony.measured && !used_up) parsimony.taken_away = planner.thin();
   parsimony.predicted = planner.predicted_loss();
   parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db
                                          : parsimony.predicted.loss_db +

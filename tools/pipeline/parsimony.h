@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Internal to tools/pipeline/: `--budget auto`, a model that is as small as a bound on its loss allows. Once the stream
-// has ended and all is refined, faces are taken away, photographs compressed, downscaled and taken away as far as
+// has ended and all is refined, photographs are compressed and downscaled, faces and photographs taken away as far as
 // measurement allows, see held_out_loss.h. Where it cannot tell, for want of OpenGL or of photographs that show the
 // same, views and references are given up by prediction alone, see Planner::thin().
 #pragma once

@@ -218,8 +218,8 @@ SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, cons
   check(cells);
   Mesh mesh = input.surface->mesh;
   SurfaceInput result = input;
-  result.simplified_faces -= std::min(result.simplified_faces, result.split_faces);  // which did not come with the file
   simplify(mesh, bound_of(mesh, faces, cameras), result);
+  result.simplified_faces -= std::min(result.simplified_faces, input.split_faces);  // which did not come with the file
   cut_into_cells(mesh, cells, input.surface->offset, std::nullopt, result);
   return result;
 }

@@ -16,7 +16,7 @@ struct SceneFacts {
   std::size_t photographs = 0;  // all of them
   std::size_t offered = 0;      // less those that are held out
   double texels = 0;  // of the photographs that are offered; of so many of them as --max-views lets the model hold
-  double bytes = 0;   // on the GPU, of these in exact tiles with the whole mesh, but for tables
+  double bytes = 0;   // on the GPU, of these in exact tiles with the whole mesh, but for references
 };
 
 // Of a scene and the options of `lumatlas build` (--hold, --block, --mesh, --max-views if it is a number). Throws

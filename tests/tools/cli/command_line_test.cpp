@@ -128,6 +128,16 @@ TEST_CASE("a model that is as small as a bound on the loss allows says what it g
   CHECK(parsimony["gpu_bytes"]["stored"] < parsimony["gpu_bytes"]["before"]);
   CHECK(options_beside(model)["faces_pixels"] == 0.5);  // a small model has no faces that no picture shows
   CHECK(options_beside(made().model)["faces_pixels"] == 0);
+  const auto faces_pixels = [&](const Arguments& budget) {
+    Arguments arguments{"build", made().scene, "-o", (folder / "bounded").string(), "--refine", "none", "--quiet"};
+    arguments.insert(arguments.end(), budget.begin(), budget.end());
+    REQUIRE(lumatlas_here(arguments).status == 0);
+    return options_beside(folder / "bounded")["faces_pixels"];
+  };
+  CHECK(faces_pixels({"--budget", "50MB"}) == 0.5);
+  CHECK(faces_pixels({"--budget", "50MB", "--faces", "keep"}) == 0);
+  CHECK(faces_pixels({"--budget", "5Mtexels"}) == 0);  // which do not bound the mesh
+  CHECK(faces_pixels({"--budget", "50MB", "--layout", "layers"}) == 0);
   for (const Arguments& all_faces : {Arguments{"--faces", "keep"}, Arguments{"--loss", "0"}}) {
     Arguments arguments{"build",    made().scene, "-o",     (folder / "other").string(), "--budget", "auto",
                         "--refine", "none",       "--quiet"};

@@ -174,7 +174,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
     std::cout << ", PSNR " << by_page << " dB by " << form << ", whose texels have " << texels.psnr
               << " dB, validities " << texels.validity_rms;
     CHECK(by_page > kLeastPsnr);
-    CHECK(texels.psnr > 30);
+    CHECK(texels.psnr > (form == "bc7" ? 39 : 37));
     CHECK(texels.validity_rms < 3);
     CHECK(texels.validities_changed == 0);
     CHECK(said.at(form + "-photographs") == "12 " + form);
