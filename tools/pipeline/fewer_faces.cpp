@@ -43,7 +43,7 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
   }
 }
 
-// The same where nothing would be left of the mesh.
+// The surface as it is, where nothing would be left of the mesh, or nothing that can be cut into cells.
 SurfaceInput fewer_if_any(const SurfaceInput& input, const CellOptions& cells, const FaceOptions& faces,
                           const std::vector<Camera>& cameras = {}) {
   try {
