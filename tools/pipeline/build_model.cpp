@@ -100,7 +100,7 @@ bool all_fits(const Stream& stream, const BuildOptions& options, const SurfaceIn
 void make_room(const Stream& stream, BuildOptions& options, SurfaceInput& input) {
   if (options.gpu_bytes == 0 || all_fits(stream, options, input)) return;
   if (options.tight_tiles) options.tiles = *options.tight_tiles;
-  if (options.faces.pixels > 0 && !all_fits(stream, options, input)) {
+  if (options.faces.pixels > 0) {
     const std::uint64_t photographs = options.watch ? options.gpu_bytes : bytes_of_whole_photographs(stream, options);
     input = with_room_for_photographs(input, options.cells, options.gpu_bytes, photographs);
   }

@@ -139,9 +139,9 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   const bool used_up = result.face_loss_db > result.options.max_texel_loss_db;
   if (!parsimony.measured && !used_up) parsimony.taken_away = planner.thin();
   parsimony.predicted = planner.predicted_loss();
+  const double of_texels_and_faces = result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db;
   parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db
-                                         : parsimony.predicted.loss_db +
-                                               (result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db);
+                                         : parsimony.predicted.loss_db + of_texels_and_faces;
   if (!result.options.tiles.whole_views()) atlas.choose_tiles_anew();  // of fewer views than were measured
 }
 

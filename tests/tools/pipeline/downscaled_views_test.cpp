@@ -18,8 +18,8 @@
 
 #include "atlas/model_file.h"
 #include "atlas/photograph.h"
-#include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/tools/pipeline/bounded_build.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/save_model.h"
@@ -78,17 +78,8 @@ void blur(Photograph& photograph) {
 
 // All views are stored, and then given up or downscaled within the bound.
 BuildOptions within(double max_texel_loss_db) {
-  BuildOptions options;
-  options.max_views.reset();
-  options.refine = RefineMode::none;
-  options.planner.min_view_gain = 0;
-  options.planner.coverage = parsimony_coverage(options.planner.coverage);
-  options.planner.coverage.max_references = 64;
-  options.planner.max_loss_db = 0;
-  options.tiles = {8, 2, 0};
-  options.least_scale = 0.5;
+  BuildOptions options = bounded_build(max_texel_loss_db);
   options.cells.size = 0.3;
-  options.max_texel_loss_db = max_texel_loss_db;
   return options;
 }
 

@@ -10,8 +10,8 @@
 #include <nlohmann/json.hpp>
 
 #include "blend/gpu_bytes.h"
-#include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/tools/pipeline/bounded_build.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/scene/surface_input.h"
@@ -45,18 +45,8 @@ CellOptions large_cells() {
 
 // All views are stored, and then faces are given up within the bound.
 BuildOptions with_face_loss(double max_face_loss_db) {
-  BuildOptions options;
-  options.max_views.reset();
-  options.refine = RefineMode::none;
-  options.planner.min_view_gain = 0;
-  options.planner.coverage = parsimony_coverage(options.planner.coverage);
-  options.planner.coverage.max_references = 64;
-  options.planner.max_loss_db = 0;
-  options.max_texel_loss_db = max_face_loss_db;
-  options.least_scale = 0.5;
+  BuildOptions options = bounded_build(max_face_loss_db);
   options.faces.pixels = 0.5;
-  options.tiles = {8, 2, 0};
-  options.texture_px.reset();
   options.cells = large_cells();
   options.max_face_loss_db = max_face_loss_db;
   return options;
