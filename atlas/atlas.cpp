@@ -176,6 +176,12 @@ std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
   return views_[slot];
 }
 
+SharedShownCells Atlas::shown(std::uint32_t slot) const {
+  const std::scoped_lock lock(mutex_);
+  require_slot(slot);
+  return shown_[slot];
+}
+
 void Atlas::set_gain(std::uint32_t slot, const glm::dvec3& gain) {
   const std::scoped_lock lock(mutex_);
   require_stored(slot);

@@ -61,6 +61,8 @@ class Atlas {
   void erase(std::uint32_t slot);
   // Null where the slot is free. Throws std::invalid_argument unless slot < capacity().
   [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;
+  // Which cells its tiles show; never null, empty where the slot is free. Throws as view() does.
+  [[nodiscard]] SharedShownCells shown(std::uint32_t slot) const;
 
   // The exposure of the view in a slot, which must hold one (std::logic_error), see Snapshot::gains. Throws
   // std::invalid_argument unless each channel is within [kLeastExposureGain, kMostExposureGain].

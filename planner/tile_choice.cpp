@@ -67,6 +67,12 @@ struct Range {
   std::uint32_t first, end;
 };
 
+// What a part is worth, as of so many changes of its cell.
+struct Known {
+  double value = 0;
+  std::uint32_t changes = ~0u;
+};
+
 struct Candidate {
   ViewTile tile;
   Range parts;
@@ -135,17 +141,19 @@ class Chooser {
   void add_candidates(std::uint32_t view, std::span<const ShownCell> shown);
   void add_whole_view(std::uint32_t first_tile);
   void list_tiles_of_cells();
-  [[nodiscard]] double gain(const Range& parts) const;
+  [[nodiscard]] double gain(const Range& parts);
   [[nodiscard]] double gain(const Part& part) const;
-  [[nodiscard]] double loss(const Range& parts) const;
+  [[nodiscard]] double loss(const Range& parts);
   [[nodiscard]] double loss(const Part& part) const;
   [[nodiscard]] double loss_with_successor(const Part& part) const;
   void take(std::uint32_t candidate);
   void take(const Part& part);
   void give_up(std::uint32_t candidate);
   void give_up(const Part& part);
-  template <typename Use>
-  void for_neighbours(std::uint32_t candidate, bool of_all_views, const Use& use) const;
+  [[nodiscard]] bool is_last(const Part& part) const;
+  void put_once(std::vector<std::uint32_t>& numbers, bool taken, LazyQueue& queue) const;
+  void add_neighbours(std::uint32_t candidate, const Part& part, bool of_all_views,
+                      std::vector<std::uint32_t>& neighbours) const;
   [[nodiscard]] double worth() const;
   void take_whole_views(std::size_t count);
   void trim(std::size_t count);
@@ -159,6 +167,8 @@ class Chooser {
   std::vector<WholeView> whole_views_;
   std::vector<std::uint32_t> first_tile_of_cell_;  // one more than there are cells
   std::vector<TileOfCell> tiles_of_cells_;         // of each cell by ascending candidate, and so by view
+  std::vector<std::uint32_t> changes_;             // by cell: how often it has changed
+  std::vector<Known> gains_, losses_;              // by part
   std::vector<std::uint8_t> taken_;                // by candidate
   std::size_t taken_count_ = 0;
 };
@@ -290,6 +300,9 @@ Chooser::Chooser(const TileDemand& demand) : cells_(demand.surface.cells.cells.s
     add_whole_view(first);
   }
   list_tiles_of_cells();
+  changes_.resize(cells_.size(), 0);
+  gains_.resize(parts_.size());
+  losses_.resize(parts_.size());
   taken_.resize(candidates_.size(), 0);
 }
 
@@ -368,18 +381,18 @@ void Chooser::list_tiles_of_cells() {
   }
 }
 
-// Other tiles of the same view that show a part of a cell that this one shows, or those of all views. A tile that
-// shares several cells is met as often.
-template <typename Use>
-void Chooser::for_neighbours(std::uint32_t candidate, bool of_all_views, const Use& use) const {
-  const Range& parts = candidates_[candidate].parts;
-  for (std::uint32_t part = parts.first; part < parts.end; ++part) {
-    const std::uint32_t cell = parts_[part].cell;
-    for (std::uint32_t i = first_tile_of_cell_[cell]; i < first_tile_of_cell_[cell + 1]; ++i) {
-      if (tiles_of_cells_[i].candidate == candidate) continue;
-      if (of_all_views || tiles_of_cells_[i].view == parts_[part].view) use(tiles_of_cells_[i].candidate);
-    }
+// Other tiles of the same view that show a part of the cell, or those of all views.
+void Chooser::add_neighbours(std::uint32_t candidate, const Part& part, bool of_all_views,
+                             std::vector<std::uint32_t>& neighbours) const {
+  for (std::uint32_t i = first_tile_of_cell_[part.cell]; i < first_tile_of_cell_[part.cell + 1]; ++i) {
+    const TileOfCell& tile = tiles_of_cells_[i];
+    if (tile.candidate != candidate && (of_all_views || tile.view == part.view)) neighbours.push_back(tile.candidate);
   }
+}
+
+// Whether the view has nothing else of the cell.
+bool Chooser::is_last(const Part& part) const {
+  return cells_[part.cell].views[part.view].resident == part.pixels;
 }
 
 double Chooser::gain(const Part& part) const {
@@ -397,9 +410,13 @@ double Chooser::gain(const Part& part) const {
   return sum;
 }
 
-double Chooser::gain(const Range& parts) const {
+double Chooser::gain(const Range& parts) {
   double sum = 0;
-  for (std::uint32_t part = parts.first; part < parts.end; ++part) sum += gain(parts_[part]);
+  for (std::uint32_t part = parts.first; part < parts.end; ++part) {
+    const std::uint32_t changes = changes_[parts_[part].cell];
+    if (gains_[part].changes != changes) gains_[part] = {gain(parts_[part]), changes};
+    sum += gains_[part].value;
+  }
   return sum;
 }
 
@@ -408,7 +425,7 @@ double Chooser::loss(const Part& part) const {
   const CellState& state = cells_[part.cell];
   const ShowingView& by = state.views[part.view];
   if (!by.referred) return 0;
-  if (by.resident == part.pixels && successor(state, part.view)) return loss_with_successor(part);
+  if (is_last(part) && successor(state, part.view)) return loss_with_successor(part);
   double sum = 0;
   for (std::size_t asked = 0; asked < state.views.size(); ++asked) {
     const Served& served = state.served[asked];
@@ -427,9 +444,13 @@ double Chooser::loss_with_successor(const Part& part) const {
   return worth_of(cells_[part.cell]) - worth_of(without);
 }
 
-double Chooser::loss(const Range& parts) const {
+double Chooser::loss(const Range& parts) {
   double sum = 0;
-  for (std::uint32_t part = parts.first; part < parts.end; ++part) sum += loss(parts_[part]);
+  for (std::uint32_t part = parts.first; part < parts.end; ++part) {
+    const std::uint32_t changes = changes_[parts_[part].cell];
+    if (losses_[part].changes != changes) losses_[part] = {loss(parts_[part]), changes};
+    sum += losses_[part].value;
+  }
   return sum;
 }
 
@@ -437,6 +458,7 @@ void Chooser::take(const Part& part) {
   CellState& state = cells_[part.cell];
   ShowingView& by = state.views[part.view];
   by.resident += part.pixels;
+  ++changes_[part.cell];
   if (by.referred || state.referred < state.most) refer(state, part.view);
 }
 
@@ -448,6 +470,7 @@ void Chooser::take(std::uint32_t candidate) {
 }
 
 void Chooser::give_up(const Part& part) {
+  ++changes_[part.cell];
   shrink(cells_[part.cell], part.view, part.pixels);
 }
 
@@ -483,6 +506,15 @@ void Chooser::take_whole_views(std::size_t count) {
   }
 }
 
+// Those that are taken, or are not.
+void Chooser::put_once(std::vector<std::uint32_t>& numbers, bool taken, LazyQueue& queue) const {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+  for (const std::uint32_t number : numbers) {
+    if ((taken_[number] != 0) == taken) queue.put(number);
+  }
+}
+
 // Gives up the tiles of the least loss. Where a view has less of a cell, the rest of it is missed less; where a view's
 // last part of a cell goes, another may take its place, and all who serve the cell are missed less. All others are only
 // missed more.
@@ -491,16 +523,16 @@ void Chooser::trim(std::size_t count) {
   for (std::uint32_t tile = 0; tile < candidates_.size(); ++tile) {
     if (taken_[tile] != 0) queue.put(tile);
   }
+  std::vector<std::uint32_t> neighbours;
   while (taken_count_ > count) {
     const std::uint32_t tile = queue.take()->number;
     const Range& parts = candidates_[tile].parts;
-    const bool last_part = std::any_of(parts_.begin() + parts.first, parts_.begin() + parts.end, [&](const Part& part) {
-      return cells_[part.cell].views[part.view].resident == part.pixels;
-    });
+    neighbours.clear();
+    for (std::uint32_t part = parts.first; part < parts.end; ++part) {
+      add_neighbours(tile, parts_[part], is_last(parts_[part]), neighbours);
+    }
     give_up(tile);
-    for_neighbours(tile, last_part, [&](std::uint32_t neighbour) {
-      if (taken_[neighbour] != 0) queue.put(neighbour);
-    });
+    put_once(neighbours, true, queue);
   }
 }
 
@@ -511,13 +543,17 @@ void Chooser::fill(std::size_t count) {
   for (std::uint32_t tile = 0; tile < candidates_.size() && taken_count_ < count; ++tile) {
     if (taken_[tile] == 0) queue.put(tile);
   }
+  std::vector<std::uint32_t> neighbours;
   while (taken_count_ < count) {
     const auto top = queue.take();
     if (!top || !(top->value > 0)) return;
     take(top->number);
-    for_neighbours(top->number, false, [&](std::uint32_t neighbour) {
-      if (taken_[neighbour] == 0) queue.put(neighbour);
-    });
+    neighbours.clear();
+    const Range& parts = candidates_[top->number].parts;
+    for (std::uint32_t part = parts.first; part < parts.end; ++part) {
+      add_neighbours(top->number, parts_[part], false, neighbours);
+    }
+    put_once(neighbours, false, queue);
   }
 }
 

@@ -534,7 +534,7 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
       command
           .add_option("--least-scale", flags.options.least_scale,
                       "With --budget auto or in bytes, share of a photograph's width and height that all may be "
-                      "downscaled to before parts of some are given up")
+                      "downscaled to")
           ->type_name("SHARE")
           ->check(number_between(0.1, 1));
   command

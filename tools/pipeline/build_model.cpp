@@ -17,6 +17,7 @@
 #include "tools/pipeline/blind_views.h"
 #include "tools/pipeline/downscaled_views.h"
 #include "tools/pipeline/fewer_faces.h"
+#include "tools/pipeline/fitted_views.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/joint_refinement.h"
 #include "tools/pipeline/lens_refinement.h"
@@ -228,14 +229,24 @@ void note_watched(WatchedScene& scene, const SceneViews& offered, BuildResult& r
   result.masked_views = masked_views(offered);
 }
 
-// What the model holds of what is stored, within the bound of bytes.
-void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, const Visibility& visibility,
-                   BuildResult& result) {
-  const BuildOptions& options = result.options;
-  ValidityOptions& validity = result.effective.validity;
-  if (budget && options.least_scale < 1) {
-    result.scale = downscale_views(atlas, *budget, visibility, validity, options.least_scale);
+// Photographs in the bytes that there are for them.
+void fit_within(const GpuBudget& budget, const Planner& planner, Atlas& atlas, const Visibility& visibility,
+                const BuildCallback& callback, BuildResult& result) {
+  BuildStage stage(callback, "measuring what can be given up", 0);
+  const FittedViews fitted =
+      fit_views(budget, result.options.least_scale, planner, atlas, visibility, result.effective.validity, stage);
+  result.scale = fitted.scale;
+  result.fitted_loss = fitted.loss;
+  if (!fitted.not_measured.empty()) {
+    result.warnings.push_back("photographs are downscaled until all fit, for what that costs cannot be measured: " +
+                              fitted.not_measured);
   }
+  stage.finish();
+}
+
+// What the model holds of what is stored.
+void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, BuildResult& result) {
+  ValidityOptions& validity = result.effective.validity;
   validity = validity_at_scale(validity, result.scale);
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
 }
@@ -306,7 +317,8 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
   }
-  take_snapshot(atlas, budget, *seen.visibility, result);
+  if (budget) fit_within(*budget, planner, atlas, *seen.visibility, callback, result);
+  take_snapshot(atlas, budget, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
   return result;

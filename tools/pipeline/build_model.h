@@ -74,9 +74,10 @@ struct Parsimony {
 
 struct BuildResult {
   Snapshot snapshot;
-  GpuBytes gpu_bytes;                // of the snapshot, as its model file holds it
-  double scale = 1;                  // of a photograph's sides, the share that is kept, see BuildOptions::least_scale
-  std::vector<PlannedView> planned;  // in the order of the stream
+  GpuBytes gpu_bytes;  // of the snapshot, as its model file holds it
+  double scale = 1;    // of a photograph's sides, the share that is kept, see BuildOptions::least_scale
+  std::optional<MeasuredLoss> fitted_loss;  // by what gpu_bytes had no room for, see FittedViews
+  std::vector<PlannedView> planned;         // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given; `tiles` are those that were taken
   std::uint64_t closed_holes = 0;           // of the mesh

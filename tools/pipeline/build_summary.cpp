@@ -216,7 +216,11 @@ std::string views_line(const json& s) {
   }
   if (bytes["budget"].is_null()) return line;
   // Budgets of texels and numbers of views bound the photographs alone.
-  if (s["gpu"]["sum"] <= bytes["budget"]) return line + "; budget " + megabytes(bytes["budget"]) + " MB";
+  if (s["gpu"]["sum"] <= bytes["budget"]) {
+    line += "; budget " + megabytes(bytes["budget"]) + " MB";
+    const json& loss = s["texels"].value("loss_db", json());
+    return loss.is_null() ? line : line + ", which costs photographs " + printed("%.2f", loss.get<double>()) + " dB";
+  }
   return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }
 
@@ -379,7 +383,9 @@ json summary(const BuildResult& result, const BuildOptions& options) {
            {{"resident", holding.texels},
             {"budget", or_null(holding.texels_budget)},
             {"format", name_of(options.tiles.texels)},
-            {"scale", result.scale}}},
+            {"scale", result.scale},
+            {"loss_db", result.fitted_loss ? json(result.fitted_loss->mean_db) : json()},
+            {"loss_error_db", result.fitted_loss ? json(result.fitted_loss->error_db) : json()}}},
           {"bytes", bytes_json(result, holding)},
           {"gpu", gpu_bytes_json(result.gpu_bytes)},
           {"texture", texture_json(result.texture)},

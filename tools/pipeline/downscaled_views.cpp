@@ -19,15 +19,6 @@ namespace lumatlas {
 
 namespace {
 
-using SharedView = std::shared_ptr<const StoredView>;
-
-// As they were before any was downscaled: filtering twice would blur twice.
-std::vector<SharedView> views_of(const Atlas& atlas) {
-  std::vector<SharedView> views;
-  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) views.push_back(atlas.view(slot));
-  return views;
-}
-
 std::uint32_t side_of(std::uint32_t side, double share) {
   return std::clamp(static_cast<std::uint32_t>(std::lround(share * side)), 1u, side);
 }
@@ -40,33 +31,10 @@ ValidityOptions at_share(ValidityOptions validity, double share) {
   return validity;
 }
 
-TiledView at_share(const StoredView& view, double share, const Atlas& atlas, const Visibility& visibility,
-                   const ValidityOptions& validity) {
-  const ImageSize from{view.camera.width, view.camera.height};
-  const ImageSize to{side_of(from.width, share), side_of(from.height, share)};
-  if (share == 1) {  // as it was, to the last bit
-    return make_tiled_view(view.name, view.camera, view.photograph, visibility.trace_sparsely(view.camera),
-                           atlas.surface().cells, atlas.layout(), validity, view.trust);
-  }
-  const Camera camera = view.camera.scaled_to(to.width, to.height);
-  return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph, to.width, to.height),
-                         visibility.trace_sparsely(camera), atlas.surface().cells, atlas.layout(),
-                         at_share(validity, share), mask_at_lower_resolution(view.trust, from, to));
-}
-
-void downscale_all(Atlas& atlas, const std::vector<SharedView>& originals, double share, const Visibility& visibility,
-                   const ValidityOptions& validity) {
-  tbb::parallel_for(std::size_t{0}, originals.size(), [&](std::size_t slot) {
-    if (!originals[slot]) return;
-    throw_if_interrupted();
-    TiledView tiled = at_share(*originals[slot], share, atlas, visibility, validity);
-    atlas.replace(static_cast<std::uint32_t>(slot), std::move(tiled.view), std::move(tiled.shown));
-  });
-}
-
-void require_share(double least) {
-  if (least > 0 && least <= 1) return;
-  throw std::invalid_argument("downscale_views: least is " + std::to_string(least) + ", must be in (0, 1]");
+void require_share(double share) {
+  if (share > 0 && share <= 1) return;
+  throw std::invalid_argument("downscaled views: the share of their sides is " + std::to_string(share) +
+                              ", must be in (0, 1]");
 }
 
 }  // namespace
@@ -76,19 +44,36 @@ ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale)
   return at_share(validity, scale);
 }
 
-double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
-                       const ValidityOptions& validity, double least) {
-  require_share(least);
-  constexpr int kMostTries = 3;  // tiles are whole, so that their number is not quite that of the pixels
-  const std::vector<SharedView> originals = views_of(atlas);
-  double share = 1;
-  for (int tries = 0; tries < kMostTries && share > least; ++tries) {
-    const double fits = budget.share_that_fits(atlas);
-    if (fits >= 1) break;
-    share = std::max(least, share * std::sqrt(fits));
-    downscale_all(atlas, originals, share, visibility, validity);
+ScaledViews::ScaledViews(Atlas& atlas, const Visibility& visibility, const ValidityOptions& validity)
+    : atlas_(atlas), visibility_(visibility), validity_(validity) {
+  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) views_.push_back(atlas.view(slot));
+}
+
+TiledView ScaledViews::scaled(const StoredView& view, double share) const {
+  const Cells& cells = atlas_.surface().cells;
+  if (share == 1) {
+    return make_tiled_view(view.name, view.camera, view.photograph, visibility_.trace_sparsely(view.camera), cells,
+                           atlas_.layout(), validity_, view.trust);
   }
-  return share;
+  const ImageSize from{view.camera.width, view.camera.height};
+  const ImageSize to{side_of(from.width, share), side_of(from.height, share)};
+  const Camera camera = view.camera.scaled_to(to.width, to.height);
+  return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph, to.width, to.height),
+                         visibility_.trace_sparsely(camera), cells, atlas_.layout(), at_share(validity_, share),
+                         mask_at_lower_resolution(view.trust, from, to));
+}
+
+void ScaledViews::scale_to(double share) {
+  require_share(share);
+  if (share == share_) return;
+  share_ = 0;  // until all views are
+  tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
+    if (!views_[slot]) return;
+    throw_if_interrupted();
+    TiledView tiled = scaled(*views_[slot], share);
+    atlas_.replace(static_cast<std::uint32_t>(slot), std::move(tiled.view), std::move(tiled.shown));
+  });
+  share_ = share;
 }
 
 DownscaledViews downscale_views_within(double max_loss_db, double reference_loss_db, Atlas& atlas,
@@ -97,20 +82,20 @@ DownscaledViews downscale_views_within(double max_loss_db, double reference_loss
   require_share(least);
   constexpr int kSteps = 8;  // each by the same factor
   DownscaledViews best;
-  const std::vector<SharedView> originals = views_of(atlas);
-  int fits = 0, too_far = kSteps + 1, now = 0;
+  ScaledViews views(atlas, visibility, validity);
+  int fits = 0, too_far = kSteps + 1;
   try {
     while (too_far - fits > 1) {
-      now = (fits + too_far) / 2;
+      const int now = (fits + too_far) / 2;
       const double scale = std::pow(least, static_cast<double>(now) / kSteps);
-      downscale_all(atlas, originals, scale, visibility, validity);
+      views.scale_to(scale);
       const MeasuredLoss loss = measured.now({{}, reference_loss_db}, max_loss_db);
       (loss.at_most_db() <= max_loss_db ? fits : too_far) = now;
       if (now == fits) best = {scale, loss};
     }
-    if (now != fits) downscale_all(atlas, originals, best.scale, visibility, validity);
+    views.scale_to(best.scale);
   } catch (const GlError&) {
-    downscale_all(atlas, originals, 1, visibility, validity);
+    views.scale_to(1);
     throw;
   }
   return best;

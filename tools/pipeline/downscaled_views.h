@@ -1,22 +1,36 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a model's photographs give up first where a budget has no room for them, or where a bound on the loss allows
-// it: pixels of all alike, before parts of some. Blended from three photographs, and by poses that are never exact, a
+// Photographs that give up pixels, all alike. Blended from three photographs, and by poses that are never exact, a
 // picture shows less detail than each has.
 #pragma once
 
+#include <cstdint>
+#include <memory>
+#include <vector>
+
 #include "atlas/atlas.h"
 #include "mesh/visibility.h"
-#include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/held_out_loss.h"
 
 namespace lumatlas {
 
-// Downscales all stored views by one factor, so that the tiles that their references need fit into the budget, but not
-// below `least`, in (0, 1], of a photograph's sides (std::invalid_argument); the rest is for
-// GpuBudget::fitted_snapshot(). Returns that factor: 1 where all fits as it is, and nothing was changed. Nobody else
-// may change the atlas meanwhile.
-[[nodiscard]] double downscale_views(Atlas& atlas, const GpuBudget& budget, const Visibility& visibility,
-                                     const ValidityOptions& validity, double least);
+// The stored views at any share of their sides, each made of what it was at first: filtering twice would blur twice.
+// Nobody else may change the atlas meanwhile, which must outlive this, as `visibility` must.
+class ScaledViews {
+ public:
+  ScaledViews(Atlas& atlas, const Visibility& visibility, const ValidityOptions& validity);
+
+  // In (0, 1] (std::invalid_argument), 1 at first; with 1 they are as they were, to the last bit.
+  void scale_to(double share);
+
+ private:
+  [[nodiscard]] TiledView scaled(const StoredView& view, double share) const;
+
+  Atlas& atlas_;
+  const Visibility& visibility_;
+  ValidityOptions validity_;
+  double share_ = 1;                                      // of the sides, as the views are now; 0: of some
+  std::vector<std::shared_ptr<const StoredView>> views_;  // by slot
+};
 
 // How the depth edges of views are masked that are downscaled by `scale`, (0, 1] (std::invalid_argument): as wide on
 // the surface as before, rounded up to a pixel.

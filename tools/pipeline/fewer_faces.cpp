@@ -2,6 +2,7 @@
 #include "tools/pipeline/fewer_faces.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <stdexcept>
@@ -55,21 +56,28 @@ SurfaceInput fewer_if_any(const SurfaceInput& input, const CellOptions& cells, c
 
 }  // namespace
 
-SurfaceInput with_room_for_photographs(const SurfaceInput& input, const CellOptions& cells, std::uint64_t budget_bytes,
+SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions cells, std::uint64_t budget_bytes,
                                        std::uint64_t photograph_bytes) {
   constexpr std::uint64_t kShare = 8;  // references, which differ from cell to cell, make it almost a quarter
-  constexpr std::size_t kFacesOfCell = 4;
-  constexpr int kMostTries = 4;  // bytes do not quite go by faces
+  constexpr double kFacesOfCell = 4;
+  constexpr double kMostGrown = 4;    // a cell's size, of what it is without a budget
+  constexpr int kMostTries = 5;       // bytes do not quite go by faces
+  constexpr double kMostLeft = 1.15;  // times what is taken, of the room for it
   const std::uint64_t left = budget_bytes - std::min(budget_bytes, photograph_bytes);
   const auto room = static_cast<double>(std::max(left, budget_bytes / kShare));
-  const std::size_t least = kFacesOfCell * input.surface->cells.cells.size();
-  std::size_t faces = input.surface->mesh.faces.size() - input.split_faces;
+  const double most_grown = cells.size > 0 ? 1 : kMostGrown;
+  const double few = kFacesOfCell * static_cast<double>(input.surface->cells.cells.size());  // for cells as they are
+  const double least = few / (most_grown * most_grown);
+  const auto all = static_cast<double>(input.surface->mesh.faces.size() - input.split_faces);
   SurfaceInput fewer = input;
-  double share = room / static_cast<double>(bytes_of(input));
-  for (int tries = 0; tries < kMostTries && share < 1 && faces > least; ++tries) {
+  double faces = all, share = room / static_cast<double>(bytes_of(input));
+  if (share >= 1) return fewer;
+  for (int tries = 0; tries < kMostTries && !(share >= 1 && share < kMostLeft); ++tries) {
     throw_if_interrupted();
-    faces = std::max(least, static_cast<std::size_t>(share * static_cast<double>(faces)));
-    fewer = fewer_if_any(input, cells, {.faces = faces});
+    const double before = std::exchange(faces, std::clamp(share * faces, std::min(least, all), all));
+    if (faces == before) break;
+    cells.size = input.surface->cells.size * std::sqrt(std::max(few / faces, 1.0));
+    fewer = fewer_if_any(input, cells, {.faces = static_cast<std::size_t>(std::ceil(faces))});
     share = room / static_cast<double>(bytes_of(fewer));
   }
   return fewer;

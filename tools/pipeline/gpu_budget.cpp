@@ -45,10 +45,9 @@ void GpuBudget::refuse(std::uint64_t least) const {
                    ": give at least that as --budget, or fewer faces (--faces) or larger cells (--cell-size)");
 }
 
-double GpuBudget::share_that_fits(Atlas& atlas) const {
+double GpuBudget::room_for_tiles(Atlas& atlas) const {
   atlas.bound_tiles(0);
   const GpuBytes bytes = count_.of(atlas.snapshot());
-  if (bytes.sum() <= bytes_) return 1;
   const std::uint64_t others = bytes.sum() - bytes.photographs(), one = slot_bytes(atlas.layout());
   const std::uint64_t room = std::max(others < bytes_ ? bytes_ - others : 0, one);
   return static_cast<double>(room) / static_cast<double>(std::max(bytes.photographs(), one));

@@ -23,9 +23,10 @@ class GpuBudget {
   // What the surface leaves for photographs, and for the tables that grow with them.
   [[nodiscard]] std::uint64_t room() const { return bytes_ - of_surface_; }
 
-  // Of the bytes that the tiles need which the store's references ask for, the share that there is room for beside mesh
-  // and tables; 1: all fit. At least one tile's.
-  [[nodiscard]] double share_that_fits(Atlas& atlas) const;
+  // For how many times the bytes of the tiles which the store's references ask for there is room beside mesh and
+  // tables;
+  // >= 1: all fit. At least one tile's.
+  [[nodiscard]] double room_for_tiles(Atlas& atlas) const;
 
   // Bounds the store's tiles, so that its snapshot takes no more than the budget, counted as GpuByteCount does, and as
   // many tiles as fit. Which cells can be joined, and so what the mesh takes, depends on the tiles that are chosen;

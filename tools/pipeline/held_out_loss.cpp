@@ -4,9 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <iterator>
+#include <memory>
 #include <stdexcept>
 #include <utility>
 
+#include "planner/tile_choice.h"
 #include "tools/base/interrupt.h"
 
 namespace lumatlas {
@@ -119,7 +122,6 @@ void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
   for (std::size_t f = 0; f < folds_.size(); ++f) {
     Fold& fold = folds_[f];
     for (std::size_t place = f; place < slots.size(); place += folds_.size()) fold.absent.push_back(slots[place]);
-    fold.order = planner_.thinning_order(fold.absent);
     pictures += std::min(kMostPictures, fold.absent.size());
   }
   const double side = std::sqrt(kPixelsInAll / static_cast<double>(std::max<std::size_t>(pictures, 1)));
@@ -134,19 +136,54 @@ void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
   }
 }
 
-void HeldOutLoss::load(const Fold& fold, const GivenUp& given_up) {
-  std::vector<std::uint32_t> kept;
+std::vector<std::uint32_t> HeldOutLoss::kept_of(Fold& fold, std::optional<double> gap) const {
+  std::vector<std::uint32_t> gone = fold.absent;
+  if (gap && fold.order.empty()) fold.order = planner_.thinning_order(fold.absent);
   for (const ThinningStep& step : fold.order) {
-    if (store_.views[step.slot] && !(given_up.gap && step.gap <= *given_up.gap)) kept.push_back(step.slot);
+    if (gap && step.gap <= *gap) gone.push_back(step.slot);
   }
-  std::sort(kept.begin(), kept.end());  // as the store refers to them
-  Snapshot store = store_;              // its photographs are shared
+  std::vector<std::uint32_t> kept = stored_slots(store_);
+  std::erase_if(kept, [&](std::uint32_t slot) { return std::find(gone.begin(), gone.end(), slot) != gone.end(); });
+  return kept;
+}
+
+void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
+  const std::vector<std::uint32_t> kept = kept_of(fold, given_up.gap);
+  Snapshot store = store_;  // its photographs are shared
   store.references = planner_.references_among(kept, fold.absent, given_up.reference_loss_db);
   for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
     if (!std::binary_search(kept.begin(), kept.end(), slot)) leave_out(slot, store);
   }
   leave_out_views_without_tiles(store);
+  if (given_up.tile_share < 1) keep_tiles(given_up.tile_share, store);
   renderer_.load(store);
+}
+
+// Of the tiles that are resident.
+void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
+  TileTable& tiles = store.tiles;
+  std::vector<SharedShownCells> shown;
+  for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
+    auto resident = std::make_shared<std::vector<ShownCell>>();
+    if (store.views[slot]) {
+      std::copy_if(atlas_.shown(slot)->begin(), atlas_.shown(slot)->end(), std::back_inserter(*resident),
+                   [&, first = tiles.first_tile[slot]](const ShownCell& part) {
+                     return tiles.slots[first + part.tile] != kNotResident;
+                   });
+    }
+    shown.push_back(std::move(resident));
+  }
+  const auto kept = static_cast<std::size_t>(share * tiles.resident_tiles());
+  TileChoice choice =
+      choose_tiles({*store.surface, store.views, shown, store.references, std::max<std::size_t>(kept, 1), {}});
+  std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);
+  for (const ViewTile& tile : choice.tiles) {
+    const std::size_t place = tiles.first_tile[tile.view] + tile.tile;
+    slots[place] = tiles.slots[place];
+  }
+  tiles.slots = std::move(slots);
+  store.references = std::move(choice.references);
+  leave_out_views_without_tiles(store);
 }
 
 // Pixels count that views of the whole store are blended for, whatever is left of these views later.
@@ -187,12 +224,15 @@ bool HeldOutLoss::can_tell() const {
 
 MeasuredLoss HeldOutLoss::now(const GivenUp& given_up, std::optional<double> bound_db) {
   if (!can_tell()) throw std::logic_error("held-out loss: too few photographs show what others show");
+  if (given_up.tile_share < 1 && atlas_.layout().whole_views()) {
+    throw std::logic_error("held-out loss: whole views have no tiles to give up");
+  }
   const auto surface = std::exchange(store_, atlas_.snapshot()).surface;
   if (store_.surface != surface) {
-    for (Fold& fold : folds_) fold.order = planner_.thinning_order(fold.absent);
+    for (Fold& fold : folds_) fold.order.clear();
   }
   std::vector<double> losses;
-  for (const Fold& fold : folds_) {
+  for (Fold& fold : folds_) {
     if (fold.pictures.empty()) continue;
     load(fold, given_up);
     for (const Picture& picture : fold.pictures) losses.push_back(picture.psnr - psnr(picture, draw(picture)));

@@ -33,10 +33,11 @@ class HeldOutLoss {
   struct GivenUp {
     std::optional<double> gap;     // views, as long as ThinningStep::gap stays within this, in [0, 1]
     double reference_loss_db = 0;  // references, for so much predicted loss: see Planner::give_up_references()
+    double tile_share = 1;         // tiles, but for this share of them, in (0, 1]: see planner/tile_choice.h
   };
   // Of the views that the atlas holds now, in the slots that they were in then, and of its surface. With `bound_db`
   // only as exactly as it takes to know whether the loss is within it. Throws std::logic_error unless can_tell(), and
-  // GlError as above.
+  // for tiles of whole views, and GlError as above.
   [[nodiscard]] MeasuredLoss now(const GivenUp& given_up, std::optional<double> bound_db = {});
 
  private:
@@ -50,11 +51,13 @@ class HeldOutLoss {
   struct Fold {
     std::vector<std::uint32_t> absent;  // the slots of its views
     std::vector<Picture> pictures;      // of some of them
-    std::vector<ThinningStep> order;    // of the other folds' views
+    std::vector<ThinningStep> order;    // of the other folds' views; empty until somebody asks
   };
   [[nodiscard]] static Picture picture_of(const StoredView& view, std::uint32_t side_px, std::size_t index);
   void deal(const std::vector<std::uint32_t>& slots);
-  void load(const Fold& fold, const GivenUp& given_up);
+  [[nodiscard]] std::vector<std::uint32_t> kept_of(Fold& fold, std::optional<double> gap) const;
+  void load(Fold& fold, const GivenUp& given_up);
+  void keep_tiles(double share, Snapshot& store) const;
   void compare_with_whole(Picture& picture);
   [[nodiscard]] Rendering draw(const Picture& picture);
   [[nodiscard]] static double psnr(const Picture& picture, const Rendering& drawn);

@@ -214,8 +214,8 @@ SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions&
 SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, const FaceOptions& faces,
                               std::span<const Camera> cameras) {
   check(faces);
-  cells.size = input.surface->cells.size;
   check(cells);
+  if (cells.size == 0) cells.size = input.surface->cells.size;
   Mesh mesh = input.surface->mesh;
   SurfaceInput result = input;
   simplify(mesh, bound_of(mesh, faces, cameras), result);

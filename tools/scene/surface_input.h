@@ -66,7 +66,8 @@ struct MeshInput {
 [[nodiscard]] SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions& faces = {},
                                         std::span<const Camera> cameras = {});
 
-// The same with fewer faces still, and with cells of the size that they had. Throws as make_surface() does.
+// The same with fewer faces still, and with other cells; where these have no size, it is what it was. Throws as
+// make_surface() does.
 [[nodiscard]] SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, const FaceOptions& faces,
                                             std::span<const Camera> cameras = {});
 

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/downscaled_views.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -17,64 +15,15 @@
 #include <string>
 
 #include "atlas/model_file.h"
-#include "atlas/photograph.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/pipeline/bounded_build.h"
+#include "tests/tools/pipeline/sharp_scene.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/save_model.h"
-#include "tools/synth/synth.h"
 
 namespace lumatlas {
 namespace {
-
-void write_apartment(const std::filesystem::path& folder) {
-  SynthOptions options;
-  options.views = 16;
-  options.width = 96;
-  options.height = 72;
-  options.samples = 8;
-  options.triangles = 3000;
-  write_synthetic_scene(options, folder);
-}
-
-// An apartment of 16 views of 96 x 72.
-const std::filesystem::path& sharp_scene() {
-  static const TemporaryFolder folder;
-  static const bool made = (write_apartment(folder.path()), true);
-  REQUIRE(made);
-  return folder.path();
-}
-
-// The same with other photographs.
-void write_changed(const std::filesystem::path& folder, const std::function<void(Photograph&)>& change) {
-  std::filesystem::copy(sharp_scene(), folder, std::filesystem::copy_options::recursive);
-  for (const auto& file : std::filesystem::directory_iterator(folder / "images")) {
-    Photograph photograph = read_photograph(file.path());
-    change(photograph);
-    write_image(file.path(), photograph);
-  }
-}
-
-// Every value is the mean of its surroundings, five pixels wide.
-void blur(Photograph& photograph) {
-  const Photograph sharp = photograph;
-  const auto width = static_cast<int>(sharp.width), height = static_cast<int>(sharp.height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (int channel = 0; channel < 3; ++channel) {
-        int sum = 0;
-        for (int dy = -2; dy <= 2; ++dy) {
-          for (int dx = -2; dx <= 2; ++dx) {
-            const int row = std::clamp(y + dy, 0, height - 1), column = std::clamp(x + dx, 0, width - 1);
-            sum += sharp.rgb[static_cast<std::size_t>(3 * (row * width + column) + channel)];
-          }
-        }
-        photograph.rgb[static_cast<std::size_t>(3 * (y * width + x) + channel)] = static_cast<std::uint8_t>(sum / 25);
-      }
-    }
-  }
-}
 
 // All views are stored, and then given up or downscaled within the bound.
 BuildOptions within(double max_texel_loss_db) {
@@ -141,7 +90,7 @@ TEST_CASE("texels are compressed if the bound on the measured loss allows it, an
 
 TEST_CASE("blurred photographs are downscaled further within the same bound") {
   const TemporaryFolder folder;
-  write_changed(folder.path(), blur);
+  write_changed(sharp_scene(), folder.path(), blur);
   CHECK(build_model(folder.path(), within(1)).scale < build_model(sharp_scene(), within(1)).scale);
 }
 
@@ -149,7 +98,7 @@ TEST_CASE("a photograph is never predicted by itself") {
   // Of noise that no two photographs share, lower resolution makes a better guess; each by itself would be exact.
   const TemporaryFolder folder;
   std::mt19937 random(7);
-  write_changed(folder.path(), [&](Photograph& photograph) {
+  write_changed(sharp_scene(), folder.path(), [&](Photograph& photograph) {
     for (std::uint8_t& value : photograph.rgb) value = static_cast<std::uint8_t>(random() % 256);
   });
   const BuildResult result = build_model(folder.path(), within(0.01));

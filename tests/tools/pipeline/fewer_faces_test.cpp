@@ -92,6 +92,25 @@ TEST_CASE("a surface leaves most of a budget to photographs, and is as it was wh
   CHECK(least.surface->mesh.faces.size() < last);
 }
 
+TEST_CASE("cells grow where their faces would leave too little to photographs, unless they were given a size") {
+  const SurfaceInput whole = load_surface(fine_scene(), {}, {});
+  const double size = whole.surface->cells.size;
+  const std::uint64_t bytes = GpuByteCount(whole.surface).of_surface();
+  const SurfaceInput room = with_room_for_photographs(whole, {}, 2 * bytes, 2 * bytes);
+  const std::uint64_t taken = GpuByteCount(room.surface).of_surface();
+  CHECK(taken <= bytes / 4 * 11 / 10);
+  CHECK(taken > bytes / 8);
+  CHECK(room.surface->cells.size > 1.2 * size);
+  CHECK(room.surface->cells.cells.size() < whole.surface->cells.cells.size() / 2);
+  CellOptions given;
+  given.size = size;
+  const SurfaceInput kept = with_room_for_photographs(whole, given, 2 * bytes, 2 * bytes);
+  CHECK(kept.surface->cells.size == size);
+  CHECK(GpuByteCount(kept.surface).of_surface() > taken);
+  const SurfaceInput largest = with_room_for_photographs(whole, {}, 1000, 1000);
+  CHECK(largest.surface->cells.size == Approx(4 * size));
+}
+
 TEST_CASE("a budget of bytes takes faces away only where they may go and photographs do not fit") {
   BuildOptions options = with_face_loss(0);
   options.faces = {};

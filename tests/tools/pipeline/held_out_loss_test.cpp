@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "planner/predicted_loss.h"
+#include "planner/tile_choice.h"
 #include "tests/support/small_scenes.h"
 #include "tools/pipeline/thinned_views.h"
 
@@ -63,10 +64,10 @@ Camera camera_of_pair(std::size_t number) {
 
 struct Store {
   // `haze` of every other photograph.
-  explicit Store(std::size_t views, int haze = 0)
+  explicit Store(std::size_t views, int haze = 0, const TileOptions& layout = kWholeViews)
       : surface(room_surface()),
         visibility(make_ray_visibility(surface->mesh)),
-        atlas(surface, 100),
+        atlas(surface, 100, layout),
         planner(atlas, *visibility, planner_options()) {
     for (std::size_t i = 0; i < views; ++i) {
       const Camera camera = camera_of_pair(i);
@@ -139,6 +140,81 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
   }
   CHECK(loss.mean_db == Approx(sum / 8).margin(0.01));
   CHECK(std::abs(loss.mean_db) > 0.1);
+}
+
+// A fold's store, in so many of its tiles.
+Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
+  Snapshot snapshot = store.atlas.snapshot();
+  TileTable& tiles = snapshot.tiles;
+  const auto begin = tiles.slots.begin();
+  std::fill(begin + tiles.first_tile[absent], begin + tiles.first_tile[absent + 1], kNotResident);
+  leave_out_views_without_tiles(snapshot);
+  std::vector<std::uint32_t> others;
+  std::vector<SharedShownCells> shown;
+  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) others.push_back(slot);
+    shown.push_back(snapshot.views[slot] ? store.atlas.shown(slot) : std::make_shared<std::vector<ShownCell>>());
+  }
+  snapshot.references = store.planner.references_among(others, std::array{absent});
+  if (share == 1) return snapshot;
+  const auto kept = static_cast<std::size_t>(share * tiles.resident_tiles());
+  const TileChoice choice = choose_tiles({*snapshot.surface, snapshot.views, shown, snapshot.references, kept, {}});
+  std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);
+  for (const ViewTile& tile : choice.tiles) {
+    const std::size_t place = tiles.first_tile[tile.view] + tile.tile;
+    slots[place] = tiles.slots[place];
+  }
+  tiles.slots = slots;
+  snapshot.references = choice.references;
+  leave_out_views_without_tiles(snapshot);
+  return snapshot;
+}
+
+double squared_error(const StoredView& view, const Rendering& drawn, const Rendering& counted) {
+  double sum = 0;
+  for (std::size_t value = 0; value < view.photograph.rgb.size(); ++value) {
+    if (counted.state[value / 3] != PixelState::textured) continue;
+    sum += std::pow(int{drawn.picture.rgb[value]} - int{view.photograph.rgb[value]}, 2);
+  }
+  return sum;
+}
+
+TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") {
+  constexpr std::array kShares{0.5, 0.05};
+  Store store(8, 20, {8, 2, 0});
+  std::vector<MeasuredLoss> losses;
+  {
+    HeldOutLoss measured(store.planner, store.atlas, store.stage);
+    for (const double share : kShares) losses.push_back(measured.now({{}, 0, share}));
+    CHECK(measured.now({{}, 0, 1}).mean_db == Approx(0).margin(1e-3));
+  }
+  EglContext context;
+  const auto draw = [&](std::uint32_t absent, double share, const Camera& camera) {
+    Renderer renderer({.join_cells = false});
+    renderer.load(with_tiles(store, absent, share));
+    BlendOptions options;
+    options.supersample = 1;
+    return renderer.render(camera, options);
+  };
+  double last = 0.01;
+  for (std::size_t i = 0; i < kShares.size(); ++i) {
+    double sum = 0;
+    for (std::uint32_t out = 0; out < 8; ++out) {
+      const StoredView& view = *store.atlas.view(out);
+      const Rendering whole = draw(out, 1, view.camera), less = draw(out, kShares[i], view.camera);
+      sum += 10 * std::log10(squared_error(view, less, whole) / squared_error(view, whole, whole));
+    }
+    CAPTURE(kShares[i], losses[i].mean_db);
+    CHECK(losses[i].mean_db == Approx(sum / 8).margin(0.01));
+    CHECK(losses[i].mean_db > last);
+    last = losses[i].mean_db;
+  }
+}
+
+TEST_CASE("whole views have no tiles to give up") {
+  Store store(8);
+  HeldOutLoss measured(store.planner, store.atlas, store.stage);
+  CHECK_THROWS_AS(measured.now({{}, 0, 0.5}), std::logic_error);
 }
 
 TEST_CASE("with a bound the loss is on the same side of it as without") {

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photographs within a budget of bytes: all of them smaller, or parts of them, or both, whichever the pictures lose
+// least by. Where poses are a little wrong, pictures show less detail than photographs, and miss none of it; where they
+// are exact, parts of sharp photographs show more than the whole of blurred ones.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility.h"
+#include "planner/planner.h"
+#include "tools/pipeline/build_progress.h"
+#include "tools/pipeline/gpu_budget.h"
+#include "tools/pipeline/measured_loss.h"
+
+namespace lumatlas {
+
+struct FittedViews {
+  double scale = 1;                  // of a photograph's sides, the share that is kept
+  std::optional<MeasuredLoss> loss;  // about; none: nothing had to be given up, or it could not be measured
+  std::string not_measured;          // why, where OpenGL failed
+};
+// Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):
+// the one that pictures lose least by (see HeldOutLoss), once GpuBudget::fitted_snapshot() has left out the tiles that
+// do not fit. Where that cannot be measured, the one by which all tiles fit. At a factor of 1 nothing was changed.
+// Nobody else may change the atlas meanwhile.
+[[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
+                                    const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
+
+}  // namespace lumatlas
