@@ -67,7 +67,7 @@ struct Range {
   std::uint32_t first, end;
 };
 
-// What a part is worth, as of so many changes of its cell.
+// What a part is worth, as long as its cell has changed so many times.
 struct Known {
   double value = 0;
   std::uint32_t changes = ~0u;
@@ -506,7 +506,7 @@ void Chooser::take_whole_views(std::size_t count) {
   }
 }
 
-// Those that are taken, or are not.
+// Puts each of these tiles into the queue once, if it is taken, or if it is not.
 void Chooser::put_once(std::vector<std::uint32_t>& numbers, bool taken, LazyQueue& queue) const {
   std::sort(numbers.begin(), numbers.end());
   numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
@@ -516,8 +516,9 @@ void Chooser::put_once(std::vector<std::uint32_t>& numbers, bool taken, LazyQueu
 }
 
 // Gives up the tiles of the least loss. Where a view has less of a cell, the rest of it is missed less; where a view's
-// last part of a cell goes, another may take its place, and all who serve the cell are missed less. All others are only
-// missed more.
+// last part of a cell goes, another may take its place, and all who serve the cell are missed less. All others are
+// missed more, but for a view whose place another would take: it is missed a little less where that one has become
+// better beside others.
 void Chooser::trim(std::size_t count) {
   LazyQueue queue(candidates_.size(), [this](std::uint32_t tile) { return -loss(candidates_[tile].parts); });
   for (std::uint32_t tile = 0; tile < candidates_.size(); ++tile) {

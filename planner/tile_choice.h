@@ -5,8 +5,8 @@
 // The stored views are taken for what will be asked for: each cell in each of them, by the pixels that it has there. A
 // tile of view v serves a cell b in the direction of view u by
 //
-//   q(v, u, b) = share * min(1, r_v / r_u) * (lambda k + 1 - lambda),    k = max(0, 1 - (1 - cos angle) / (1 - cos
-//   width))
+//   q(v, u, b) = share * min(1, r_v / r_u) * (lambda k + 1 - lambda)
+//   k = max(0, 1 - (1 - cos angle) / (1 - cos width))
 //
 // with r the pixels per length with which a view sees the cell, the angle between the two views as the cell sees them,
 // and `share` the part of the cell's pixels in v that the resident tiles of v hold. Of each (u, b) the three best
@@ -19,8 +19,8 @@
 //   3. Of these, tiles are given up by what the sum loses, the least first, until there are as many as there may be.
 //   4. What room is left goes to single tiles, by what they add.
 //
-// Each step takes, or gives up, what is best at that moment: values are worked out again where they may have become
-// better, and at the head of the queue where they can only have become worse.
+// Each step takes, or gives up, what is best at that moment: values are worked out again where they are likely to have
+// become better, and at the head of the queue, for most only become worse.
 //
 // If steps 2 and 3 made the sum less, they are left out, so that it is never less than that of whole views alone. Views
 // come before tiles because what agrees from place to place looks better than what is nearest at each, and because the

@@ -76,7 +76,7 @@ struct BuildResult {
   Snapshot snapshot;
   GpuBytes gpu_bytes;  // of the snapshot, as its model file holds it
   double scale = 1;    // of a photograph's sides, the share that is kept, see BuildOptions::least_scale
-  std::optional<MeasuredLoss> fitted_loss;  // by what gpu_bytes had no room for, see FittedViews
+  std::optional<MeasuredLoss> fitted_loss;  // by its scale, and by tiles that gpu_bytes has no room for: FittedViews
   std::vector<PlannedView> planned;         // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                     // as they were given; `tiles` are those that were taken

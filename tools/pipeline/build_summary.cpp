@@ -219,7 +219,7 @@ std::string views_line(const json& s) {
   if (s["gpu"]["sum"] <= bytes["budget"]) {
     line += "; budget " + megabytes(bytes["budget"]) + " MB";
     const json& loss = s["texels"].value("loss_db", json());
-    return loss.is_null() ? line : line + ", which costs photographs " + printed("%.2f", loss.get<double>()) + " dB";
+    return loss.is_null() ? line : line + ", by which photographs lose " + printed("%.2f", loss.get<double>()) + " dB";
   }
   return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }

@@ -31,16 +31,16 @@ ValidityOptions at_share(ValidityOptions validity, double share) {
   return validity;
 }
 
-void require_share(double share) {
+}  // namespace
+
+void require_share_of_sides(double share) {
   if (share > 0 && share <= 1) return;
   throw std::invalid_argument("downscaled views: the share of their sides is " + std::to_string(share) +
                               ", must be in (0, 1]");
 }
 
-}  // namespace
-
 ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale) {
-  require_share(scale);
+  require_share_of_sides(scale);
   return at_share(validity, scale);
 }
 
@@ -64,7 +64,7 @@ TiledView ScaledViews::scaled(const StoredView& view, double share) const {
 }
 
 void ScaledViews::scale_to(double share) {
-  require_share(share);
+  require_share_of_sides(share);
   if (share == share_) return;
   share_ = 0;  // until all views are
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
@@ -79,7 +79,7 @@ void ScaledViews::scale_to(double share) {
 DownscaledViews downscale_views_within(double max_loss_db, double reference_loss_db, Atlas& atlas,
                                        HeldOutLoss& measured, const Visibility& visibility,
                                        const ValidityOptions& validity, double least) {
-  require_share(least);
+  require_share_of_sides(least);
   constexpr int kSteps = 8;  // each by the same factor
   DownscaledViews best;
   ScaledViews views(atlas, visibility, validity);

@@ -3,7 +3,6 @@
 // picture shows less detail than each has.
 #pragma once
 
-#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -12,6 +11,9 @@
 #include "tools/pipeline/held_out_loss.h"
 
 namespace lumatlas {
+
+// Throws std::invalid_argument unless it is in (0, 1].
+void require_share_of_sides(double share);
 
 // The stored views at any share of their sides, each made of what it was at first: filtering twice would blur twice.
 // Nobody else may change the atlas meanwhile, which must outlive this, as `visibility` must.

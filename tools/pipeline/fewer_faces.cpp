@@ -44,13 +44,13 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
   }
 }
 
-// The surface as it is, where nothing would be left of the mesh, or nothing that can be cut into cells.
-SurfaceInput fewer_if_any(const SurfaceInput& input, const CellOptions& cells, const FaceOptions& faces,
-                          const std::vector<Camera>& cameras = {}) {
+// None where nothing would be left of the mesh, or nothing that can be cut into cells.
+std::optional<SurfaceInput> fewer_if_any(const SurfaceInput& input, const CellOptions& cells, const FaceOptions& faces,
+                                         const std::vector<Camera>& cameras = {}) {
   try {
     return with_fewer_faces(input, cells, faces, cameras);
   } catch (const InputError&) {
-    return input;
+    return std::nullopt;
   }
 }
 
@@ -66,30 +66,38 @@ SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions ce
   const std::uint64_t left = budget_bytes - std::min(budget_bytes, photograph_bytes);
   const auto room = static_cast<double>(std::max(left, budget_bytes / kShare));
   const double most_grown = cells.size > 0 ? 1 : kMostGrown;
-  const double few = kFacesOfCell * static_cast<double>(input.surface->cells.cells.size());  // for cells as they are
-  const double least = few / (most_grown * most_grown);
   const auto all = static_cast<double>(input.surface->mesh.faces.size() - input.split_faces);
-  SurfaceInput fewer = input;
-  double faces = all, share = room / static_cast<double>(bytes_of(input));
-  if (share >= 1) return fewer;
+  // For cells as they are.
+  const double few = std::min(kFacesOfCell * static_cast<double>(input.surface->cells.cells.size()), all);
+  const double least = few / (most_grown * most_grown);
+  SurfaceInput best = input;
+  double faces = all, share = room / static_cast<double>(bytes_of(input)), best_share = share;
+  if (share >= 1) return best;
   for (int tries = 0; tries < kMostTries && !(share >= 1 && share < kMostLeft); ++tries) {
     throw_if_interrupted();
-    const double before = std::exchange(faces, std::clamp(share * faces, std::min(least, all), all));
+    const double before = std::exchange(faces, std::clamp(share * faces, least, all));
     if (faces == before) break;
     cells.size = input.surface->cells.size * std::sqrt(std::max(few / faces, 1.0));
-    fewer = fewer_if_any(input, cells, {.faces = static_cast<std::size_t>(std::ceil(faces))});
-    share = room / static_cast<double>(bytes_of(fewer));
+    const std::optional<SurfaceInput> fewer =
+        fewer_if_any(input, cells, {.faces = static_cast<std::size_t>(std::ceil(faces))});
+    if (!fewer) break;
+    share = room / static_cast<double>(bytes_of(*fewer));
+    const bool is_better = best_share < 1 ? share > best_share : share >= 1 && share < best_share;
+    if (!is_better) continue;
+    best = *fewer;
+    best_share = share;
   }
-  return fewer;
+  return best;
 }
 
 std::optional<MeasuredLoss> give_up_faces_within(const FaceLimits& limits, double reference_loss_db,
                                                  const std::vector<Camera>& turned_away,
                                                  const MakeVisibility& make_visibility, SeenSurface& seen,
                                                  const Atlas& atlas, Planner& planner, HeldOutLoss& measured) {
-  SeenSurface fewer;
-  fewer.input = fewer_if_any(seen.input, limits.cells, {.faces = {}, .pixels = limits.pixels}, stored_cameras(atlas));
-  if (fewer.input.surface->mesh.faces.size() >= seen.input.surface->mesh.faces.size()) return std::nullopt;
+  std::optional<SurfaceInput> input =
+      fewer_if_any(seen.input, limits.cells, {.faces = {}, .pixels = limits.pixels}, stored_cameras(atlas));
+  if (!input || input->surface->mesh.faces.size() >= seen.input.surface->mesh.faces.size()) return std::nullopt;
+  SeenSurface fewer{std::move(*input), {}};
   fewer.visibility = make_visibility(*fewer.input.surface);
   put_under(fewer, turned_away, planner);
   std::swap(seen, fewer);  // whose views were of the one before

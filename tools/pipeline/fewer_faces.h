@@ -19,8 +19,8 @@ namespace lumatlas {
 
 // With fewer faces where mesh and tables leave less of `budget_bytes` on the GPU than `photograph_bytes`: so that they
 // take what these leave, or about a quarter if that is more, but never fewer faces than four for each cell, for those
-// that are larger than a cell would be split again. Where that is too many, cells grow with the faces, to four times
-// their size at most, unless `cells` has one. As it is where nothing would be left.
+// that are larger than a cell would be split again. Where that is too many, cells grow as faces get fewer, to four
+// times their size at most, unless `cells` has one. As it is where nothing would be left.
 [[nodiscard]] SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions cells,
                                                      std::uint64_t budget_bytes, std::uint64_t photograph_bytes);
 

@@ -13,23 +13,6 @@ namespace lumatlas {
 
 namespace {
 
-// The largest scale found by which all tiles fit, else the least; the views are at it.
-double scale_by_which_all_fits(const GpuBudget& budget, double least, Atlas& atlas, ScaledViews& views) {
-  constexpr int kMostTries = 5;       // tiles are whole, so that their number is not quite that of the pixels
-  constexpr double kMostRoom = 1.05;  // for so much more there may be room
-  double fits = least, too_large = 1, scale = 1, room = budget.room_for_tiles(atlas);
-  for (int tries = 0; tries < kMostTries && too_large > fits; ++tries) {
-    const double next = scale * std::sqrt(room);
-    scale = next > fits && next < too_large ? next : (tries == 0 ? least : (fits + too_large) / 2);
-    views.scale_to(scale);
-    room = budget.room_for_tiles(atlas);
-    (room >= 1 ? fits : too_large) = scale;
-    if (room >= 1 && room < kMostRoom) break;
-  }
-  views.scale_to(fits);
-  return fits;
-}
-
 // Scales between the one by which all fits and 1, each by the same factor.
 class FittedScales {
  public:
@@ -39,9 +22,9 @@ class FittedScales {
       : budget_(budget), all_fit_(all_fit), atlas_(atlas), views_(views), measured_(measured) {}
 
   [[nodiscard]] double scale(int step) const { return std::pow(all_fit_, 1 - static_cast<double>(step) / kSteps); }
-  [[nodiscard]] MeasuredLoss loss(int step, std::optional<double> bound_db) {
+  [[nodiscard]] MeasuredLoss loss(int step, std::optional<double> bound_db = {}) {
     views_.scale_to(scale(step));
-    return measured_.now({{}, 0, std::min(1.0, budget_.room_for_tiles(atlas_))}, bound_db);
+    return measured_.now({{}, 0, std::min(1.0, budget_.room_of_tiles(atlas_))}, bound_db);
   }
 
  private:
@@ -53,14 +36,15 @@ class FittedScales {
 };
 
 // The loss has one valley between the two ends, and is found from the lower one. Nothing is looked for where all views,
-// smaller, lose next to nothing.
+// smaller, lose next to nothing. All scales are compared by the same pictures.
 FittedViews of_least_loss(FittedScales& scales) {
   constexpr double kNegligibleDb = 0.1;
   MeasuredLoss least = scales.loss(0, kNegligibleDb);
   if (least.mean_db <= kNegligibleDb) return {scales.scale(0), least, {}};
+  least = scales.loss(0);
   int best = 0;
   const auto is_better = [&](int step) {
-    const MeasuredLoss loss = scales.loss(step, least.mean_db);
+    const MeasuredLoss loss = scales.loss(step);
     if (loss.mean_db >= least.mean_db) return false;
     least = loss;
     best = step;
@@ -77,7 +61,9 @@ FittedViews of_least_loss(FittedScales& scales) {
 
 FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                       const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage) {
-  if (least == 1 || budget.room_for_tiles(atlas) >= 1) return {};
+  require_share_of_sides(least);
+  const double room = budget.room_of_tiles(atlas);
+  if (least == 1 || room >= 1) return {};
   FittedViews fitted;
   std::optional<HeldOutLoss> measured;
   try {
@@ -86,7 +72,11 @@ FittedViews fit_views(const GpuBudget& budget, double least, const Planner& plan
     fitted.not_measured = error.what();
   }
   ScaledViews views(atlas, visibility, validity);
-  fitted.scale = scale_by_which_all_fits(budget, least, atlas, views);
+  fitted.scale = largest_scale_with_room(least, room, [&](double scale) {
+    views.scale_to(scale);
+    return budget.room_of_tiles(atlas);
+  });
+  views.scale_to(fitted.scale);
   if (!measured || !measured->can_tell()) return fitted;
   FittedScales scales(budget, fitted.scale, atlas, views, *measured);
   try {
@@ -96,6 +86,30 @@ FittedViews fit_views(const GpuBudget& budget, double least, const Planner& plan
   }
   views.scale_to(fitted.scale);
   return fitted;
+}
+
+// Tiles are whole, so that fewer pixels need not be fewer of them: the more often there was no room, the farther below
+// what the pixels say the next scale is.
+double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at) {
+  constexpr int kMostTries = 6;
+  constexpr double kMostRoom = 1.05;  // of so much nothing more is sought
+  constexpr double kClose = 0.01;
+  double fits = 0, too_large = 1, scale = 1, margin = 0.01;
+  for (int tries = 0; tries < kMostTries && too_large - fits > kClose; ++tries) {
+    const double wanted = scale * std::sqrt(room) * (1 - margin);
+    const bool between = fits < wanted && wanted < too_large;
+    scale = std::max(between ? wanted : (fits + too_large) / 2, least);
+    room = room_at(scale);
+    if (room >= 1) {
+      fits = scale;
+      if (room < kMostRoom) break;
+    } else {
+      too_large = scale;
+      margin *= 2;
+      if (scale == least) break;
+    }
+  }
+  return fits > 0 ? fits : scale;
 }
 
 }  // namespace lumatlas

@@ -4,6 +4,7 @@
 // are exact, parts of sharp photographs show more than the whole of blurred ones.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -18,7 +19,7 @@ namespace lumatlas {
 
 struct FittedViews {
   double scale = 1;                  // of a photograph's sides, the share that is kept
-  std::optional<MeasuredLoss> loss;  // about; none: nothing had to be given up, or it could not be measured
+  std::optional<MeasuredLoss> loss;  // none: nothing had to be given up, no view may be smaller, or nobody can tell
   std::string not_measured;          // why, where OpenGL failed
 };
 // Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):
@@ -27,5 +28,10 @@ struct FittedViews {
 // Nobody else may change the atlas meanwhile.
 [[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                                     const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
+
+// Nearly the largest scale in [`least`, 1) by which `room_at(scale)` is 1 or more. That is asked for at most six times,
+// and falls in steps, roughly with the scale's square; at 1 it is `room`, in (0, 1). Where nothing that was asked for
+// has room, the least of these.
+[[nodiscard]] double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at);
 
 }  // namespace lumatlas

@@ -45,7 +45,7 @@ void GpuBudget::refuse(std::uint64_t least) const {
                    ": give at least that as --budget, or fewer faces (--faces) or larger cells (--cell-size)");
 }
 
-double GpuBudget::room_for_tiles(Atlas& atlas) const {
+double GpuBudget::room_of_tiles(Atlas& atlas) const {
   atlas.bound_tiles(0);
   const GpuBytes bytes = count_.of(atlas.snapshot());
   const std::uint64_t others = bytes.sum() - bytes.photographs(), one = slot_bytes(atlas.layout());

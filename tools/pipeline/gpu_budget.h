@@ -23,10 +23,9 @@ class GpuBudget {
   // What the surface leaves for photographs, and for the tables that grow with them.
   [[nodiscard]] std::uint64_t room() const { return bytes_ - of_surface_; }
 
-  // For how many times the bytes of the tiles which the store's references ask for there is room beside mesh and
-  // tables;
-  // >= 1: all fit. At least one tile's.
-  [[nodiscard]] double room_for_tiles(Atlas& atlas) const;
+  // What mesh and tables leave, at least room for one tile, in times what the tiles take that the store's references
+  // ask for; >= 1: all fit, but for a few bytes. The store's tiles are not bounded then.
+  [[nodiscard]] double room_of_tiles(Atlas& atlas) const;
 
   // Bounds the store's tiles, so that its snapshot takes no more than the budget, counted as GpuByteCount does, and as
   // many tiles as fit. Which cells can be joined, and so what the mesh takes, depends on the tiles that are chosen;

@@ -166,7 +166,8 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
     auto resident = std::make_shared<std::vector<ShownCell>>();
     if (store.views[slot]) {
-      std::copy_if(atlas_.shown(slot)->begin(), atlas_.shown(slot)->end(), std::back_inserter(*resident),
+      const SharedShownCells parts = atlas_.shown(slot);
+      std::copy_if(parts->begin(), parts->end(), std::back_inserter(*resident),
                    [&, first = tiles.first_tile[slot]](const ShownCell& part) {
                      return tiles.slots[first + part.tile] != kNotResident;
                    });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a store loses when faces of its mesh are taken away, or its photographs compressed, downscaled or taken away,
-// measured in pictures. The photographs are dealt into folds. Those of a fold are drawn from a store of the others, as
-// if they had never been offered, before and after: what is lost in them is what is lost in any picture from in
-// between. Only where no view is left to blend, the surface has the averaged colours of all.
+// What a store loses when faces of its mesh are taken away, or its photographs compressed, downscaled or taken away, or
+// tiles of them, measured in pictures. The photographs are dealt into folds. Those of a fold are drawn from a store of
+// the others, as if they had never been offered, before and after: what is lost in them is what is lost in any picture
+// from in between. Only where no view is left to blend, the surface has the averaged colours of all.
 #pragma once
 
 #include <cstddef>

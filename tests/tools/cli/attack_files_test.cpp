@@ -252,6 +252,18 @@ TEST_CASE("a machine without a library of OpenGL is told which one to install") 
   CHECK(summary["parsimony"]["predicted_loss_db"] <= 3);
   CHECK_FALSE(summary["parsimony"]["taken_away"].empty());
   CHECK(summary["texels"]["scale"] == 1);
+
+  const std::uint64_t budget = summary["gpu"]["sum"].get<std::uint64_t>() * 3 / 4;
+  const Outcome fitted = lumatlas({"build", made().scene, "-o", (folder / "fitted").string(), "--budget",
+                                   std::to_string(budget), "--refine", "none", "--json", "--quiet"},
+                                  without("libEGL.so.1"));
+  REQUIRE(fitted.status == 0);
+  CHECK_THAT(fitted.err, Catch::Contains("photographs are downscaled until all fit") &&
+                             Catch::Contains("libEGL.so.1 cannot be loaded"));
+  const nlohmann::json told = nlohmann::json::parse(fitted.out);
+  CHECK(told["gpu"]["sum"] <= budget);
+  CHECK(told["texels"]["scale"] < 1);
+  CHECK(told["texels"]["loss_db"].is_null());
 }
 
 TEST_CASE("a limit of processes is told by name") {

@@ -111,6 +111,19 @@ TEST_CASE("cells grow where their faces would leave too little to photographs, u
   CHECK(largest.surface->cells.size == Approx(4 * size));
 }
 
+TEST_CASE("cells grow little where a mesh of fewer faces than cells need gives up little") {
+  CellOptions small;
+  small.size = 0.2;
+  const SurfaceInput fine = load_surface(fine_scene(), {}, small);
+  REQUIRE(4 * fine.surface->cells.cells.size() > fine.surface->mesh.faces.size() - fine.split_faces);
+  const std::uint64_t bytes = GpuByteCount(fine.surface).of_surface();
+  const SurfaceInput fewer = with_room_for_photographs(fine, {}, 2 * bytes, bytes + bytes / 10);
+  const std::uint64_t taken = GpuByteCount(fewer.surface).of_surface();
+  CHECK(taken <= bytes * 9 / 10);
+  CHECK(taken > bytes * 3 / 4);
+  CHECK(fewer.surface->cells.size < 1.4 * small.size);
+}
+
 TEST_CASE("a budget of bytes takes faces away only where they may go and photographs do not fit") {
   BuildOptions options = with_face_loss(0);
   options.faces = {};

@@ -2,9 +2,11 @@
 #include "tools/pipeline/fitted_views.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/pipeline/bounded_build.h"
@@ -57,10 +59,10 @@ TEST_CASE("within a budget sharp photographs of exact poses give up parts, and b
   CHECK(sharp.fitted_loss->mean_db > blurred.fitted_loss->mean_db);
   const nlohmann::json told = summary(sharp, sharp.options);
   CHECK(told["texels"]["loss_db"] == sharp.fitted_loss->mean_db);
-  CHECK_THAT(summary_text(told, "it"), Catch::Contains(" MB, which costs photographs "));
+  CHECK_THAT(summary_text(told, "it"), Catch::Contains(" MB, by which photographs lose "));
 }
 
-TEST_CASE("nothing is measured where all fits, where no photograph may be smaller, or where there are too few") {
+TEST_CASE("nothing is measured where all fits, or where no photograph may be smaller") {
   const BuildResult all = build_model(dense_scene(), all_stored());
   CHECK(all.scale == 1);
   CHECK_FALSE(all.fitted_loss);
@@ -69,6 +71,49 @@ TEST_CASE("nothing is measured where all fits, where no photograph may be smalle
   CHECK(parts.scale == 1);
   CHECK_FALSE(parts.fitted_loss);
   CHECK(summary(parts, parts.options)["texels"]["loss_db"].is_null());
+}
+
+TEST_CASE("too few photographs to measure by are downscaled until all fit") {
+  const TemporaryFolder folder;
+  write_apartment(folder.path(), 3);
+  BuildOptions options = all_stored();
+  const BuildResult all = build_model(folder.path(), options);
+  options.gpu_bytes = all.gpu_bytes.sum() - all.gpu_bytes.photographs() / 2;
+  const BuildResult fitted = build_model(folder.path(), options);
+  CHECK(fitted.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK_FALSE(fitted.fitted_loss);
+  CHECK(fitted.scale < 0.95);
+  CHECK(fitted.scale > 0.5);
+  for (const auto& view : fitted.snapshot.views) CHECK(view);
+}
+
+// Tiles that photographs of this size are cut into.
+double tiles(double width, double height, double scale) {
+  constexpr double kTile = 64;
+  return std::ceil(std::round(scale * width) / kTile) * std::ceil(std::round(scale * height) / kTile);
+}
+
+TEST_CASE("the largest scale with room for all tiles is found within a few steps of tiles") {
+  for (const auto& [width, height] : {std::pair{640.0, 480.0}, {1920.0, 1080.0}, {4000.0, 3000.0}}) {
+    for (const double share : {0.999, 0.99, 0.96, 0.9, 0.75, 0.58, 0.4, 0.2, 0.1}) {
+      int asked = 0;
+      const double whole = tiles(width, height, 1);
+      const auto room_at = [&, w = width, h = height](double scale) {
+        ++asked;
+        return share * whole / tiles(w, h, scale);
+      };
+      const double found = largest_scale_with_room(0.25, share, room_at);
+      CAPTURE(width, height, share, found);
+      CHECK(asked <= 6);
+      CHECK(room_at(found) >= 1);
+      CHECK(room_at(found * 1.1) < 1);
+    }
+  }
+}
+
+TEST_CASE("where no scale has room the least is the answer") {
+  CHECK(largest_scale_with_room(0.5, 0.1, [](double scale) { return 0.1 / (scale * scale); }) == 0.5);
+  CHECK(largest_scale_with_room(0.9, 0.99, [](double) { return 0.5; }) == 0.9);
 }
 
 }  // namespace
