@@ -66,7 +66,9 @@ SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions ce
   const std::uint64_t left = budget_bytes - std::min(budget_bytes, photograph_bytes);
   const auto room = static_cast<double>(std::max(left, budget_bytes / kShare));
   const double most_grown = cells.size > 0 ? 1 : kMostGrown;
-  const auto all = static_cast<double>(input.surface->mesh.faces.size() - input.split_faces);
+  // Split faces included; `of_file` are without.
+  const auto all = static_cast<double>(input.surface->mesh.faces.size());
+  const double of_file = all - static_cast<double>(input.split_faces);
   // For cells as they are.
   const double few = std::min(kFacesOfCell * static_cast<double>(input.surface->cells.cells.size()), all);
   const double least = few / (most_grown * most_grown);
@@ -79,7 +81,7 @@ SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions ce
     if (faces == before) break;
     cells.size = input.surface->cells.size * std::sqrt(std::max(few / faces, 1.0));
     const std::optional<SurfaceInput> fewer =
-        fewer_if_any(input, cells, {.faces = static_cast<std::size_t>(std::ceil(faces))});
+        fewer_if_any(input, cells, {.faces = static_cast<std::size_t>(std::ceil(std::min(faces, of_file)))});
     if (!fewer) break;
     share = room / static_cast<double>(bytes_of(*fewer));
     const bool is_better = best_share < 1 ? share > best_share : share >= 1 && share < best_share;

@@ -159,7 +159,8 @@ void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
   renderer_.load(store);
 }
 
-// Of the tiles that are resident.
+// As many tiles as the whole store keeps, for a picture from in between finds these around it, and of a share of the
+// fold's it would find fewer.
 void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   TileTable& tiles = store.tiles;
   std::vector<SharedShownCells> shown;
@@ -174,7 +175,7 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
     }
     shown.push_back(std::move(resident));
   }
-  const auto kept = static_cast<std::size_t>(share * tiles.resident_tiles());
+  const auto kept = static_cast<std::size_t>(share * store_.tiles.resident_tiles());
   TileChoice choice =
       choose_tiles({*store.surface, store.views, shown, store.references, std::max<std::size_t>(kept, 1), {}});
   std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);

@@ -52,7 +52,7 @@ BuildResult built_in(const std::filesystem::path& scene, double share, double le
 TEST_CASE("within a budget sharp photographs of exact poses give up parts, and blurred ones pixels") {
   const TemporaryFolder folder;
   write_changed(dense_scene(), folder.path(), blur);
-  const BuildResult sharp = built_in(dense_scene(), 0.35), blurred = built_in(folder.path(), 0.35);
+  const BuildResult sharp = built_in(dense_scene(), 0.5), blurred = built_in(folder.path(), 0.5);
   CHECK(sharp.scale > blurred.scale);
   REQUIRE(sharp.fitted_loss);
   REQUIRE(blurred.fitted_loss);

@@ -142,10 +142,11 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
   CHECK(std::abs(loss.mean_db) > 0.1);
 }
 
-// A fold's store, in so many of its tiles.
+// A fold's store, in such a share of the whole store's tiles.
 Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
   Snapshot snapshot = store.atlas.snapshot();
   TileTable& tiles = snapshot.tiles;
+  const auto kept = static_cast<std::size_t>(share * tiles.resident_tiles());
   const auto begin = tiles.slots.begin();
   std::fill(begin + tiles.first_tile[absent], begin + tiles.first_tile[absent + 1], kNotResident);
   leave_out_views_without_tiles(snapshot);
@@ -157,7 +158,6 @@ Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
   }
   snapshot.references = store.planner.references_among(others, std::array{absent});
   if (share == 1) return snapshot;
-  const auto kept = static_cast<std::size_t>(share * tiles.resident_tiles());
   const TileChoice choice = choose_tiles({*snapshot.surface, snapshot.views, shown, snapshot.references, kept, {}});
   std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);
   for (const ViewTile& tile : choice.tiles) {
