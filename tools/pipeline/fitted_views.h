@@ -23,9 +23,9 @@ struct FittedViews {
   std::string not_measured;          // why, where OpenGL failed
 };
 // Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):
-// the one that pictures lose least by (see HeldOutLoss), once GpuBudget::fitted_snapshot() has left out the tiles that
-// do not fit. Where that cannot be measured, the one by which all tiles fit. At a factor of 1 nothing was changed.
-// Nobody else may change the atlas meanwhile.
+// the one that pictures lose least by, in PSNR and structural similarity (see HeldOutLoss), once
+// GpuBudget::fitted_snapshot() has left out the tiles that do not fit. Where that cannot be measured, the one by which
+// all tiles fit. At a factor of 1 nothing was changed. Nobody else may change the atlas meanwhile.
 [[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                                     const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
 

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <iterator>
 #include <memory>
+#include <numeric>
 #include <stdexcept>
 #include <utility>
 
@@ -27,7 +28,7 @@ constexpr double kPixelsInAll = kFolds * kMostPictures * 256 * 256;
 constexpr double kLeastSidePx = 256, kMostSidePx = 512;  // of a picture
 constexpr std::uint8_t kLeastTrust = 128;                // of StoredView::trust
 constexpr double kLeastShare = 0.2;                      // of a picture's pixels that must be comparable
-constexpr double kLeastSquaredError = 1e-3;              // squared 8-bit levels, so that equal pictures have a PSNR
+constexpr double kMostPsnr = 78;                         // dB, so that equal pictures have one
 
 // The fractional parts of multiples of an irrational number are spread evenly however many they are.
 double spread(std::size_t index, double step) {
@@ -55,19 +56,22 @@ void leave_out(std::uint32_t slot, Snapshot& store) {
   }
 }
 
-MeasuredLoss mean_of(const std::vector<double>& losses) {
+double mean_of(const std::vector<double>& losses) {
+  return std::accumulate(losses.begin(), losses.end(), 0.0) / static_cast<double>(losses.size());
+}
+
+MeasuredLoss loss_of(const std::vector<double>& losses) {
   const auto count = static_cast<double>(losses.size());
-  double sum = 0, squares = 0;
-  for (const double loss : losses) sum += loss;
-  const double mean = sum / count;
+  const double mean = mean_of(losses);
+  double squares = 0;
   for (const double loss : losses) squares += (loss - mean) * (loss - mean);
-  return {mean, std::sqrt(squares / (count * std::max(count - 1, 1.0)))};
+  return {mean, std::sqrt(squares / (count * std::max(count - 1, 1.0))), 0};
 }
 
 // Whether more pictures would hardly change on which side of the bound the loss is.
 bool is_decided(const std::vector<double>& losses, double bound_db) {
   if (losses.size() < kLeastToDecide) return false;
-  const MeasuredLoss loss = mean_of(losses);
+  const MeasuredLoss loss = loss_of(losses);
   return std::abs(loss.mean_db - bound_db) > kErrorsToDecide * loss.error_db;
 }
 
@@ -77,18 +81,20 @@ HeldOutLoss::Picture HeldOutLoss::picture_of(const StoredView& view, std::uint32
   // Reciprocals of the plastic number and of its square, for points of the plane.
   constexpr double kAcross = 0.7548776662466927, kDown = 0.5698402909980532;
   const Camera& whole = view.camera;
-  Picture picture{whole, {}, {}};
+  Picture picture{whole, {}, {}, {}};
   picture.camera.width = std::min(side_px, whole.width);
   picture.camera.height = std::min(side_px, whole.height);
   const auto left = static_cast<std::uint32_t>(spread(index, kAcross) * (whole.width - picture.camera.width + 1));
   const auto top = static_cast<std::uint32_t>(spread(index, kDown) * (whole.height - picture.camera.height + 1));
   picture.camera.cx -= left;
   picture.camera.cy -= top;
+  picture.photograph.width = picture.camera.width;
+  picture.photograph.height = picture.camera.height;
   for (std::uint32_t y = 0; y < picture.camera.height; ++y) {
     for (std::uint32_t x = 0; x < picture.camera.width; ++x) {
       const std::size_t pixel = std::size_t{top + y} * whole.width + left + x;
       const auto rgb = view.photograph.rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel);
-      picture.rgb.insert(picture.rgb.end(), rgb, rgb + 3);
+      picture.photograph.rgb.insert(picture.photograph.rgb.end(), rgb, rgb + 3);
       const bool in_lens = view.photograph.valid.empty() || view.photograph.valid[pixel] != 0;
       picture.counts.push_back(in_lens && (view.trust.empty() || view.trust[pixel] >= kLeastTrust) ? 1 : 0);
     }
@@ -194,7 +200,7 @@ void HeldOutLoss::compare_with_whole(Picture& picture) {
   for (std::size_t pixel = 0; pixel < picture.counts.size(); ++pixel) {
     if (drawn.state[pixel] != PixelState::textured) picture.counts[pixel] = 0;
   }
-  picture.psnr = psnr(picture, drawn);
+  picture.whole = {psnr_of(picture, drawn), ssim(drawn.picture, picture.photograph, picture.counts)};
 }
 
 Rendering HeldOutLoss::draw(const Picture& picture) {
@@ -204,18 +210,8 @@ Rendering HeldOutLoss::draw(const Picture& picture) {
   return renderer_.render(picture.camera, options);
 }
 
-double HeldOutLoss::psnr(const Picture& picture, const Rendering& drawn) {
-  double sum = 0;
-  std::size_t values = 0;
-  for (std::size_t pixel = 0; pixel < picture.counts.size(); ++pixel) {
-    if (picture.counts[pixel] == 0) continue;
-    for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value, ++values) {
-      const double difference = int{drawn.picture.rgb[value]} - int{picture.rgb[value]};
-      sum += difference * difference;
-    }
-  }
-  const double mean = sum / static_cast<double>(std::max<std::size_t>(values, 1));
-  return 10 * std::log10(255.0 * 255.0 / std::max(mean, kLeastSquaredError));
+double HeldOutLoss::psnr_of(const Picture& picture, const Rendering& drawn) {
+  return std::min(psnr(drawn.picture, picture.photograph, picture.counts), kMostPsnr);
 }
 
 bool HeldOutLoss::can_tell() const {
@@ -233,15 +229,22 @@ MeasuredLoss HeldOutLoss::now(const GivenUp& given_up, std::optional<double> bou
   if (store_.surface != surface) {
     for (Fold& fold : folds_) fold.order.clear();
   }
-  std::vector<double> losses;
+  std::vector<double> losses, ssim_losses;
   for (Fold& fold : folds_) {
     if (fold.pictures.empty()) continue;
     load(fold, given_up);
-    for (const Picture& picture : fold.pictures) losses.push_back(picture.psnr - psnr(picture, draw(picture)));
+    for (const Picture& picture : fold.pictures) {
+      const Rendering drawn = draw(picture);
+      losses.push_back(picture.whole.psnr - psnr_of(picture, drawn));
+      if (bound_db) continue;
+      ssim_losses.push_back(picture.whole.ssim - ssim(drawn.picture, picture.photograph, picture.counts));
+    }
     stage_.tick();
     if (bound_db && is_decided(losses, *bound_db)) break;
   }
-  return mean_of(losses);
+  MeasuredLoss loss = loss_of(losses);
+  if (!bound_db) loss.ssim = mean_of(ssim_losses);
+  return loss;
 }
 
 }  // namespace lumatlas

@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/photograph.h"
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "planner/planner.h"
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/measured_loss.h"
+#include "tools/score/scores.h"
 
 namespace lumatlas {
 
@@ -37,17 +39,17 @@ class HeldOutLoss {
     double tile_share = 1;
   };
   // Of the views that the atlas holds now, in the slots that they were in then, and of its surface. With `bound_db`
-  // only as exactly as it takes to know whether the loss is within it. Throws std::logic_error unless can_tell(), and
-  // for tiles of whole views, and GlError as above.
+  // only of PSNR, and as exactly as it takes to know whether the loss is within it. Throws std::logic_error unless
+  // can_tell(), and for tiles of whole views, and GlError as above.
   [[nodiscard]] MeasuredLoss now(const GivenUp& given_up, std::optional<double> bound_db = {});
 
  private:
   // A photograph, or a part of it: its camera sees just that.
   struct Picture {
     Camera camera;
-    std::vector<std::uint8_t> rgb;     // of the photograph
+    Photograph photograph;             // its colours
     std::vector<std::uint8_t> counts;  // by pixel, 1: it is compared
-    double psnr = 0;                   // of the whole store
+    Scores whole;                      // of the whole store
   };
   struct Fold {
     std::vector<std::uint32_t> absent;  // the slots of its views
@@ -61,7 +63,7 @@ class HeldOutLoss {
   void keep_tiles(double share, Snapshot& store) const;
   void compare_with_whole(Picture& picture);
   [[nodiscard]] Rendering draw(const Picture& picture);
-  [[nodiscard]] static double psnr(const Picture& picture, const Rendering& drawn);
+  [[nodiscard]] static double psnr_of(const Picture& picture, const Rendering& drawn);
 
   const Planner& planner_;
   const Atlas& atlas_;

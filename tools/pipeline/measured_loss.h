@@ -3,10 +3,11 @@
 
 namespace lumatlas {
 
-// dB of PSNR, in the mean over photographs; below 0: the pictures are better than before.
+// In the mean over photographs; below 0: the pictures are better than before.
 struct MeasuredLoss {
-  double mean_db = 0;
+  double mean_db = 0;   // of PSNR
   double error_db = 0;  // standard error of the mean, >= 0
+  double ssim = 0;      // of structural similarity, where that was measured
   // Which the true loss seldom exceeds.
   [[nodiscard]] double at_most_db() const { return mean_db + error_db; }
 };

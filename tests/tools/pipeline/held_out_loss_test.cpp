@@ -179,6 +179,12 @@ double squared_error(const StoredView& view, const Rendering& drawn, const Rende
   return sum;
 }
 
+std::vector<std::uint8_t> textured_pixels(const Rendering& drawn) {
+  std::vector<std::uint8_t> textured;
+  for (const PixelState state : drawn.state) textured.push_back(state == PixelState::textured ? 1 : 0);
+  return textured;
+}
+
 TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") {
   constexpr std::array kShares{0.5, 0.05};
   Store store(8, 20, {8, 2, 0});
@@ -198,14 +204,18 @@ TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") 
   };
   double last = 0.01;
   for (std::size_t i = 0; i < kShares.size(); ++i) {
-    double sum = 0;
+    double sum = 0, ssim_sum = 0;
     for (std::uint32_t out = 0; out < 8; ++out) {
       const StoredView& view = *store.atlas.view(out);
       const Rendering whole = draw(out, 1, view.camera), less = draw(out, kShares[i], view.camera);
       sum += 10 * std::log10(squared_error(view, less, whole) / squared_error(view, whole, whole));
+      const std::vector<std::uint8_t> counts = textured_pixels(whole);
+      ssim_sum += ssim(whole.picture, view.photograph, counts) - ssim(less.picture, view.photograph, counts);
     }
     CAPTURE(kShares[i], losses[i].mean_db);
     CHECK(losses[i].mean_db == Approx(sum / 8).margin(0.01));
+    CHECK(losses[i].ssim == Approx(ssim_sum / 8).margin(1e-4));
+    CHECK(losses[i].ssim > 0);
     CHECK(losses[i].mean_db > last);
     last = losses[i].mean_db;
   }
@@ -226,7 +236,10 @@ TEST_CASE("with a bound the loss is on the same side of it as without") {
   for (const double bound : {0.0, 0.5 * loss, 2 * loss, 20.0}) {
     CHECK((measured.now({gap, 0}, bound).mean_db > bound) == (loss > bound));
   }
-  CHECK(measured.now({gap, 0}, 4 * loss).mean_db != loss);  // of fewer pictures
+  const MeasuredLoss within = measured.now({gap, 0}, 4 * loss);
+  CHECK(within.mean_db != loss);  // of fewer pictures
+  CHECK(exact.ssim != 0);
+  CHECK(within.ssim == 0);
 }
 
 TEST_CASE("too few photographs say nothing about loss") {
