@@ -84,7 +84,7 @@ struct BuildOptions {
   // room for, to choose tiles from.
   std::uint64_t gpu_bytes = 0;
   // Of a photograph's sides, the share that gpu_bytes and max_texel_loss_db may downscale all photographs to, (0, 1],
-  // the former as far as that loses less than giving up parts of some: see fitted_views.h.
+  // the former as far as that is better than giving up parts of some: see fitted_views.h.
   double least_scale = 0.25;
   // With planner.max_loss_db, not with bytes as a bound: texels are compressed if there are tight_tiles, and then all
   // photographs downscaled, as far as that costs at most so many dB, finite and >= 0, by measurement; what is left of

@@ -66,7 +66,7 @@ SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions ce
   const std::uint64_t left = budget_bytes - std::min(budget_bytes, photograph_bytes);
   const auto room = static_cast<double>(std::max(left, budget_bytes / kShare));
   const double most_grown = cells.size > 0 ? 1 : kMostGrown;
-  // Split faces included; `of_file` are without.
+  // `faces` are those that a surface has, those that were split for its cells included; of the file there are fewer.
   const auto all = static_cast<double>(input.surface->mesh.faces.size());
   const double of_file = all - static_cast<double>(input.split_faces);
   // For cells as they are.

@@ -35,8 +35,8 @@ class FittedScales {
   HeldOutLoss& measured_;
 };
 
-// 0.005 of structural similarity counts as much as 0.3 dB. PSNR alone is for blurred pictures: where poses are a little
-// wrong, it punishes detail in the wrong place more than none.
+// 0.005 of structural similarity counts as much as 0.3 dB. PSNR alone prefers blurred pictures: where poses are a
+// little wrong, it punishes detail in the wrong place more than none.
 double in_all(const MeasuredLoss& loss) {
   return loss.mean_db + 60 * loss.ssim;
 }
@@ -102,6 +102,7 @@ double largest_scale_with_room(double least, double room, const std::function<do
   constexpr double kMostRoom = 1.05;  // of so much nothing more is sought
   constexpr double kClose = 0.01;
   double fits = 0, too_large = 1, scale = 1, margin = 0.01;
+  double most_room = room, roomiest = 1;  // where nothing fits, smaller photographs must at least take fewer tiles
   for (int tries = 0; tries < kMostTries && too_large - fits > kClose; ++tries) {
     const double wanted = scale * std::sqrt(room) * (1 - margin);
     const bool between = fits < wanted && wanted < too_large;
@@ -111,12 +112,14 @@ double largest_scale_with_room(double least, double room, const std::function<do
       fits = scale;
       if (room < kMostRoom) break;
     } else {
+      if (room > most_room) roomiest = scale;
+      most_room = std::max(most_room, room);
       too_large = scale;
       margin *= 2;
       if (scale == least) break;
     }
   }
-  return fits > 0 ? fits : scale;
+  return fits > 0 ? fits : roomiest;
 }
 
 }  // namespace lumatlas

@@ -19,19 +19,19 @@ namespace lumatlas {
 
 struct FittedViews {
   double scale = 1;                  // of a photograph's sides, the share that is kept
-  std::optional<MeasuredLoss> loss;  // none: nothing had to be given up, no view may be smaller, or nobody can tell
+  std::optional<MeasuredLoss> loss;  // about; none: nothing had to go, no view may be smaller, or nobody can tell
   std::string not_measured;          // why, where OpenGL failed
 };
 // Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):
-// the one that pictures lose least by, in PSNR and structural similarity (see HeldOutLoss), once
-// GpuBudget::fitted_snapshot() has left out the tiles that do not fit. Where that cannot be measured, the one by which
-// all tiles fit. At a factor of 1 nothing was changed. Nobody else may change the atlas meanwhile.
+// that of largest_scale_with_room() if pictures lose next to no PSNR by it (see HeldOutLoss) or nobody can tell, else
+// the one that they lose least by, in PSNR and structural similarity, once GpuBudget::fitted_snapshot() has left out
+// the tiles that do not fit. At a factor of 1 nothing was changed. Nobody else may change the atlas meanwhile.
 [[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                                     const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
 
 // Nearly the largest scale in [`least`, 1) by which `room_at(scale)` is 1 or more. That is asked for at most six times,
 // and falls in steps, roughly with the scale's square; at 1 it is `room`, in (0, 1). Where nothing that was asked for
-// has room, the least of these.
+// has that much, the largest scale of most room, 1 included.
 [[nodiscard]] double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at);
 
 }  // namespace lumatlas

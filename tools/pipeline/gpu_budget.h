@@ -23,8 +23,8 @@ class GpuBudget {
   // What the surface leaves for photographs, and for the tables that grow with them.
   [[nodiscard]] std::uint64_t room() const { return bytes_ - of_surface_; }
 
-  // What mesh and tables leave, at least room for one tile, in times what the tiles take that the store's references
-  // ask for; >= 1: all fit, but for a few bytes. The store's tiles are not bounded then.
+  // The bytes that mesh and tables leave, at least one tile's, divided by those of all tiles that the store's
+  // references ask for; >= 1: all fit, but for a few bytes. Lifts the store's bound on tiles.
   [[nodiscard]] double room_of_tiles(Atlas& atlas) const;
 
   // Bounds the store's tiles, so that its snapshot takes no more than the budget, counted as GpuByteCount does, and as

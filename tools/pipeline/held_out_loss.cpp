@@ -166,7 +166,7 @@ void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
 }
 
 // As many tiles as the whole store keeps, for a picture from in between finds these around it, and of a share of the
-// fold's it would find fewer.
+// fold's it would find fewer; but never quite all that the fold has, for something is given up.
 void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   TileTable& tiles = store.tiles;
   std::vector<SharedShownCells> shown;
@@ -181,7 +181,8 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
     }
     shown.push_back(std::move(resident));
   }
-  const auto kept = static_cast<std::size_t>(share * store_.tiles.resident_tiles());
+  const double of_fold = tiles.resident_tiles(), of_whole = store_.tiles.resident_tiles();
+  const auto kept = static_cast<std::size_t>(std::min(share * of_whole, (1 + share) / 2 * of_fold));
   TileChoice choice =
       choose_tiles({*store.surface, store.views, shown, store.references, std::max<std::size_t>(kept, 1), {}});
   std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);

@@ -35,7 +35,8 @@ class HeldOutLoss {
   struct GivenUp {
     std::optional<double> gap;     // views, as long as ThinningStep::gap stays within this, in [0, 1]
     double reference_loss_db = 0;  // references, for so much predicted loss: see Planner::give_up_references()
-    // Tiles, but for this share of those of the whole store, in (0, 1]: see planner/tile_choice.h.
+    // Tiles, but for this share of those of the whole store, in (0, 1]: see planner/tile_choice.h. Near 1, where a fold
+    // has fewer than these, but for about that share of its own.
     double tile_share = 1;
   };
   // Of the views that the atlas holds now, in the slots that they were in then, and of its surface. With `bound_db`

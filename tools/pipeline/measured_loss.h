@@ -7,7 +7,7 @@ namespace lumatlas {
 struct MeasuredLoss {
   double mean_db = 0;   // of PSNR
   double error_db = 0;  // standard error of the mean, >= 0
-  double ssim = 0;      // of structural similarity, where that was measured
+  double ssim = 0;      // of structural similarity; 0 too where that was not measured
   // Which the true loss seldom exceeds.
   [[nodiscard]] double at_most_db() const { return mean_db + error_db; }
 };

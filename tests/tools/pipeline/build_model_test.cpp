@@ -500,7 +500,10 @@ TEST_CASE("within a budget photographs give up pixels, and no more than they may
   }
   options.least_scale = 0.9;
   options.gpu_bytes = fixed + all.gpu_bytes.photographs() / 4;
-  CHECK(build_model(small_scene(), options).scale >= 0.9);
+  const BuildResult cut = build_model(small_scene(), options);
+  CHECK(cut.scale >= 0.9);
+  CHECK(cut.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(cut.snapshot.tiles.resident_tiles() < all.snapshot.tiles.resident_tiles());
 }
 
 TEST_CASE("tiles are compressed only where a budget has no room for the photographs whole") {
