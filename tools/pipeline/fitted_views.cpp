@@ -22,9 +22,9 @@ class FittedScales {
       : budget_(budget), all_fit_(all_fit), atlas_(atlas), views_(views), measured_(measured) {}
 
   [[nodiscard]] double scale(int step) const { return std::pow(all_fit_, 1 - static_cast<double>(step) / kSteps); }
-  [[nodiscard]] MeasuredLoss loss(int step, std::optional<double> bound_db = {}) {
+  [[nodiscard]] MeasuredLoss loss(int step) {
     views_.scale_to(scale(step));
-    return measured_.now({{}, 0, std::min(1.0, budget_.room_of_tiles(atlas_))}, bound_db);
+    return measured_.now({{}, 0, std::min(1.0, budget_.room_of_tiles(atlas_))});
   }
 
  private:
@@ -42,13 +42,11 @@ double in_all(const MeasuredLoss& loss) {
 }
 
 // The loss has one valley between the two ends, and is found from the lower one. Nothing is looked for where all views,
-// smaller, lose next to nothing. All scales are compared by the same pictures.
+// smaller, lose next to nothing.
 FittedViews of_least_loss(FittedScales& scales) {
   constexpr double kNegligibleDb = 0.1;
-  if (const MeasuredLoss loss = scales.loss(0, kNegligibleDb); loss.mean_db <= kNegligibleDb) {
-    return {scales.scale(0), loss, {}};
-  }
   MeasuredLoss least = scales.loss(0);
+  if (least.mean_db <= kNegligibleDb) return {scales.scale(0), least, {}};
   int best = 0;
   const auto is_better = [&](int step) {
     const MeasuredLoss loss = scales.loss(step);

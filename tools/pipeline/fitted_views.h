@@ -19,7 +19,7 @@ namespace lumatlas {
 
 struct FittedViews {
   double scale = 1;                  // of a photograph's sides, the share that is kept
-  std::optional<MeasuredLoss> loss;  // about; none: nothing had to go, no view may be smaller, or nobody can tell
+  std::optional<MeasuredLoss> loss;  // none: nothing had to go, no view may be smaller, or nobody can tell
   std::string not_measured;          // why, where OpenGL failed
 };
 // Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):

@@ -12,10 +12,10 @@
 #include "blend/gpu_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/pipeline/bounded_build.h"
+#include "tests/tools/pipeline/sharp_scene.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/scene/surface_input.h"
-#include "tools/synth/synth.h"
 
 namespace lumatlas {
 namespace {
@@ -23,16 +23,7 @@ namespace {
 // An apartment of 16 views of 96 x 72 on a mesh far finer than they show.
 const std::filesystem::path& fine_scene() {
   static const TemporaryFolder folder;
-  static const bool made = [] {
-    SynthOptions options;
-    options.views = 16;
-    options.width = 96;
-    options.height = 72;
-    options.samples = 8;
-    options.triangles = 20000;
-    write_synthetic_scene(options, folder.path());
-    return true;
-  }();
+  static const bool made = (write_apartment(folder.path(), 16, 20000), true);
   REQUIRE(made);
   return folder.path();
 }

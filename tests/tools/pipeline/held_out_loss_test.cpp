@@ -172,15 +172,6 @@ Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
   return snapshot;
 }
 
-double squared_error(const StoredView& view, const Rendering& drawn, const Rendering& counted) {
-  double sum = 0;
-  for (std::size_t value = 0; value < view.photograph.rgb.size(); ++value) {
-    if (counted.state[value / 3] != PixelState::textured) continue;
-    sum += std::pow(int{drawn.picture.rgb[value]} - int{view.photograph.rgb[value]}, 2);
-  }
-  return sum;
-}
-
 std::vector<std::uint8_t> textured_pixels(const Rendering& drawn) {
   std::vector<std::uint8_t> textured;
   for (const PixelState state : drawn.state) textured.push_back(state == PixelState::textured ? 1 : 0);
@@ -210,8 +201,8 @@ TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") 
     for (std::uint32_t out = 0; out < 8; ++out) {
       const StoredView& view = *store.atlas.view(out);
       const Rendering whole = draw(out, 1, view.camera), less = draw(out, kShares[i], view.camera);
-      sum += 10 * std::log10(squared_error(view, less, whole) / squared_error(view, whole, whole));
       const std::vector<std::uint8_t> counts = textured_pixels(whole);
+      sum += psnr(whole.picture, view.photograph, counts) - psnr(less.picture, view.photograph, counts);
       ssim_sum += ssim(whole.picture, view.photograph, counts) - ssim(less.picture, view.photograph, counts);
     }
     CAPTURE(kShares[i], losses[i].mean_db);

@@ -15,13 +15,13 @@
 
 namespace lumatlas {
 
-inline void write_apartment(const std::filesystem::path& folder, std::uint32_t views) {
+inline void write_apartment(const std::filesystem::path& folder, std::uint32_t views, std::uint32_t triangles = 3000) {
   SynthOptions options;
   options.views = views;
   options.width = 96;
   options.height = 72;
   options.samples = 8;
-  options.triangles = 3000;
+  options.triangles = triangles;
   write_synthetic_scene(options, folder);
 }
 
