@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/tiles.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -69,6 +71,60 @@ struct TileRange {
         last(std::min((pixel + options.gutter_px) / options.tile_px, tiles - 1)) {}
 };
 
+// What the pixels of one row of tiles show, of these tiles and of those in whose gutter they are.
+class ShownInRow {
+ public:
+  ShownInRow(const StoredView& view, std::span<const std::uint32_t> face, const Cells& cells, const TileGrid& grid,
+             const TileOptions& options)
+      : view_(view), face_(face), cells_(cells), grid_(grid), options_(options) {
+    for (std::uint32_t x = 0; x < view.camera.width; ++x) columns_.emplace_back(x, grid.columns, options);
+  }
+
+  [[nodiscard]] std::vector<ShownCell> operator()(std::uint32_t tile_row) const {
+    ShownCount inside, around;
+    const std::uint32_t end = std::min((tile_row + 1) * options_.tile_px, view_.camera.height);
+    for (std::uint32_t y = tile_row * options_.tile_px; y < end; ++y) {
+      const TileRange rows(y, grid_.rows, options_);
+      for (std::uint32_t x = 0; x < view_.camera.width; ++x) {
+        const std::uint32_t cell = cell_at(std::size_t{y} * view_.camera.width + x);
+        if (cell == kNoCell) continue;
+        const std::uint32_t own = tile_row * grid_.columns + x / options_.tile_px;
+        inside.add(own, cell, 1);
+        if (rows.first != rows.last || columns_[x].first != columns_[x].last) {
+          add_around(own, cell, rows, columns_[x], around);
+        }
+      }
+    }
+    for (const ShownCell& shown : around.merged()) inside.add(shown.tile, shown.cell, 0);
+    return inside.merged();
+  }
+
+ private:
+  [[nodiscard]] std::uint32_t cell_at(std::size_t pixel) const {
+    const std::uint32_t face = face_[pixel];
+    if (view_.validity[pixel] == 0 || face == kNoFace) return kNoCell;
+    if (face < cells_.cell_of_face.size()) return cells_.cell_of_face[face];
+    throw std::invalid_argument("tiles: view " + view_.name + " shows face " + std::to_string(face) +
+                                ", the mesh has " + std::to_string(cells_.cell_of_face.size()));
+  }
+
+  void add_around(std::uint32_t own, std::uint32_t cell, const TileRange& rows, const TileRange& columns,
+                  ShownCount& around) const {
+    for (std::uint32_t row = rows.first; row <= rows.last; ++row) {
+      for (std::uint32_t column = columns.first; column <= columns.last; ++column) {
+        if (const std::uint32_t tile = row * grid_.columns + column; tile != own) around.add(tile, cell, 0);
+      }
+    }
+  }
+
+  const StoredView& view_;
+  std::span<const std::uint32_t> face_;
+  const Cells& cells_;
+  const TileGrid& grid_;
+  const TileOptions& options_;
+  std::vector<TileRange> columns_;  // of each column of pixels
+};
+
 }  // namespace
 
 void check(const TileOptions& options) {
@@ -135,31 +191,15 @@ std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::
   if (options.whole_views()) return {};
   require_count(view, "face", face.size());
   require_count(view, "validity", view.validity.size());
-  const std::uint32_t width = view.camera.width;
-  const TileGrid grid(width, view.camera.height, options.tile_px);
-  ShownCount inside, around;
-  for (std::uint32_t y = 0; y < view.camera.height; ++y) {
-    const TileRange rows(y, grid.rows, options);
-    for (std::uint32_t x = 0; x < width; ++x) {
-      const std::size_t pixel = std::size_t{y} * width + x;
-      if (view.validity[pixel] == 0 || face[pixel] == kNoFace) continue;
-      if (face[pixel] >= cells.cell_of_face.size()) {
-        throw std::invalid_argument("tiles: view " + view.name + " shows face " + std::to_string(face[pixel]) +
-                                    ", the mesh has " + std::to_string(cells.cell_of_face.size()));
-      }
-      const std::uint32_t cell = cells.cell_of_face[face[pixel]];
-      const std::uint32_t own = y / options.tile_px * grid.columns + x / options.tile_px;
-      inside.add(own, cell, 1);
-      const TileRange columns(x, grid.columns, options);
-      for (std::uint32_t row = rows.first; row <= rows.last; ++row) {
-        for (std::uint32_t column = columns.first; column <= columns.last; ++column) {
-          if (const std::uint32_t tile = row * grid.columns + column; tile != own) around.add(tile, cell, 0);
-        }
-      }
-    }
+  const TileGrid grid(view.camera.width, view.camera.height, options.tile_px);
+  const ShownInRow shown_in_row(view, face, cells, grid, options);
+  std::vector<std::vector<ShownCell>> rows(grid.rows);
+  tbb::parallel_for(std::uint32_t{0}, grid.rows, [&](std::uint32_t row) { rows[row] = shown_in_row(row); });
+  ShownCount all;
+  for (const std::vector<ShownCell>& row : rows) {
+    for (const ShownCell& shown : row) all.add(shown.tile, shown.cell, shown.pixels);
   }
-  for (const ShownCell& shown : around.merged()) inside.add(shown.tile, shown.cell, 0);
-  return inside.merged();
+  return all.merged();
 }
 
 void require_shown_cells_of(const std::string& view, const Camera& camera, std::span<const ShownCell> shown,

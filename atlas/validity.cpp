@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -43,21 +43,16 @@ void for_each_row(std::uint32_t height, const Row& row) {
                     });
 }
 
-// Whether the depths of a rectangle, clipped to the image, differ so little that no two of them make an edge.
-bool without_edges(std::span<const float> depth, int width, int height, int left, int top, int right, int bottom,
-                   double depth_edge) {
-  float least = std::numeric_limits<float>::infinity();
-  float most = -least;
-  bool finite = true;
-  for (int y = std::max(top, 0); y < std::min(bottom, height); ++y) {
-    const float* row = &depth[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)];
-    for (int x = std::max(left, 0); x < std::min(right, width); ++x) {
-      finite = finite && std::isfinite(row[x]);
-      least = std::min(least, row[x]);
-      most = std::max(most, row[x]);
-    }
+// Half the width, in pixels, of each row of the disc of that radius, from the topmost row to the lowest.
+std::vector<int> half_widths(std::uint32_t radius) {
+  const int r = static_cast<int>(radius);
+  std::vector<int> widths;
+  for (int dy = -r; dy <= r; ++dy) {
+    int width = r;
+    while (width * width + dy * dy > r * r) --width;
+    widths.push_back(width);
   }
-  return finite && static_cast<double>(most - least) <= depth_edge * least;
+  return widths;
 }
 
 // The part of the validity masks that follows from depth edges alone.
@@ -67,28 +62,30 @@ class DepthEdges {
       : depth_(depth),
         width_(static_cast<int>(photograph.width)),
         height_(static_cast<int>(photograph.height)),
-        options_(options) {}
+        options_(options),
+        half_widths_(half_widths(options.edge_radius_px)) {}
 
   // 0 where no surface is.
   [[nodiscard]] std::vector<std::uint8_t> mask() const {
-    const std::vector<Shift> edge_window = search_window(options_.edge_radius_px);
-    const std::vector<std::uint8_t> usable = of_each_pixel(1, options_.edge_radius_px, [&](int x, int y) {
-      return static_cast<std::uint8_t>(std::isfinite(depth_[at(x, y)]) && !edge_at(x, y, edge_window));
+    const bool both = options_.edges == ValidityOptions::Edges::both_sides;
+    const std::vector<std::uint8_t> usable = of_each_row([&](int y, std::uint8_t* values) {
+      const std::vector<float> nearest = extremes_around(y, std::less<>());
+      const std::vector<float> farthest = both ? extremes_around(y, std::greater<>()) : std::vector<float>();
+      for (int x = 0; x < width_; ++x) {
+        const float z = depth_[at(x, y)];
+        const auto i = static_cast<std::size_t>(x);
+        const bool at_edge = is_edge(nearest[i], z) || (both && is_edge(z, farthest[i]));
+        values[x] = std::isfinite(z) && !at_edge ? 255 : 0;
+      }
     });
-    const std::vector<Shift> fade_window = search_window(options_.fade_px + 1);
-    return of_each_pixel(255, options_.edge_radius_px + options_.fade_px + 1, [&](int x, int y) {
-      return usable[at(x, y)] ? faded(x, y, usable, fade_window) : std::uint8_t{0};
-    });
+    return options_.fade_px == 0 ? usable : faded(usable);
   }
 
   // 1 where a pixel within the radius is behind this one.
   [[nodiscard]] std::vector<std::uint8_t> rim() const {
-    const std::vector<Shift> window = search_window(options_.edge_radius_px);
-    return of_each_pixel(0, options_.edge_radius_px, [&](int x, int y) {
-      const float z = depth_[at(x, y)];
-      return static_cast<std::uint8_t>(std::any_of(window.begin(), window.end(), [&](const Shift& shift) {
-        return inside(x + shift.dx, y + shift.dy) && is_edge(z, depth_[at(x + shift.dx, y + shift.dy)]);
-      }));
+    return of_each_row([&](int y, std::uint8_t* values) {
+      const std::vector<float> farthest = extremes_around(y, std::greater<>());
+      for (int x = 0; x < width_; ++x) values[x] = is_edge(depth_[at(x, y)], farthest[static_cast<std::size_t>(x)]);
     });
   }
 
@@ -98,46 +95,75 @@ class DepthEdges {
   }
   [[nodiscard]] bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < width_ && y < height_; }
 
-  // `value` of each pixel, or `otherwise` where no edge is within `reach`.
-  template <typename Value>
-  [[nodiscard]] std::vector<std::uint8_t> of_each_pixel(std::uint8_t otherwise, std::uint32_t reach,
-                                                        const Value& value) const {
-    constexpr int kBlock = 8;  // pixels a side that are looked at together first, for most have no edge near
-    const int around = static_cast<int>(reach);
+  // `fill` gets each row's number and its first value.
+  template <typename Fill>
+  [[nodiscard]] std::vector<std::uint8_t> of_each_row(const Fill& fill) const {
     std::vector<std::uint8_t> values(depth_.size());
-    for_each_row(static_cast<std::uint32_t>((height_ + kBlock - 1) / kBlock), [&](int block_row) {
-      const int top = block_row * kBlock;
-      for (int left = 0; left < width_; left += kBlock) {
-        const bool smooth = without_edges(depth_, width_, height_, left - around, top - around, left + kBlock + around,
-                                          top + kBlock + around, options_.depth_edge);
-        for (int y = top; y < std::min(top + kBlock, height_); ++y) {
-          for (int x = left; x < std::min(left + kBlock, width_); ++x) {
-            values[at(x, y)] = smooth ? otherwise : value(x, y);
-          }
+    for_each_row(static_cast<std::uint32_t>(height_), [&](int y) { fill(y, values.data() + at(0, y)); });
+    return values;
+  }
+
+  // Of each pixel of a row, the depth within the radius that comes before all others. An edge with any of them is one
+  // with this, which whole rows at a time find faster than each pixel does.
+  template <typename Before>
+  [[nodiscard]] std::vector<float> extremes_around(int y, const Before& before) const {
+    const float* middle = &depth_[at(0, y)];
+    std::vector<float> extremes(middle, middle + width_);
+    const int radius = static_cast<int>(options_.edge_radius_px);
+    for (int dy = -radius; dy <= radius; ++dy) {
+      if (y + dy < 0 || y + dy >= height_) continue;
+      const float* row = &depth_[at(0, y + dy)];
+      const int half = half_widths_[static_cast<std::size_t>(dy + radius)];
+      for (int dx = -half; dx <= half; ++dx) {
+        float* extreme = extremes.data();
+        const int end = width_ - std::max(dx, 0);
+        for (int x = std::max(-dx, 0); x < end; ++x) {
+          extreme[x] = before(row[x + dx], extreme[x]) ? row[x + dx] : extreme[x];
         }
       }
-    });
-    return values;
+    }
+    return extremes;
   }
 
   [[nodiscard]] bool is_edge(float nearer, float farther) const {
     return static_cast<double>(farther - nearer) > options_.depth_edge * nearer;
   }
 
-  // Whether a pixel in the window makes an edge, and this one is on a side of it that counts.
-  [[nodiscard]] bool edge_at(int x, int y, const std::vector<Shift>& window) const {
-    const float z = depth_[at(x, y)];
-    const bool both = options_.edges == ValidityOptions::Edges::both_sides;
-    return std::any_of(window.begin(), window.end(), [&](const Shift& shift) {
-      if (!inside(x + shift.dx, y + shift.dy)) return false;
-      const float other = depth_[at(x + shift.dx, y + shift.dy)];
-      return is_edge(other, z) || (both && is_edge(z, other));
+  // The mask without a fade, 255 or 0, with one.
+  [[nodiscard]] std::vector<std::uint8_t> faded(const std::vector<std::uint8_t>& usable) const {
+    const std::vector<Shift> window = search_window(options_.fade_px + 1);
+    const int reach = static_cast<int>(options_.fade_px) + 1;
+    constexpr int kBlock = 8;  // pixels a side that are looked at together first, for most have no edge near
+    std::vector<std::uint8_t> mask(usable.size());
+    for_each_row(static_cast<std::uint32_t>((height_ + kBlock - 1) / kBlock), [&](int block_row) {
+      const int top = block_row * kBlock, bottom = std::min(top + kBlock, height_);
+      for (int left = 0; left < width_; left += kBlock) {
+        const int right = std::min(left + kBlock, width_);
+        const bool whole = all_usable(usable, left - reach, top - reach, right + reach, bottom + reach);
+        for (int y = top; y < bottom; ++y) {
+          for (int x = left; x < right; ++x) mask[at(x, y)] = whole ? 255 : faded(x, y, usable, window);
+        }
+      }
     });
+    return mask;
+  }
+
+  // In a rectangle, clipped to the image.
+  [[nodiscard]] bool all_usable(const std::vector<std::uint8_t>& usable, int left, int top, int right,
+                                int bottom) const {
+    for (int y = std::max(top, 0); y < std::min(bottom, height_); ++y) {
+      const auto row = usable.begin() + static_cast<std::ptrdiff_t>(at(0, y));
+      if (std::find(row + std::max(left, 0), row + std::min(right, width_), 0) != row + std::min(right, width_)) {
+        return false;
+      }
+    }
+    return true;
   }
 
   // Rises with the distance from unusable pixels; where near sides are whole, from those that are not behind an edge.
   [[nodiscard]] std::uint8_t faded(int x, int y, const std::vector<std::uint8_t>& usable,
                                    const std::vector<Shift>& window) const {
+    if (!usable[at(x, y)]) return 0;
     const float z = depth_[at(x, y)];
     const bool both = options_.edges == ValidityOptions::Edges::both_sides;
     const auto nearest = std::find_if(window.begin(), window.end(), [&](const Shift& shift) {
@@ -153,6 +179,7 @@ class DepthEdges {
   int width_;
   int height_;
   const ValidityOptions& options_;
+  std::vector<int> half_widths_;
 };
 
 // 1 for pixels of which undistortion knows a colour: the lens shows something there.
@@ -195,9 +222,17 @@ std::vector<std::uint8_t> rising_to(int limit) {
   return mask;
 }
 
+std::vector<std::uint8_t> rising_at_once(const std::vector<std::uint8_t>& usable) {
+  std::vector<std::uint8_t> mask(usable.size());
+  std::transform(usable.begin(), usable.end(), mask.begin(),
+                 [](std::uint8_t is_usable) { return static_cast<std::uint8_t>(is_usable ? 255 : 0); });
+  return mask;
+}
+
 // The mask of usable pixels, which rises from their border inwards over the length of the fade.
 std::vector<std::uint8_t> faded(const std::vector<std::uint8_t>& usable, const Photograph& photograph,
                                 std::uint32_t fade_px) {
+  if (fade_px == 0) return rising_at_once(usable);
   const int width = static_cast<int>(photograph.width);
   // A pixel next to an unusable one is at distance 1 and gets the first step of the fade.
   const int limit = static_cast<int>(fade_px) + 1;
