@@ -23,38 +23,52 @@ constexpr std::uint32_t kFewestRatioPoints = 20;
 
 constexpr Requirement median_colors_requires{"median colours"};
 
-struct Observation {
-  std::uint32_t slot;
-  glm::dvec3 image;  // position, and z
+// Where a point falls into an image, and at what z.
+struct Projection {
+  glm::dvec2 image;
+  double z;
 };
 
-// Where the view's image has the point, and at what z; nothing outside of it or behind the camera.
-std::optional<glm::dvec3> image_in(const ComparedView& view, const glm::dvec3& position) {
-  const Camera& camera = view.camera;
+// Nothing outside of the image or behind the camera.
+std::optional<Projection> projection(const Camera& camera, const glm::dvec3& position) {
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
   const glm::dvec2 image = camera.image_from_cam(cam);
   if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
-  return glm::dvec3(image, cam.z);
+  return Projection{image, cam.z};
 }
 
-std::size_t pixel_at(const StoredView& view, const glm::dvec3& image) {
+struct Sighting {
+  std::uint32_t slot;
+  Projection at;    // by the pose that is believed now, where the colour is
+  Projection made;  // by the one that depth and validity were made with
+};
+
+std::optional<Sighting> sighting(std::uint32_t slot, const ComparedView& view, const glm::dvec3& position) {
+  const std::optional<Projection> at = projection(view.camera, position);
+  if (!at) return std::nullopt;
+  const std::optional<Projection> made = projection(view.view->camera, position);
+  if (!made) return std::nullopt;
+  return Sighting{slot, *at, *made};
+}
+
+std::size_t pixel_at(const StoredView& view, const glm::dvec2& image) {
   return static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
 }
 
 // Neither occluded nor masked.
-bool shows_well(const StoredView& view, const glm::dvec3& image) {
-  const std::size_t pixel = pixel_at(view, image);
+bool shows_well(const StoredView& view, const Projection& made) {
+  const std::size_t pixel = pixel_at(view, made.image);
   return view.validity[pixel] >= kLeastValidity &&
-         !(image.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance));
+         !(made.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance));
 }
 
 // See Pyramid::prefetch().
-void prefetch(const ComparedView& other, const glm::dvec3& image) {
-  const std::size_t pixel = pixel_at(*other.view, image);
+void prefetch(const ComparedView& other, const Sighting& seen) {
+  const std::size_t pixel = pixel_at(*other.view, seen.made.image);
   __builtin_prefetch(&other.view->validity[pixel]);
   __builtin_prefetch(&other.view->depth[pixel]);
-  other.pyramid.prefetch(0, glm::dvec2(image));
+  other.pyramid.prefetch(0, seen.at.image);
 }
 
 // The level of a view's pyramid whose pixels are about as large on the surface as `pixel_size`.
@@ -102,7 +116,7 @@ class ViewComparison {
 
   [[nodiscard]] PointColors at(const SurfaceSample& sample) const {
     PointColors result;
-    const std::vector<Observation> seen = observations(sample);
+    const std::vector<Sighting> seen = observations(sample);
     if (seen.empty()) return result;
     const double z = camera_.cam_from_world(sample.position).z;
     std::vector<glm::dvec3> colors(seen.size());
@@ -110,14 +124,13 @@ class ViewComparison {
     for (std::uint32_t level = 0; level < photograph_.levels(); ++level) {
       if (!needed_[level] && level != ratio_level()) continue;
       const double pixel_size = z / camera_.fx * static_cast<double>(1u << level);
-      for (const Observation& at : seen) {
+      for (const Sighting& at : seen) {
         const ComparedView& other = *views_[at.slot];
-        other.pyramid.prefetch(matching_level(other, at.image.z, pixel_size), glm::dvec2(at.image));
+        other.pyramid.prefetch(matching_level(other, at.at.z, pixel_size), at.at.image);
       }
       for (std::size_t i = 0; i < seen.size(); ++i) {
         const ComparedView& other = *views_[seen[i].slot];
-        const glm::dvec3 raw =
-            other.pyramid.color(matching_level(other, seen[i].image.z, pixel_size), glm::dvec2(seen[i].image));
+        const glm::dvec3 raw = other.pyramid.color(matching_level(other, seen[i].at.z, pixel_size), seen[i].at.image);
         colors[i] = other.gain * raw;
         if (level == ratio_level()) add_ratio(result, seen[i].slot, raw, photograph_.color(level, sample.image));
       }
@@ -130,19 +143,19 @@ class ViewComparison {
   // Blurred enough that a pixel of misalignment does not matter.
   [[nodiscard]] std::uint32_t ratio_level() const { return std::min(2u, photograph_.levels() - 1); }
 
-  [[nodiscard]] std::vector<Observation> observations(const SurfaceSample& sample) const {
-    std::vector<Observation> seen;
+  [[nodiscard]] std::vector<Sighting> observations(const SurfaceSample& sample) const {
+    std::vector<Sighting> seen;
     const std::uint32_t cell = atlas_.surface().cells.cell_of_face[sample.face];
     for (const std::uint32_t slot : atlas_.references(cell)) {
       if (slot == except_ || !views_[slot]) continue;
-      const std::optional<glm::dvec3> image = image_in(*views_[slot], sample.position);
-      if (!image) continue;
-      prefetch(*views_[slot], *image);
-      seen.push_back({slot, *image});
+      const std::optional<Sighting> at = sighting(slot, *views_[slot], sample.position);
+      if (!at) continue;
+      prefetch(*views_[slot], *at);
+      seen.push_back(*at);
     }
-    std::erase_if(seen, [&](const Observation& at) {
+    std::erase_if(seen, [&](const Sighting& at) {
       const ComparedView& other = *views_[at.slot];
-      return !shows_well(*other.view, at.image) || !is_informative(other.pyramid.color(0, glm::dvec2(at.image)));
+      return !shows_well(*other.view, at.made) || !is_informative(other.pyramid.color(0, at.at.image));
     });
     return seen;
   }
@@ -185,8 +198,9 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 }  // namespace
 
 std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position) {
-  const std::optional<glm::dvec3> image = image_in(view, position);
-  return image && shows_well(*view.view, *image) ? image : std::nullopt;
+  const std::optional<Sighting> seen = sighting(0, view, position);
+  if (!seen || !shows_well(*view.view, seen->made)) return std::nullopt;
+  return glm::dvec3(seen->at.image, seen->at.z);
 }
 
 std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position, double pixel_size) {

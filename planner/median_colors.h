@@ -24,8 +24,8 @@ struct ComparedView {
   glm::dvec3 gain{1.0};
 };
 
-// Where the view shows the point, in pixels, and at what z; nothing where it does not see the point well (occluded,
-// masked).
+// Where the view shows the point by its refined pose, in pixels, and at what z; nothing where it does not see the point
+// well (occluded, masked), which is looked up by the pose that its depth was made with.
 [[nodiscard]] std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position);
 
 // Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well

@@ -14,6 +14,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
+#include "planner/nearby_sight.h"
 #include "planner/photometry.h"
 #include "planner/surface_samples.h"
 
@@ -92,11 +93,16 @@ std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face, std::span
   return runs;
 }
 
+// What each pixel of a view shows, of so many.
+std::vector<std::uint32_t> faces_of(std::span<const SeenFaces> runs, std::size_t pixels) {
+  std::vector<std::uint32_t> faces;
+  faces.reserve(pixels);
+  for (const SeenFaces& run : runs) faces.insert(faces.end(), run.pixels, run.face);
+  return faces;
+}
+
 VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces> runs) {
-  VisibilityBuffer visible{view.camera.width, view.camera.height, view.depth, {}};
-  visible.face.reserve(view.depth.size());
-  for (const SeenFaces& run : runs) visible.face.insert(visible.face.end(), run.pixels, run.face);
-  return visible;
+  return {view.camera.width, view.camera.height, view.depth, faces_of(runs, view.depth.size())};
 }
 
 // One of kBriefShare. Samples come in pairs of a steep and a central one, mostly: now the one is taken, now the other.
@@ -182,10 +188,27 @@ Refinement Refiner::look_at(const Camera& camera, const Pyramid& photograph, std
   return says_enough(brief) ? brief : compare(camera, camera, photograph, samples, slot);
 }
 
+// The image in which points of a photograph are chosen.
+Camera Refiner::sampling_camera(const Camera& camera) const {
+  return camera.shrunk_to(sampling_px(std::max(camera.width, camera.height), options_.sample_px));
+}
+
 std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {
-  const std::uint32_t sample_px = sampling_px(std::max(camera.width, camera.height), options_.sample_px);
-  const VisibilityBuffer visible = visibility_->trace(camera.shrunk_to(sample_px));
-  return choose_surface_samples(camera, photograph, visible, options_.samples);
+  return choose_surface_samples(camera, photograph, visibility_->trace(sampling_camera(camera)), options_.samples);
+}
+
+std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
+  const ComparedView& view = *views_[slot];
+  return choose_surface_samples(view.camera, view.pyramid, sight_of(slot, sampling_camera(view.camera)),
+                                options_.samples);
+}
+
+// What the stored view's camera, in another size, sees: of the depth that the view has, where that is known well
+// enough.
+VisibilityBuffer Refiner::sight_of(std::uint32_t slot, const Camera& camera) const {
+  const StoredView& view = *views_[slot]->view;
+  if (seen_[slot].empty()) return visibility_->trace(camera);
+  return seen_nearby(view, faces_of(seen_[slot], view.depth.size()), camera);
 }
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
@@ -322,7 +345,7 @@ void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
   const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
   std::vector<std::uint8_t> trust =
-      trust_mask(camera, view.pyramid, view.gain, visibility_->trace(camera.shrunk_to(options_.trust.grid_px)), atlas_,
+      trust_mask(camera, view.pyramid, view.gain, sight_of(slot, camera.shrunk_to(options_.trust.grid_px)), atlas_,
                  views_, slot, options_.trust);
   if (trust != view.view->trust) replace(slot, std::move(trust), validity);
 }
@@ -356,7 +379,7 @@ void Refiner::choose_samples(std::uint32_t slot) {
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   if (samples_[slot] && same_pose(samples_[slot]->camera, camera)) return;
-  samples_[slot] = ChosenSamples{camera, samples_of(camera, view.pyramid)};
+  samples_[slot] = ChosenSamples{camera, samples_of(slot)};
 }
 
 Refinement Refiner::compare_again(std::uint32_t slot) {
@@ -401,7 +424,7 @@ std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
     may_interrupt(options_.interruption_point);
     const Camera& camera = views_[slot]->camera;
     const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
-    samples[slot] = chosen ? samples_[slot]->samples : samples_of(camera, views_[slot]->pyramid);
+    samples[slot] = chosen ? samples_[slot]->samples : samples_of(static_cast<std::uint32_t>(slot));
   });
   return samples;
 }

@@ -30,9 +30,9 @@ inline constexpr std::uint32_t kComparisonsToRest = 16;
 inline constexpr std::size_t kBriefShare = 4;  // one of so many points
 
 // A stored view that is found elsewhere is compared there from then on; but its depth is made again, and the atlas
-// told, only where that moves its picture by so many pixels, or by settle(). Making depth is most of what moving a view
-// costs, and what is that close behind an edge of depth is not looked at anyway (ValidityOptions::edge_radius_px).
-inline constexpr double kDepthStandsPx = 1;
+// told, only where that moves its picture by so many pixels, or by settle(), for making depth is most of what moving a
+// view costs. Until then its depth and mask are looked up by the pose that they were made with.
+inline constexpr double kDepthStandsPx = 2;
 
 struct RefinementOptions {
   TrustOptions trust;
@@ -141,10 +141,10 @@ class Refiner {
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
   // photographs without what is wrong with their lens, which `corrected` makes from the originals; depth and masks
-  // follow, see kDepthStandsPx. What these views have moved as a whole is taken back. Throws std::invalid_argument, and
-  // changes nothing, unless there is a camera for each slot, those of stored views of the photographs' sizes, and
-  // unless each slot of a lens holds a view; what `corrected` throws; and std::invalid_argument if it gives a
-  // photograph of another size.
+  // follow, see kDepthStandsPx. What these views have moved as a whole is taken back. Throws
+  // std::invalid_argument, and changes nothing, unless there is a camera for each slot, those of stored views of the
+  // photographs' sizes, and unless each slot of a lens holds a view; what `corrected` throws; and std::invalid_argument
+  // if it gives a photograph of another size.
   void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
                       const ValidityOptions& validity);
 
@@ -157,7 +157,10 @@ class Refiner {
   // Exposures alone are cheap, and never rest.
   [[nodiscard]] bool may_be_brief() const { return at_rest() && options_.alignment.pose; }
   [[nodiscard]] bool says_enough(const Refinement& brief) const;
+  [[nodiscard]] Camera sampling_camera(const Camera& camera) const;
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
+  [[nodiscard]] std::vector<SurfaceSample> samples_of(std::uint32_t slot) const;
+  [[nodiscard]] VisibilityBuffer sight_of(std::uint32_t slot, const Camera& camera) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
@@ -185,7 +188,7 @@ class Refiner {
     std::vector<SurfaceSample> samples;
   };
   std::vector<std::optional<ChosenSamples>> samples_;  // by slot, once it was compared again
-  // By slot, what the stored view sees, so that a mask can be made without asking again; empty: not known.
+  // By slot, what the stored view sees, so that nobody need ask again; empty: not known.
   std::vector<std::vector<SeenFaces>> seen_;
   std::vector<Camera> given_;               // by slot
   std::vector<std::uint32_t> neighbours_;   // by slot: how many views it was compared with

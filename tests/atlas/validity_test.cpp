@@ -204,6 +204,18 @@ struct Definition {
     return false;
   }
 
+  // Whether a pixel within the radius is behind this one.
+  [[nodiscard]] bool at_rim(int x, int y) const {
+    const int radius = static_cast<int>(options.edge_radius_px);
+    for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) {
+      for (int u = std::max(0, x - radius); u <= std::min(width - 1, x + radius); ++u) {
+        const bool in_disc = (u - x) * (u - x) + (v - y) * (v - y) <= radius * radius;
+        if (in_disc && before(depth[at(x, y)], depth[at(u, v)])) return true;
+      }
+    }
+    return false;
+  }
+
   // Whether the pixel of depth z fades towards this one.
   [[nodiscard]] bool fades(float z, int x, int y) const {
     if (!in_lens(x, y)) return true;
@@ -235,7 +247,17 @@ std::vector<std::uint8_t> mask_by_definition(const Photograph& photograph, const
   return mask;
 }
 
-TEST_CASE("masks of random depth images are those of the definition") {
+std::vector<std::uint8_t> rim_by_definition(const Photograph& photograph, const std::vector<float>& depth,
+                                            const ValidityOptions& options) {
+  const Definition definition{photograph, depth, options};
+  std::vector<std::uint8_t> rim;
+  for (int y = 0; y < definition.height; ++y) {
+    for (int x = 0; x < definition.width; ++x) rim.push_back(definition.at_rim(x, y));
+  }
+  return rim;
+}
+
+TEST_CASE("masks and rims of random depth images are those of the definition") {
   const unsigned seed = GENERATE(range(1u, 25u));
   std::mt19937 random(seed);
   const auto below = [&](std::uint32_t n) { return static_cast<std::uint32_t>(random() % n); };
@@ -257,6 +279,9 @@ TEST_CASE("masks of random depth images are those of the definition") {
   CAPTURE(seed, slope, photograph.width, photograph.height, options.depth_edge, options.edge_radius_px, options.fade_px,
           options.edges);
   CHECK(validity_mask(photograph, depth, kAllTrusted, options) == mask_by_definition(photograph, depth, options));
+  if (options.edges == Edges::far_side) {
+    CHECK(rim_pixels(photograph, depth, options) == rim_by_definition(photograph, depth, options));
+  }
 }
 
 TEST_CASE("a contradicted pixel keeps the least validity, rather than none") {

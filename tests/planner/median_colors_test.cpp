@@ -245,6 +245,25 @@ TEST_CASE("what a view shows of a point before it, behind something, beside its 
   CHECK_FALSE(color_in_view(view, {0.25, 0, 2}, 2.0 / 120));  // on the panel's edge
 }
 
+TEST_CASE("a view that was found elsewhere shows its colours there, and what hides them where its depth was made") {
+  const auto surface = wall_and_panel();
+  const Camera made = forward_camera(120, 120);
+  Photograph columns = flat_photograph(made, 0);
+  for (std::size_t i = 0; i < columns.rgb.size(); ++i) {
+    columns.rgb[i] = static_cast<std::uint8_t>(30 + i / 3 % made.width);
+  }
+  const auto stored = std::make_shared<const StoredView>(traced_view(*surface, "columns", made, columns));
+  const Camera found = forward_camera(120, 120, {0.1, 0, 0});  // 3 pixels away for the wall, 6 for the panel
+  const ComparedView view{stored, found, Pyramid(stored->photograph), glm::dvec3(1.0)};
+  // The panel's edge is at column 75 of the stored depth. This is 3.6 columns beside it there, and at 75.6 by `found`.
+  const std::optional<glm::dvec3> beside = color_in_view(view, {0.62, 0.03, 4}, 4.0 / 120);
+  REQUIRE(beside);
+  CHECK(beside->g == Approx(view.pyramid.color(0, {75.6, 60.9}).g).epsilon(1e-9));
+  CHECK_FALSE(color_in_view(view, {0.45, 0.03, 4}, 4.0 / 120));
+  // Hidden where depth was made, although `found` would see it beside the panel's left edge.
+  CHECK_FALSE(color_in_view(view, {-0.49, 0.03, 4}, 4.0 / 120));
+}
+
 TEST_CASE("a coarse comparison reads a coarse level") {
   const auto surface = wall_and_panel();
   const Camera camera = forward_camera(160, 160);

@@ -34,8 +34,10 @@ void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage
 
 // Of all views together.
 constexpr std::size_t kPointsTogether = 60000;
-// Each estimate is exact to first order only, and is made of photographs that the ones before have corrected.
+// Each estimate is exact to first order only, and is made of photographs that the ones before have corrected. So the
+// first one that finds something need not be of all points.
 constexpr int kLensRounds = 3;
+constexpr std::size_t kPointsAtFirst = 20000;
 
 // More polishing between the corrections of lenses would move poses to where they hide what a lens gets wrong. Returns
 // whether the last round has corrected any, and with them the poses.
@@ -46,12 +48,14 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
     stage.tick();
     return false;
   }
-  bool corrected = true;
-  for (int round = 0; round < kLensRounds && corrected; ++round) {
+  bool corrected = lenses.correct(kPointsAtFirst) || lenses.correct(kPointsTogether);
+  stage.tick();
+  for (int round = 1; round < kLensRounds && corrected; ++round) {
+    polish_once(planner, stage, result);
     corrected = lenses.correct(kPointsTogether);
     stage.tick();
-    if (corrected) polish_once(planner, stage, result);
   }
+  if (corrected) polish_once(planner, stage, result);
   return corrected;
 }
 
