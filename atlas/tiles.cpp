@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -86,12 +87,12 @@ class ShownInRow {
     for (std::uint32_t y = tile_row * options_.tile_px; y < end; ++y) {
       const TileRange rows(y, grid_.rows, options_);
       for (std::uint32_t x = 0; x < view_.camera.width; ++x) {
-        const std::uint32_t cell = cell_at(std::size_t{y} * view_.camera.width + x);
-        if (cell == kNoCell) continue;
+        const std::optional<std::uint32_t> cell = cell_at(std::size_t{y} * view_.camera.width + x);
+        if (!cell) continue;
         const std::uint32_t own = tile_row * grid_.columns + x / options_.tile_px;
-        inside.add(own, cell, 1);
+        inside.add(own, *cell, 1);
         if (rows.first != rows.last || columns_[x].first != columns_[x].last) {
-          add_around(own, cell, rows, columns_[x], around);
+          add_around(own, *cell, rows, columns_[x], around);
         }
       }
     }
@@ -100,9 +101,9 @@ class ShownInRow {
   }
 
  private:
-  [[nodiscard]] std::uint32_t cell_at(std::size_t pixel) const {
+  [[nodiscard]] std::optional<std::uint32_t> cell_at(std::size_t pixel) const {
     const std::uint32_t face = face_[pixel];
-    if (view_.validity[pixel] == 0 || face == kNoFace) return kNoCell;
+    if (view_.validity[pixel] == 0 || face == kNoFace) return std::nullopt;
     if (face < cells_.cell_of_face.size()) return cells_.cell_of_face[face];
     throw std::invalid_argument("tiles: view " + view_.name + " shows face " + std::to_string(face) +
                                 ", the mesh has " + std::to_string(cells_.cell_of_face.size()));

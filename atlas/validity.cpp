@@ -21,7 +21,7 @@ struct Shift {
   double length;
 };
 
-// SW(U) of section 3.1: the disc of whole-pixel shifts, nearest first.
+// The disc of whole-pixel shifts, nearest first.
 std::vector<Shift> search_window(std::uint32_t radius) {
   std::vector<Shift> window;
   const int r = static_cast<int>(radius);
@@ -43,7 +43,7 @@ void for_each_row(std::uint32_t height, const Row& row) {
                     });
 }
 
-// Half the width, in pixels, of each row of the disc of that radius, from the topmost row to the lowest.
+// SW(U) of section 3.1, the disc of that radius: half the width, in pixels, of each of its rows, from the topmost one.
 std::vector<int> half_widths(std::uint32_t radius) {
   const int r = static_cast<int>(radius);
   std::vector<int> widths;
@@ -107,12 +107,12 @@ class DepthEdges {
   // with this, which whole rows at a time find faster than each pixel does.
   template <typename Before>
   [[nodiscard]] std::vector<float> extremes_around(int y, const Before& before) const {
-    const float* middle = &depth_[at(0, y)];
+    const float* middle = depth_.data() + at(0, y);
     std::vector<float> extremes(middle, middle + width_);
     const int radius = static_cast<int>(options_.edge_radius_px);
     for (int dy = -radius; dy <= radius; ++dy) {
       if (y + dy < 0 || y + dy >= height_) continue;
-      const float* row = &depth_[at(0, y + dy)];
+      const float* row = depth_.data() + at(0, y + dy);
       const int half = half_widths_[static_cast<std::size_t>(dy + radius)];
       for (int dx = -half; dx <= half; ++dx) {
         float* extreme = extremes.data();

@@ -39,28 +39,35 @@ std::optional<Projection> projection(const Camera& camera, const glm::dvec3& pos
 }
 
 struct Sighting {
-  std::uint32_t slot;
   Projection at;    // by the pose that is believed now, where the colour is
-  Projection made;  // by the one that depth and validity were made with
+  Projection made;  // by the one that depth and its edges were made with
 };
 
-std::optional<Sighting> sighting(std::uint32_t slot, const ComparedView& view, const glm::dvec3& position) {
+std::optional<Sighting> sighting(const ComparedView& view, const glm::dvec3& position) {
   const std::optional<Projection> at = projection(view.camera, position);
   if (!at) return std::nullopt;
   const std::optional<Projection> made = projection(view.view->camera, position);
   if (!made) return std::nullopt;
-  return Sighting{slot, *at, *made};
+  return Sighting{*at, *made};
 }
 
 std::size_t pixel_at(const StoredView& view, const glm::dvec2& image) {
   return static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
 }
 
+// What the photograph has there may be looked at: the lens shows it, and other views do not contradict it.
+bool is_usable(const StoredView& view, std::size_t pixel) {
+  return (view.photograph.valid.empty() || view.photograph.valid[pixel] != 0) &&
+         (view.trust.empty() || view.trust[pixel] >= kLeastValidity);
+}
+
 // Neither occluded nor masked.
-bool shows_well(const StoredView& view, const Projection& made) {
-  const std::size_t pixel = pixel_at(view, made.image);
-  return view.validity[pixel] >= kLeastValidity &&
-         !(made.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance));
+bool shows_well(const StoredView& view, const Sighting& seen) {
+  const std::size_t pixel = pixel_at(view, seen.made.image);
+  if (view.validity[pixel] < kLeastValidity) return false;
+  if (seen.made.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance)) return false;
+  const std::size_t shown = pixel_at(view, seen.at.image);
+  return shown == pixel || is_usable(view, shown);
 }
 
 // See Pyramid::prefetch().
@@ -92,6 +99,11 @@ glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
   return medians;
 }
 
+struct SeenBy {
+  std::uint32_t slot;
+  Sighting seen;
+};
+
 // The colours that views show at one sample of the surface.
 struct PointColors {
   std::vector<glm::vec3> medians;  // by level, of those that are needed; empty: no view shows it
@@ -116,7 +128,7 @@ class ViewComparison {
 
   [[nodiscard]] PointColors at(const SurfaceSample& sample) const {
     PointColors result;
-    const std::vector<Sighting> seen = observations(sample);
+    const std::vector<SeenBy> seen = observations(sample);
     if (seen.empty()) return result;
     const double z = camera_.cam_from_world(sample.position).z;
     std::vector<glm::dvec3> colors(seen.size());
@@ -124,13 +136,14 @@ class ViewComparison {
     for (std::uint32_t level = 0; level < photograph_.levels(); ++level) {
       if (!needed_[level] && level != ratio_level()) continue;
       const double pixel_size = z / camera_.fx * static_cast<double>(1u << level);
-      for (const Sighting& at : seen) {
-        const ComparedView& other = *views_[at.slot];
-        other.pyramid.prefetch(matching_level(other, at.at.z, pixel_size), at.at.image);
+      for (const SeenBy& by : seen) {
+        const ComparedView& other = *views_[by.slot];
+        other.pyramid.prefetch(matching_level(other, by.seen.at.z, pixel_size), by.seen.at.image);
       }
       for (std::size_t i = 0; i < seen.size(); ++i) {
         const ComparedView& other = *views_[seen[i].slot];
-        const glm::dvec3 raw = other.pyramid.color(matching_level(other, seen[i].at.z, pixel_size), seen[i].at.image);
+        const glm::dvec3 raw =
+            other.pyramid.color(matching_level(other, seen[i].seen.at.z, pixel_size), seen[i].seen.at.image);
         colors[i] = other.gain * raw;
         if (level == ratio_level()) add_ratio(result, seen[i].slot, raw, photograph_.color(level, sample.image));
       }
@@ -143,19 +156,19 @@ class ViewComparison {
   // Blurred enough that a pixel of misalignment does not matter.
   [[nodiscard]] std::uint32_t ratio_level() const { return std::min(2u, photograph_.levels() - 1); }
 
-  [[nodiscard]] std::vector<Sighting> observations(const SurfaceSample& sample) const {
-    std::vector<Sighting> seen;
+  [[nodiscard]] std::vector<SeenBy> observations(const SurfaceSample& sample) const {
+    std::vector<SeenBy> seen;
     const std::uint32_t cell = atlas_.surface().cells.cell_of_face[sample.face];
     for (const std::uint32_t slot : atlas_.references(cell)) {
       if (slot == except_ || !views_[slot]) continue;
-      const std::optional<Sighting> at = sighting(slot, *views_[slot], sample.position);
+      const std::optional<Sighting> at = sighting(*views_[slot], sample.position);
       if (!at) continue;
       prefetch(*views_[slot], *at);
-      seen.push_back(*at);
+      seen.push_back({slot, *at});
     }
-    std::erase_if(seen, [&](const Sighting& at) {
-      const ComparedView& other = *views_[at.slot];
-      return !shows_well(*other.view, at.made) || !is_informative(other.pyramid.color(0, at.at.image));
+    std::erase_if(seen, [&](const SeenBy& by) {
+      const ComparedView& other = *views_[by.slot];
+      return !shows_well(*other.view, by.seen) || !is_informative(other.pyramid.color(0, by.seen.at.image));
     });
     return seen;
   }
@@ -198,8 +211,8 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
 }  // namespace
 
 std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position) {
-  const std::optional<Sighting> seen = sighting(0, view, position);
-  if (!seen || !shows_well(*view.view, seen->made)) return std::nullopt;
+  const std::optional<Sighting> seen = sighting(view, position);
+  if (!seen || !shows_well(*view.view, *seen)) return std::nullopt;
   return glm::dvec3(seen->at.image, seen->at.z);
 }
 

@@ -25,7 +25,7 @@ struct ComparedView {
 };
 
 // Where the view shows the point by its refined pose, in pixels, and at what z; nothing where it does not see the point
-// well (occluded, masked), which is looked up by the pose that its depth was made with.
+// well: occluded or beside an edge of depth, by the pose that its depth was made with, or masked.
 [[nodiscard]] std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position);
 
 // Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well

@@ -11,16 +11,13 @@
 #include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
-
-#include "mesh/base/requirement.h"
+#include <utility>
 
 namespace lumatlas {
 
 namespace {
 
 constexpr float kSmooth = 0.05f;  // of the nearer depth: neighbours that differ by no more show one surface
-
-constexpr Requirement nearby_sight_requires{"nearby sight"};
 
 // Depth of a view's image between its pixels' centres.
 class DepthImage {
@@ -62,9 +59,8 @@ class DepthImage {
 
 }  // namespace
 
-VisibilityBuffer seen_nearby(const StoredView& view, std::span<const std::uint32_t> face, const Camera& camera) {
+VisibilityBuffer seen_nearby(const StoredView& view, const FaceLookup& faces, const Camera& camera) {
   check(camera);
-  nearby_sight_requires.has_size(face.size(), view.depth.size(), "face", "the number of the view's pixels");
   VisibilityBuffer seen{camera.width, camera.height, {}, {}};
   seen.depth.assign(std::size_t{camera.width} * camera.height, std::numeric_limits<float>::infinity());
   seen.face.assign(seen.depth.size(), kNoFace);
@@ -86,7 +82,7 @@ VisibilityBuffer seen_nearby(const StoredView& view, std::span<const std::uint32
       if (!std::isfinite(depth)) continue;
       const std::size_t index = std::size_t{y} * camera.width + x;
       seen.depth[index] = guess * static_cast<float>(depth / cam.z);
-      seen.face[index] = face[*own];
+      seen.face[index] = faces.at(*own);
     }
   });
   return seen;

@@ -80,29 +80,8 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
   return most;
 }
 
-std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face, std::span<const std::uint32_t> cell_of_face) {
-  std::vector<SeenFaces> runs;
-  std::optional<std::uint32_t> cell;
-  for (const std::uint32_t seen : face) {
-    const std::uint32_t next = seen < cell_of_face.size() ? cell_of_face[seen] : kNoCell;
-    if (next != cell) runs.push_back({seen, 0});
-    cell = next;
-    ++runs.back().pixels;
-  }
-  runs.shrink_to_fit();
-  return runs;
-}
-
-// What each pixel of a view shows, of so many.
-std::vector<std::uint32_t> faces_of(std::span<const SeenFaces> runs, std::size_t pixels) {
-  std::vector<std::uint32_t> faces;
-  faces.reserve(pixels);
-  for (const SeenFaces& run : runs) faces.insert(faces.end(), run.pixels, run.face);
-  return faces;
-}
-
 VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces> runs) {
-  return {view.camera.width, view.camera.height, view.depth, faces_of(runs, view.depth.size())};
+  return {view.camera.width, view.camera.height, view.depth, faces_of(runs)};
 }
 
 // One of kBriefShare. Samples come in pairs of a steep and a central one, mostly: now the one is taken, now the other.
@@ -203,12 +182,12 @@ std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
                                 options_.samples);
 }
 
-// What the stored view's camera, in another size, sees: of the depth that the view has, where that is known well
-// enough.
+// What the stored view's camera, in another size, sees: from the view's depth if it is known which faces that shows,
+// else by rays.
 VisibilityBuffer Refiner::sight_of(std::uint32_t slot, const Camera& camera) const {
   const StoredView& view = *views_[slot]->view;
   if (seen_[slot].empty()) return visibility_->trace(camera);
-  return seen_nearby(view, faces_of(seen_[slot], view.depth.size()), camera);
+  return seen_nearby(view, FaceLookup(seen_[slot], view.camera.width, view.camera.height), camera);
 }
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,

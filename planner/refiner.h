@@ -19,6 +19,7 @@
 #include "planner/lens_estimate.h"
 #include "planner/median_colors.h"
 #include "planner/pose_estimate.h"
+#include "planner/seen_faces.h"
 #include "planner/trust.h"
 
 namespace lumatlas {
@@ -31,7 +32,7 @@ inline constexpr std::size_t kBriefShare = 4;  // one of so many points
 
 // A stored view that is found elsewhere is compared there from then on; but its depth is made again, and the atlas
 // told, only where that moves its picture by so many pixels, or by settle(), for making depth is most of what moving a
-// view costs. Until then its depth and mask are looked up by the pose that they were made with.
+// view costs. Until then what hides a point is looked up by the pose that depth was made with.
 inline constexpr double kDepthStandsPx = 2;
 
 struct RefinementOptions {
@@ -82,12 +83,6 @@ struct PolishStep {
   // How far the views are from their given poses, before what the set has moved as a whole is taken back; 0: all are
   // where they were given.
   double moved_px = 0;
-};
-
-// So many neighbouring pixels, row by row, that show the same cell, and a face of it; or kNoFace.
-struct SeenFaces {
-  std::uint32_t face;
-  std::uint32_t pixels;
 };
 
 // Gives the photograph of a stored view, by slot and name, as the corrected lens would have taken it.

@@ -73,7 +73,7 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_
     const Camera& camera = atlas_.view(slot)->camera;
     const std::array<glm::dvec3, 4> normals = inward_normals(camera);
     const std::span<const CellPart> seen = ledger_.parts(slot);
-    // Cells were counted at the given pose, the depth is that of the refined one: either may have changed.
+    // Cells were counted at the given pose, depth was made at a refined one: either may have changed.
     if (std::any_of(seen.begin(), seen.end(), [&](const CellPart& entry) { return stays[entry.cell] == 0; }) ||
         std::any_of(spheres.begin(), spheres.end(),
                     [&](const Sphere& sphere) { return may_show(camera, normals, sphere); })) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "planner/nearby_sight.h"
 
-#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstddef>
@@ -41,6 +40,12 @@ StoredView flat_view(const Camera& camera, const VisibilityBuffer& visible) {
   return make_stored_view("view", camera, std::move(photograph), visible, {});
 }
 
+VisibilityBuffer seen_from(const Camera& stored, const VisibilityBuffer& visible, const Cells& cells,
+                           const Camera& camera) {
+  const std::vector<SeenFaces> runs = seen_faces(visible.face, cells.cell_of_face);
+  return seen_nearby(flat_view(stored, visible), FaceLookup(runs, stored.width, stored.height), camera);
+}
+
 TEST_CASE("what a stored view sees in another size is what rays find", "[nearby sight]") {
   const Relief relief;
   const Camera camera = camera_on_arc(12);
@@ -48,7 +53,7 @@ TEST_CASE("what a stored view sees in another size is what rays find", "[nearby 
   for (const std::uint32_t side : {240u, 171u, 90u, 7u}) {
     CAPTURE(side);
     const Camera small = camera.shrunk_to(side);
-    const VisibilityBuffer seen = seen_nearby(flat_view(camera, visible), visible.face, small);
+    const VisibilityBuffer seen = seen_from(camera, visible, relief.surface->cells, small);
     CHECK(seen.width == small.width);
     CHECK(seen.height == small.height);
     const Agreement agreement = with_rays(seen, relief.visibility->trace(small), relief.surface->cells);
@@ -65,9 +70,9 @@ TEST_CASE("what a camera some pixels away sees is what rays find, but for the im
   for (const std::uint32_t seed : {1u, 2u, 3u}) {
     CAPTURE(seed);
     const Camera near = disturbed(camera, 4, seed, relief.points(camera, 8, 6)).shrunk_to(171);
-    const VisibilityBuffer seen = seen_nearby(flat_view(camera, visible), visible.face, near);
+    const VisibilityBuffer seen = seen_from(camera, visible, relief.surface->cells, near);
     const Agreement agreement = with_rays(seen, relief.visibility->trace(near), relief.surface->cells);
-    CHECK(agreement.found > 0.92);  // up to 4 of 120 rows and of 171 columns are beyond the view's picture
+    CHECK(agreement.found > 0.92);  // up to 3 of 128 rows and of 171 columns are beyond the view's picture
     CHECK(agreement.same_depth > 0.985 * agreement.found);
     CHECK(agreement.same_cell > 0.93 * agreement.found);
   }
@@ -77,9 +82,8 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
   const auto surface = wall_and_panel();
   const Camera camera = forward_camera(120, 120);
   const VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
-  const StoredView view = flat_view(camera, visible);
   std::size_t on_panel = 0, on_wall = 0, beside = 0, between = 0;
-  const VisibilityBuffer seen = seen_nearby(view, visible.face, forward_camera(97, 97, {0.05, -0.03, 0}));
+  const VisibilityBuffer seen = seen_from(camera, visible, surface->cells, forward_camera(97, 97, {0.05, -0.03, 0}));
   for (std::size_t pixel = 0; pixel < seen.depth.size(); ++pixel) {
     const float z = seen.depth[pixel];
     if (!std::isfinite(z)) {
@@ -101,13 +105,20 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
   CHECK(between == 0);
 }
 
-TEST_CASE("faces of another number than the view's pixels are refused", "[nearby sight]") {
-  const auto surface = wall_and_panel();
-  const Camera camera = forward_camera(8, 8);
-  const VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
-  const std::vector<std::uint32_t> fewer(63, 0);
-  CHECK_THROWS_WITH(seen_nearby(flat_view(camera, visible), fewer, camera),
-                    "nearby sight: the size of face is 63, must be the number of the view's pixels, 64");
+TEST_CASE("a view's faces by runs are those of its pixels, but for others of the same cell", "[nearby sight]") {
+  const std::vector<std::uint32_t> cell_of_face = {0, 0, 1, 1, 2};
+  const std::vector<std::uint32_t> face = {0, 1, 2, kNoFace, kNoFace, kNoFace, kNoFace, kNoFace, 4, 4, 3, 0};
+  const std::vector<std::uint32_t> of_cells = {0, 0, 2, kNoFace, kNoFace, kNoFace, kNoFace, kNoFace, 4, 4, 3, 0};
+  const std::vector<SeenFaces> runs = seen_faces(face, cell_of_face);
+  CHECK(runs.size() == 6);
+  CHECK(faces_of(runs) == of_cells);
+  for (const std::uint32_t width : {1u, 2u, 3u, 4u, 12u}) {
+    CAPTURE(width);
+    const FaceLookup lookup(runs, width, 12 / width);
+    for (std::size_t pixel = 0; pixel < face.size(); ++pixel) CHECK(lookup.at(pixel) == of_cells[pixel]);
+  }
+  CHECK_THROWS_WITH(FaceLookup(runs, 11, 1),
+                    "seen faces: the size of runs is 12, must be the number of the image's pixels, 11");
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/joint_refinement.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <limits>
@@ -39,6 +40,14 @@ constexpr std::size_t kPointsTogether = 60000;
 constexpr int kLensRounds = 3;
 constexpr std::size_t kPointsAtFirst = 20000;
 
+bool correct_at_first(const Planner& planner, const BuildOptions& options, LensRefinement& lenses) {
+  const auto taken = [&](std::size_t points) {
+    return std::min(points_of_each(points, planner.stored_views()), options.planner.refinement.samples);
+  };
+  if (taken(kPointsAtFirst) < taken(kPointsTogether) && lenses.correct(kPointsAtFirst)) return true;
+  return lenses.correct(kPointsTogether);
+}
+
 // More polishing between the corrections of lenses would move poses to where they hide what a lens gets wrong. Returns
 // whether the last round has corrected any, and with them the poses.
 bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
@@ -48,7 +57,7 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
     stage.tick();
     return false;
   }
-  bool corrected = lenses.correct(kPointsAtFirst) || lenses.correct(kPointsTogether);
+  bool corrected = correct_at_first(planner, options, lenses);
   stage.tick();
   for (int round = 1; round < kLensRounds && corrected; ++round) {
     polish_once(planner, stage, result);

@@ -7,7 +7,7 @@ namespace lumatlas {
 
 namespace {
 
-// Of all stored views together: half of what is taken once the stream has ended.
+// Of all stored views together: half of what all poses are solved with once the stream has ended.
 constexpr std::size_t kPointsInStream = 30000;
 constexpr int kLastRounds = 2;  // of what earlier estimates of lenses left
 

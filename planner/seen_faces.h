@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the pixels of a view show, in a hundredth of the memory of a face for each.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace lumatlas {
+
+// So many neighbouring pixels, row by row, that show the same cell, and a face of it; or kNoFace.
+struct SeenFaces {
+  std::uint32_t face;
+  std::uint32_t pixels;
+};
+
+// `face`: what each pixel shows, as in VisibilityBuffer.
+[[nodiscard]] std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face,
+                                                std::span<const std::uint32_t> cell_of_face);
+
+// A face of the cell that each pixel shows.
+[[nodiscard]] std::vector<std::uint32_t> faces_of(std::span<const SeenFaces> runs);
+
+// Finds the face of single pixels. The runs must outlive it.
+class FaceLookup {
+ public:
+  // Throws std::invalid_argument unless the runs have as many pixels as an image of this size.
+  FaceLookup(std::span<const SeenFaces> runs, std::uint32_t width, std::uint32_t height);
+
+  // The pixel must be in the image.
+  [[nodiscard]] std::uint32_t at(std::size_t pixel) const;
+
+ private:
+  std::span<const SeenFaces> runs_;
+  std::vector<std::size_t> ends_;       // by run: the pixel after its last one
+  std::vector<std::size_t> first_run_;  // by row: of its first pixel
+  std::uint32_t width_;
+};
+
+}  // namespace lumatlas
