@@ -389,6 +389,17 @@ struct RefinerAlone {
     refiner.stored(slots.back(), f.given, refinement, ValidityOptions{});
   }
 
+  // So many, as they came, with poses wrong by `px`; cells refer to all of them.
+  std::vector<Frame> store_as_given(std::size_t count, double px) {
+    std::vector<Frame> frames;
+    for (std::size_t i = 0; i < count; ++i) {
+      frames.push_back(walk.frame(i, px, 0));
+      store(frames.back(), false);
+    }
+    refer_to_all();
+    return frames;
+  }
+
   // Nothing is compared with views that no cell refers to.
   void refer_to_all() {
     for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
@@ -403,12 +414,7 @@ struct RefinerAlone {
 
 TEST_CASE("polishing improves a store whose poses were stored as they came") {
   RefinerAlone alone(10);
-  std::vector<Frame> frames;
-  for (std::size_t i = 0; i < 10; ++i) {
-    frames.push_back(alone.walk.frame(i, 2, 0));
-    alone.store(frames.back(), false);
-  }
-  alone.refer_to_all();
+  const std::vector<Frame> frames = alone.store_as_given(10, 2);
   const auto error = [&] {
     double sum = 0;
     for (std::uint32_t slot = 0; slot < 10; ++slot) {
@@ -429,12 +435,7 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
 
 TEST_CASE("a pose that is far from the one in the store is there before that settles") {
   RefinerAlone alone(10);
-  std::vector<Frame> frames;
-  for (std::size_t i = 0; i < 10; ++i) {
-    frames.push_back(alone.walk.frame(i, 6, 0));
-    alone.store(frames.back(), false);
-  }
-  alone.refer_to_all();
+  const std::vector<Frame> frames = alone.store_as_given(10, 6);
   for (int step = 0; step < 4; ++step) (void)alone.refiner.polish(ValidityOptions{});
   std::size_t moved = 0;
   for (std::uint32_t slot = 0; slot < 10; ++slot) {
