@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the pixels of a view show, in a hundredth of the memory of a face for each.
+// What the pixels of a view show, by runs: in less memory than a face for each pixel takes.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ class FaceLookup {
   // Throws std::invalid_argument unless the runs have as many pixels as an image of this size.
   FaceLookup(std::span<const SeenFaces> runs, std::uint32_t width, std::uint32_t height);
 
-  // The pixel must be in the image.
+  // `pixel`: row * width + column, in the image. By binary search in its row.
   [[nodiscard]] std::uint32_t at(std::size_t pixel) const;
 
  private:

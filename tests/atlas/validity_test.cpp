@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 #include <span>
@@ -237,24 +238,14 @@ struct Definition {
   }
 };
 
-std::vector<std::uint8_t> mask_by_definition(const Photograph& photograph, const std::vector<float>& depth,
-                                             const ValidityOptions& options) {
-  const Definition definition{photograph, depth, options};
-  std::vector<std::uint8_t> mask;
-  for (int y = 0; y < definition.height; ++y) {
-    for (int x = 0; x < definition.width; ++x) mask.push_back(definition.value(x, y));
+// `value` of each pixel, in rows.
+std::vector<std::uint8_t> of_each_pixel(const Photograph& photograph,
+                                        const std::function<std::uint8_t(int x, int y)>& value) {
+  std::vector<std::uint8_t> values;
+  for (int y = 0; y < static_cast<int>(photograph.height); ++y) {
+    for (int x = 0; x < static_cast<int>(photograph.width); ++x) values.push_back(value(x, y));
   }
-  return mask;
-}
-
-std::vector<std::uint8_t> rim_by_definition(const Photograph& photograph, const std::vector<float>& depth,
-                                            const ValidityOptions& options) {
-  const Definition definition{photograph, depth, options};
-  std::vector<std::uint8_t> rim;
-  for (int y = 0; y < definition.height; ++y) {
-    for (int x = 0; x < definition.width; ++x) rim.push_back(definition.at_rim(x, y));
-  }
-  return rim;
+  return values;
 }
 
 TEST_CASE("masks and rims of random depth images are those of the definition") {
@@ -278,9 +269,12 @@ TEST_CASE("masks and rims of random depth images are those of the definition") {
                                 below(2) == 0 ? Edges::far_side : Edges::both_sides};
   CAPTURE(seed, slope, photograph.width, photograph.height, options.depth_edge, options.edge_radius_px, options.fade_px,
           options.edges);
-  CHECK(validity_mask(photograph, depth, kAllTrusted, options) == mask_by_definition(photograph, depth, options));
+  const Definition definition{photograph, depth, options};
+  CHECK(validity_mask(photograph, depth, kAllTrusted, options) ==
+        of_each_pixel(photograph, [&](int x, int y) { return definition.value(x, y); }));
   if (options.edges == Edges::far_side) {
-    CHECK(rim_pixels(photograph, depth, options) == rim_by_definition(photograph, depth, options));
+    CHECK(rim_pixels(photograph, depth, options) ==
+          of_each_pixel(photograph, [&](int x, int y) { return std::uint8_t{definition.at_rim(x, y)}; }));
   }
 }
 
