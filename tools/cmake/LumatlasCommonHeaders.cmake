@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # The headers that most sources include, compiled once for all modules: half a second less for each of their files. Every
-# source still includes what it uses; the preset tidy builds without this and so shows what is missing.
+# source still includes what it uses; tools/tidy reads each without this and so shows what is missing.
 option(LUMATLAS_COMMON_HEADERS "Compile the most common headers once for all modules" ON)
 
 # GCC wants the macros of the precompiled header wherever that is used, and TBB defines one in this configuration alone.
