@@ -57,13 +57,47 @@ class ProgramGroup {
   pid_t group_ = 0;
 };
 
+// The first half of a file. `promised`: in an answer that promises all of it.
+void answer_half(const SiteFile& file, bool promised, httplib::Response& response) {
+  const auto* bytes = reinterpret_cast<const char*>(file.bytes.data());
+  const std::size_t half = file.bytes.size() / 2;
+  if (promised) {
+    response.set_content_provider(file.bytes.size(), file.type.c_str(),
+                                  [=](std::size_t offset, std::size_t, httplib::DataSink& sink) {
+                                    return offset < half && sink.write(bytes + offset, half - offset);
+                                  });
+  } else {
+    response.set_chunked_content_provider(file.type.c_str(), [=](std::size_t, httplib::DataSink& sink) {
+      sink.write(bytes, half);
+      sink.done();
+      return true;
+    });
+  }
+}
+
+void answer(const SiteFile& file, const Trouble& trouble, httplib::Response& response) {
+  using Kind = Trouble::Kind;
+  std::this_thread::sleep_for(trouble.delay);
+  switch (trouble.kind) {
+    case Kind::none:
+      return response.set_content(std::string(file.bytes.begin(), file.bytes.end()), file.type.c_str());
+    case Kind::refused:
+    case Kind::missing:
+      response.status = trouble.kind == Kind::refused ? 503 : 404;
+      return response.set_content("no", "text/plain");
+    case Kind::cut:
+    case Kind::shortened:
+      return answer_half(file, trouble.kind == Kind::cut, response);
+  }
+}
+
 // Answers what pages ask for, and keeps what they say.
 class TestServer {
  public:
-  explicit TestServer(const std::vector<SiteFile>& files) {
+  TestServer(const std::vector<SiteFile>& files, const Network& network) {
     for (const SiteFile& file : files) {
-      server_.Get("/" + file.name, [&file](const httplib::Request&, httplib::Response& response) {
-        response.set_content(std::string(file.bytes.begin(), file.bytes.end()), file.type.c_str());
+      server_.Get("/" + file.name, [&file, &network](const httplib::Request&, httplib::Response& response) {
+        answer(file, network ? network(file.name) : Trouble{}, response);
       });
     }
     const auto listen = [this](const httplib::Request& request, httplib::Response& response) {
@@ -107,13 +141,14 @@ class TestServer {
 
 }  // namespace
 
-Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width, int height) {
+Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width, int height,
+                     const Network& network) {
   const std::filesystem::path chromium = find_program("chromium");
   if (chromium.empty()) {
     skip("there is no chromium");
     return {};
   }
-  TestServer server(files);
+  TestServer server(files, network);
   const TemporaryFolder profile;
   std::string url = start;
   if (const std::size_t at = url.find("{{server}}"); at != std::string::npos) url.replace(at, 10, server.address());

@@ -2,9 +2,8 @@
 // A site, and a page that tries it, in headless Chromium with its software WebGL 2.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-#include <filesystem>
+#include <chrono>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -16,11 +15,27 @@ namespace lumatlas {
 // What pages said, by the last part of the address that they posted it to: "/said/NAME".
 using Said = std::map<std::string, std::string>;
 
+// What a test server does to one request for a file.
+struct Trouble {
+  enum class Kind {
+    none,
+    refused,    // status 503
+    missing,    // status 404
+    cut,        // half of the bytes that the header promises
+    shortened,  // half of the bytes, in an answer that is complete by its header
+  };
+  Kind kind = Kind::none;
+  std::chrono::milliseconds delay{0};
+};
+
+// Says what happens to the request for a file of that name; may be called from several threads at once.
+using Network = std::function<Trouble(const std::string& name)>;
+
 // Serves the files, opens `start` (a path on that server, or a whole URL in which {{server}} is its address), and waits
 // until something is posted to /said/done, or the time is over. Skips the test case, and says nothing, where there is
 // no Chromium.
 [[nodiscard]] Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width = 640,
-                                   int height = 480);
+                                   int height = 480, const Network& network = {});
 
 [[nodiscard]] SiteFile html_file(const std::string& name, const std::string& text);
 

@@ -4,9 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <fstream>
-#include <glm/glm.hpp>
 #include <iostream>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -14,56 +12,16 @@
 
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/small_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/viewer/browser.h"
+#include "tests/tools/viewer/test_site.h"
 #include "tools/viewer/site.h"
 
 namespace lumatlas {
 namespace {
 
-using nlohmann::json;
-
-constexpr std::size_t kViews = 12;
-constexpr std::size_t kStored = 10;   // poses of stored views
-constexpr std::size_t kNew = 10;      // poses between and beyond them
 constexpr std::size_t kFollowed = 4;  // of the stored ones, of a model that changed
 constexpr std::size_t kFew = 4;       // of the stored ones, of compressed texels
-
-// With gains, so that the exposure of pictures shows.
-Snapshot model() {
-  Snapshot snapshot = room_snapshot(kViews, {}, {16, 2, 0});
-  for (std::size_t i = 0; i < snapshot.gains.size(); ++i) {
-    snapshot.gains[i] = glm::dvec3(1.0, 1.05, 0.95) * (0.9 + 0.02 * static_cast<double>(i));
-  }
-  return snapshot;
-}
-
-std::vector<Camera> cameras() {
-  std::vector<Camera> result;
-  for (std::size_t i = 0; i < kStored; ++i) result.push_back(room_camera(i));
-  for (std::size_t i = 0; i < kNew; ++i) {
-    Camera camera = room_camera(i);
-    const glm::dvec3 center = camera.center() + glm::dvec3(0.15, -0.1, 0.08);
-    camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
-    result.push_back(camera.scaled_to(150, 112));
-  }
-  return result;
-}
-
-json camera_json(const Camera& camera) {
-  json rotation = json::array();
-  for (int row = 0; row < 3; ++row) {
-    for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
-  }
-  const glm::dvec3& t = camera.cam_from_world_translation;
-  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},      {"fy", camera.fy},
-          {"cx", camera.cx},       {"cy", camera.cy},         {"rotation", rotation}, {"translation", {t.x, t.y, t.z}}};
-}
-
-SiteFile test_file(const std::string& name, const std::string& type, const std::string& text) {
-  return {name, type, {text.begin(), text.end()}};
-}
 
 // Two versions of a model that changes, the scene of the second beside the first.
 void add_versions(std::vector<SiteFile>& files) {
@@ -75,25 +33,20 @@ void add_versions(std::vector<SiteFile>& files) {
     files.push_back(std::move(file));
   };
   for (SiteFile& file : page_files(options)) put(std::move(file));
-  Snapshot first = model();  // whose last views have not come yet
-  const std::uint32_t first_missing = first.tiles.first_tile[kViews - 4];
+  Snapshot first = site_model();  // whose last views have not come yet
+  const std::uint32_t first_missing = first.tiles.first_tile[kSiteViews - 4];
   for (std::size_t tile = first_missing; tile < first.tiles.slots.size(); ++tile)
     first.tiles.slots[tile] = kNotResident;
   leave_out_views_without_tiles(first);
   write_site_version(first, options, history, put);
-  write_site_version(model(), options, history, put);
+  write_site_version(site_model(), options, history, put);
 }
 
 std::vector<SiteFile> site_and_test() {
-  std::vector<SiteFile> files;
-  SiteOptions options;
-  options.photographs.format = ImageFormat::png;  // to compare pictures, not JPEG's noise
-  write_site(model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
+  std::vector<SiteFile> files = site_files();
   add_versions(files);
-  json poses = json::array();
-  for (const Camera& camera : cameras()) poses.push_back(camera_json(camera));
-  files.push_back(test_file("cameras.json", "application/json", poses.dump()));
-  files.push_back(test_file("test.html", "text/html", bytes_of(LUMATLAS_TEST_PAGE)));
+  files.push_back(cameras_file());
+  for (SiteFile& file : test_page_files("page_test.html")) files.push_back(std::move(file));
   return files;
 }
 
@@ -145,14 +98,14 @@ std::vector<Rendering> rendered(const Snapshot& snapshot) {
   Renderer renderer;
   renderer.load(snapshot);
   std::vector<Rendering> renderings;
-  for (const Camera& camera : cameras()) renderings.push_back(renderer.render(camera, {}));
+  for (const Camera& camera : site_cameras()) renderings.push_back(renderer.render(camera, {}));
   return renderings;
 }
 
 TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  const std::vector<Rendering> expected = rendered(model());
+  const std::vector<Rendering> expected = rendered(site_model());
   const Said said = said_in_browser(site_and_test(), "/test.html");
   if (said.empty()) return;
   CHECK((said.contains("problem") ? said.at("problem") : "") == "");
@@ -193,7 +146,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(said.at("own-shares") == "12");
   CHECK(said.at("filled") == "1.000000 1.000000 1.000000");
   // With room for eight of twelve photographs, what is thrown away is what pictures do not need.
-  const double tight = agreement(expected, said, "tight-", kStored).psnr;
+  const double tight = agreement(expected, said, "tight-", kStoredPoses).psnr;
   std::cout << "room for eight photographs: PSNR " << tight << " dB, " << said.at("tight-fetched") << " fetched\n";
   CHECK(tight > 40);
   CHECK(said.at("tight-memory") == "true 8/8");
@@ -237,8 +190,8 @@ const tell = setInterval(() => {
 
 TEST_CASE("one file is the whole site, opened from a disk") {
   std::ostringstream page;
-  const SiteFacts facts = write_one_page(page, model(), {});
-  CHECK(facts.views == kViews);
+  const SiteFacts facts = write_one_page(page, site_model(), {});
+  CHECK(facts.views == kSiteViews);
   CHECK(page.str().size() >= facts.bytes());
   CHECK(page.str().find("http://") == std::string::npos);
   CHECK(page.str().find("https://") == std::string::npos);
@@ -257,7 +210,7 @@ TEST_CASE("photographs that are too large for a texture are scaled, and a browse
   std::vector<SiteFile> files;
   SiteOptions options;
   options.most_side_px = 61;  // of 96: tiles of 16 pixels become 10, photographs 60 x 45
-  const SiteFacts facts = write_site(model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
+  const SiteFacts facts = write_site(site_model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
   CHECK(facts.scale == 0.625);
   SiteFile& page = files.front();
   REQUIRE(page.name == "index.html");

@@ -58,8 +58,8 @@ export class Interface {
   thumbnail(view, slot, files) {
     const button = document.createElement('button');
     const image = document.createElement('img');
-    image.src = files.address(view.thumbnail);
     image.loading = 'lazy';
+    files.show(image, view.thumbnail);
     image.alt = '';
     button.title = view.name;
     button.dataset.slot = slot;
@@ -86,13 +86,20 @@ export class Interface {
     element('hold').title = on ? 'Where nobody photographed one comes back' : 'One may go anywhere';
   }
 
-  // `done` of `total` photographs are there.
-  showProgress(text, done, total) {
+  // `done` of `total` photographs are there. `ended`: there is nothing to wait for.
+  showProgress(text, done, total, ended = done >= total) {
     const bar = element('progress');
     bar.max = Math.max(total, 1);
     bar.value = done;
-    bar.hidden = done >= total;
-    element('status').textContent = done >= total ? '' : text;
+    bar.hidden = ended;
+    element('status').textContent = ended ? '' : text;
+  }
+
+  // What could not be loaded, in one line; '': nothing is missing.
+  showLosses(line) {
+    element('losses').textContent = line;
+    element('losses').title = line;
+    element('losses').hidden = line === '';
   }
 
   showNote(text) {
@@ -112,8 +119,8 @@ export class Interface {
     element('notice').hidden = text === '';
   }
 
-  showPoster(address) {
-    element('poster').src = address;
+  showPoster(files, name) {
+    files.show(element('poster'), name);
     element('poster').hidden = false;
   }
 

@@ -1,11 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The other half of packed_arrays.h.
+/** @import {PackedArray} from './types.d.ts' */
 
+/** @param {Uint8Array<ArrayBuffer>} bytes */
 export async function inflated(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate'));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
+/**
+ * @param {Uint8Array} bytes
+ * @param {number} at
+ * @param {PackedArray} description
+ * @param {number} component
+ * @param {Uint32Array} values
+ */
 function unpackComponent(bytes, at, description, component, values) {
   const {components, entries, coding, bytes: planes} = description;
   let last = 0;
@@ -18,6 +27,7 @@ function unpackComponent(bytes, at, description, component, values) {
 }
 
 // Corners run on over the components of an entry, so they are told apart only once all are there.
+/** @param {Uint32Array} values */
 function resolveCorners(values) {
   let next = 0;
   for (let i = 0; i < values.length; ++i) {
@@ -28,7 +38,9 @@ function resolveCorners(values) {
 }
 
 // An array of whole numbers for each name.
+/** @param {Uint8Array} bytes @param {PackedArray[]} descriptions */
 export function unpack(bytes, descriptions) {
+  /** @type {Record<string, Uint32Array<ArrayBuffer>>} */
   const arrays = {};
   let at = 0;
   for (const description of descriptions) {

@@ -4,7 +4,7 @@
 import {BlockCompressor} from './block_compressor.js';
 import {scaledCamera} from './camera.js';
 import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
-import {loadMask} from './model.js';
+import {loadMask, loadPhotograph} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
 
 const PICTURE_PIXEL_BYTES = 4 + 2;  // as it comes, with its mask
@@ -49,13 +49,8 @@ export class Photographs {
   }
 
   // What store() needs of a view, over the network.
-  static async fetched(files, scene, slot) {
-    const view = scene.views[slot];
-    const plain = {premultiplyAlpha: 'none', colorSpaceConversion: 'none', imageOrientation: 'none'};
-    const [picture, mask] = await Promise.all([
-      files.blob(view.photograph).then((blob) => createImageBitmap(blob, plain)),
-      loadMask(files, view),
-    ]);
+  static async fetched(files, view, slot) {
+    const [picture, mask] = await Promise.all([loadPhotograph(files, view), loadMask(files, view)]);
     return {slot, picture, mask};
   }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which photographs are on the GPU: all where there is room, else those that the current picture needs. Others stay
 // until their room is needed, and are shown where a better one is not there yet.
+import {FetchFailure} from './fetching.js';
 import {Photographs} from './photographs.js';
 
 const AT_ONCE = 4;  // views that are fetched at the same time
@@ -13,10 +14,11 @@ const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
     JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
 
 // What to fetch next. `ranked`: {slot, need} of all views, those that are needed most first; `held`: slots with room;
-// `fresh`: those of them that are as the scene has them; `coming`: what is being fetched; `room`: for so many views.
-// Null: all is well. {slot, instead}: a view, and the one whose room it takes; undefined: there is room.
-export function nextToFetch(ranked, {held, fresh, coming, room}) {
-  const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot));
+// `fresh`: those of them that are as the scene has them; `coming`: what is being fetched; `lost`: what could not be
+// fetched; `room`: for so many views. Null: all is well. {slot, instead}: a view, and the one whose room it takes;
+// undefined: there is room.
+export function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
+  const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot) && !lost.has(slot));
   if (!wanted) return null;
   if (held.has(wanted.slot)) return {slot: wanted.slot};
   const taken = [...coming].filter((slot) => !held.has(slot)).length;
@@ -32,6 +34,7 @@ export class Residents {
     this.viewer = viewer;
     this.fresh = new Map();  // by slot, what is on the GPU
     this.coming = new Set();
+    this.lost = new Set();   // slots that could not be fetched and are not asked for until askAgain()
     this.needs = new Map();  // by slot, how many pixels of the current picture need it
     this.fetched = 0;        // views, again and again
   }
@@ -50,6 +53,11 @@ export class Residents {
     this.fresh.clear();
   }
 
+  // What could not be fetched may be there by now.
+  askAgain() {
+    this.lost.clear();
+  }
+
   ranked() {
     const {needs} = this;
     return this.viewer.navigation.viewsByDistance().map((slot) => ({slot, need: needs.get(slot) ?? 0}))
@@ -66,7 +74,7 @@ export class Residents {
   next() {
     const {cells, layout} = this.photographs;
     return nextToFetch(
-        this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, room: layout.count});
+        this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, lost: this.lost, room: layout.count});
   }
 
   // What a camera's picture needs is there afterwards, as far as there is room.
@@ -94,15 +102,24 @@ export class Residents {
     for (let next = this.next(); next; next = this.next()) await this.fetch(next.slot);
   }
 
+  // A view that cannot be fetched is noted as lost, and others go on.
   async fetch(slot) {
     const {viewer, coming} = this;
-    const {scene, renderer} = viewer;
+    const {scene, losses} = viewer;
+    const described = scene.views[slot];
+    if (!described) return;
     coming.add(slot);
     try {
-      const view = await Photographs.fetched(viewer.files, scene, slot);
+      const view = await Photographs.fetched(viewer.files, described, slot);
       ++this.fetched;
       coming.delete(slot);
+      losses.clearView(slot);
       this.store(view, scene);
+    } catch (error) {
+      if (!(error instanceof FetchFailure)) throw error;
+      if (scene !== viewer.scene) return;  // another version has come meanwhile
+      this.lost.add(slot);
+      if (!viewer.passesBy(error)) losses.noteView(slot, error);
     } finally {
       coming.delete(slot);
     }
@@ -127,12 +144,13 @@ export class Residents {
     const {cells, layout} = this.photographs;
     const ranked = this.ranked();
     const fresh = new Set(ranked.map((view) => view.slot).filter((other) => other !== slot));
-    return nextToFetch(ranked, {held: cells, fresh, coming: new Set(), room: layout.count});
+    return nextToFetch(ranked, {held: cells, fresh, coming: new Set(), lost: new Set(), room: layout.count});
   }
 
-  // How many of the views that there is room for are there.
+  // How many of the views that there is room for are there. `ended`: the others are not being fetched.
   progress() {
     const total = Math.min(this.viewer.scene.views.filter(Boolean).length, this.photographs.layout.count);
-    return {done: Math.max(0, Math.min(this.current().size, total - this.coming.size)), total};
+    const done = Math.max(0, Math.min(this.current().size, total - this.coming.size));
+    return {done, total, ended: done + this.lost.size >= total};
   }
 }

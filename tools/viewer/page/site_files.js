@@ -1,49 +1,63 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The site's files: beside the page on a server, or inside of it (site.cpp, write_one_page).
-
-export class MissingFile extends Error {}
+import {Fetching, decoded} from './fetching.js';
+/** @import {NetworkOptions} from './types.d.ts' */
 
 export class SiteFiles {
   // `base`: the address of the folder that they are in.
-  constructor(base) {
+  /** @param {string} base @param {NetworkOptions} [network] */
+  constructor(base, network) {
     this.base = base;
-    this.bytes = 0;  // that have come so far
+    this.fetching = new Fetching(network);
+    /** @type {Map<string, HTMLScriptElement>} */
     this.inside = new Map();
-    for (const element of document.querySelectorAll('script[data-file]')) {
-      this.inside.set(element.dataset.file, element);
-    }
+    /** @type {NodeListOf<HTMLScriptElement>} */
+    const elements = document.querySelectorAll('script[data-file]');
+    for (const element of elements) this.inside.set(element.dataset.file ?? '', element);
+    /** @type {Record<string, number>} */
+    this.sizes = {};  // bytes, of files whose size the manifest says
   }
 
-  async blob(name) {
+  // What `decode` makes of a file. `anew`: as the server has it now. Throws FetchFailure where it cannot be had.
+  /**
+   * @template T
+   * @param {string} name
+   * @param {(blob: Blob) => Promise<T>} decode
+   * @returns {Promise<T>}
+   */
+  async read(name, decode, anew = false) {
     const element = this.inside.get(name);
-    const blob = element ? blobOf(element) : await this.fetched(name);
-    this.bytes += blob.size;
-    return blob;
+    if (element) return decoded(name, blobOf(element), decode);
+    return this.fetching.get(name, new URL(name, this.base), this.sizes[name], decode, anew);
   }
 
-  async fetched(name) {
-    const response = await fetch(new URL(name, this.base));
-    if (!response.ok) throw new MissingFile(`${name} cannot be loaded: the server says ${response.status}`);
-    return response.blob();
+  /**
+   * @template T
+   * @param {string} name
+   * @param {(bytes: Uint8Array<ArrayBuffer>) => Promise<T>} decode
+   */
+  array(name, decode) {
+    return this.read(name, async (blob) => decode(new Uint8Array(await blob.arrayBuffer())));
   }
 
-  async array(name) {
-    return new Uint8Array(await (await this.blob(name)).arrayBuffer());
+  /** @param {string} name */
+  json(name, anew = false) {
+    return this.read(name, async (blob) => JSON.parse(await blob.text()), anew);
   }
 
-  async json(name) {
-    return JSON.parse(await (await this.blob(name)).text());
-  }
-
-  // For an <img>; inside of a page as a data address, which needs no memory of its own until it is shown.
-  address(name) {
+  // In an <img>; a file inside of a page by a data address, which needs no memory of its own until it is shown.
+  /** @param {HTMLImageElement} image @param {string} name */
+  show(image, name) {
     const element = this.inside.get(name);
-    return element ? `data:${element.dataset.type};base64,${element.textContent}` : new URL(name, this.base).href;
+    this.fetching.show(
+        image,
+        element ? `data:${element.dataset.type};base64,${element.textContent}` : new URL(name, this.base).href);
   }
 }
 
+/** @param {HTMLScriptElement} element */
 function blobOf(element) {
-  const text = atob(element.textContent);
+  const text = atob(element.textContent ?? '');
   const bytes = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
   return new Blob([bytes], {type: element.dataset.type});

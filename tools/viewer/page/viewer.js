@@ -3,15 +3,17 @@
 import {MODES, parseAddress, printAddress} from './address.js';
 import {cameraAt} from './camera.js';
 import {Controls} from './controls.js';
+import {FetchFailure} from './fetching.js';
 import {Interface} from './interface.js';
 import {makeLayout} from './layout.js';
+import {Losses} from './losses.js';
 import {loadColors, loadMesh, loadScene, loadShaders, loadTables} from './model.js';
 import {Navigation} from './navigation.js';
 import {texelForm} from './photograph_forms.js';
 import {Photographs} from './photographs.js';
 import {Renderer} from './renderer.js';
 import {Residents} from './residents.js';
-import {MissingFile, SiteFiles} from './site_files.js';
+import {SiteFiles} from './site_files.js';
 
 const MEBIBYTE = 1 << 20;
 const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // of each mebibyte
@@ -41,14 +43,15 @@ export {texelForm};
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 export class Viewer {
-  // `options`: {base, memory, texels, live}; `memory`: MiB on the GPU; `texels`: see texelForm(); `live`: the file that
-  // says which version of a changing model there is.
+  // `options`: {base, memory, texels, live, network}; `memory`: MiB on the GPU; `texels`: see texelForm(); `live`: the
+  // file that says which version of a changing model there is; `network`: see NetworkOptions.
   constructor(canvas, options) {
     this.canvas = canvas;
     this.gl = canvas.getContext(
         'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
     if (!this.gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
-    this.files = new SiteFiles(options.base);
+    this.files = new SiteFiles(options.base, options.network);
+    this.losses = new Losses((line) => this.missing(line));
     this.memory = options.memory;
     this.live = options.live;
     this.form = texelForm(this.gl, options.texels);
@@ -62,13 +65,20 @@ export class Viewer {
     this.changed = () => {};  // after each change of the view
     this.progressed = () => {};
     this.crowded = () => {};  // told what overrun() says of each version
+    this.missing = () => {};  // told in one line what could not be loaded; '': all could be
+    this.followed = () => {};  // after another version of the scene has taken this one's place
     this.failed = (error) => console.error(error);
     this.shown = {};
   }
 
+  // Resolves when the manifest and the shaders are there, for which it asks until it has them.
   async open() {
-    while (this.live && (await this.files.json(this.live)).version === 0) await sleep(ASK_AGAIN_MS);
-    const [scene, shaders] = await Promise.all([loadScene(this.files), loadShaders(this.files)]);
+    while (this.live && (await this.insist('scene', () => this.files.json(this.live))).version === 0) {
+      await sleep(ASK_AGAIN_MS);
+    }
+    const [scene, shaders] = await Promise.all([
+      this.insist('scene', () => loadScene(this.files)), this.insist('scene', () => loadShaders(this.files)),
+    ]);
     this.scene = scene;
     this.navigation = new Navigation(this.scene);
     this.renderer = new Renderer(this.gl, this.scene, shaders);
@@ -78,44 +88,125 @@ export class Viewer {
     return this.scene;
   }
 
-  // Resolves when all is there. Photographs that are near what is looked at come first.
-  async load() {
-    const {scene, files, renderer} = this;
-    for (const mesh of [scene.coarse, scene.mesh]) {
-      if (!mesh) continue;
-      renderer.setMesh(await loadMesh(files, mesh));
-      this.hasMesh = true;
-      this.invalidate();
+  // What `load` returns; null where the network does not give it, which is told until a later call has it.
+  async attempt(part, load) {
+    try {
+      const loaded = await load();
+      this.losses.clearPart(part);
+      return loaded;
+    } catch (error) {
+      if (!(error instanceof FetchFailure)) throw error;
+      if (!this.passesBy(error)) this.losses.notePart(part, error);
+      return null;
     }
-    await this.takeTables(scene);
-    await this.residents.provide(this.camera());
   }
 
-  // Another version of the scene in place of this one; what is as it was is not fetched again.
+  // Whether it is a file of a version that the next one is about to replace.
+  passesBy(failure) {
+    return Boolean(this.live) && failure.gone;
+  }
+
+  // What `load` returns, once the network gives it: nothing can be shown without.
+  async insist(part, load) {
+    const {fetching} = this.files;
+    for (let number = 1;; ++number) {
+      const loaded = await this.attempt(part, load);
+      if (loaded) return loaded;
+      await fetching.pause(fetching.laterMs, number);
+    }
+  }
+
+  // Resolves when all is there that can be had. Photographs that are near what is looked at come first. What cannot be
+  // had is asked for again later; until then the coarse mesh stands in for the fine one, averaged colours for
+  // photographs, and other photographs for one that is missing.
+  load() {
+    this.loading ??= this.loadAll().finally(() => {
+      this.loading = null;
+      if (this.losses.any()) this.loadLater().catch((error) => this.failed(error));
+    });
+    return this.loading;
+  }
+
+  async loadAll() {
+    await this.loadMeshes();
+    if (this.meshFile === this.scene.mesh.file) await this.takeTables(this.scene);
+    if (this.renderer.photographs) await this.residents.provide(this.camera());
+    if (this.losses.anyGone()) await this.takeNewest();
+  }
+
+  // Asks again for what is missing, later and later, until nothing is.
+  async loadLater() {
+    if (this.loadsLater) return;
+    this.loadsLater = true;
+    const {fetching} = this.files;
+    try {
+      for (let number = 1; this.losses.any(); ++number) {
+        await fetching.pause(fetching.laterMs, number);
+        this.residents.askAgain();
+        await this.load();
+      }
+    } finally {
+      this.loadsLater = false;
+    }
+  }
+
+  async loadMeshes() {
+    const {scene} = this;
+    if (scene.coarse && !this.hasMesh) await this.loadMesh('coarse', scene.coarse);
+    if (this.meshFile !== scene.mesh.file) await this.loadMesh('mesh', scene.mesh);
+    if (this.meshFile === scene.mesh.file) this.losses.clearPart('coarse');
+  }
+
+  async loadMesh(part, mesh) {
+    const loaded = await this.attempt(part, () => loadMesh(this.files, mesh));
+    if (!loaded) return;
+    this.takeMesh(loaded, mesh.file);
+    this.invalidate();
+  }
+
+  takeMesh(mesh, file) {
+    this.renderer.setMesh(mesh);
+    this.residents.forget();  // depths are drawn from the mesh
+    this.meshFile = file;
+    this.hasMesh = true;
+  }
+
+  // The site may have been written anew: the files of the version that this page knows are then gone.
+  async takeNewest() {
+    const scene = await this.attempt('version', () => loadScene(this.files, true));
+    if (!scene || JSON.stringify(scene) === JSON.stringify(this.scene)) return;
+    if (await this.follow(scene)) this.followed();
+  }
+
+  // Another version of the scene in place of this one; what is as it was is not fetched again. False: it cannot be had,
+  // and this one stays.
   async follow(scene) {
-    const {files} = this;
-    const mesh = scene.mesh.file === this.scene.mesh.file ? null : await loadMesh(files, scene.mesh);
-    await this.takeTables(scene, mesh);
+    const mesh = this.meshFile === scene.mesh.file ? null :
+        await this.attempt('version', () => loadMesh(this.files, scene.mesh));
+    if (!mesh && this.meshFile !== scene.mesh.file) return false;
+    if (!await this.takeTables(scene, mesh, 'version')) return false;
     await this.residents.provide(this.camera());
+    return true;
   }
 
   // All that a picture needs but photographs, at once, so that none is drawn of two versions. What is in the file that
-  // it was in before is there already.
-  async takeTables(scene, mesh = null) {
-    const {files, gl, renderer} = this;
-    const isNew = (part) => mesh || !this.taken || scene[part]?.file !== this.taken[part]?.file;
-    const [tables, colors] = await Promise.all([
+  // it was in before is there already. False: something cannot be had.
+  async takeTables(scene, mesh = null, part = 'tables') {
+    const {files, gl, renderer, losses} = this;
+    const isNew = (name) => mesh || !this.taken || scene[name]?.file !== this.taken[name]?.file;
+    const loaded = await this.attempt(part, () => Promise.all([
       isNew('tables') ? loadTables(files, scene) : null, isNew('colors') ? loadColors(files, scene) : null,
-    ]);
-    if (mesh) {
-      renderer.setMesh(mesh);
-      this.residents.forget();  // depths are drawn from the mesh
-    }
+    ]));
+    if (!loaded) return false;
+    const [tables, colors] = loaded;
+    if (mesh) this.takeMesh(mesh, scene.mesh.file);
     if (colors) renderer.setColors(colors);
     if (tables) {
       renderer.setTables(tables);
       this.resident = tables.resident;
     }
+    if (this.scene !== scene) this.residents.askAgain();
+    if (this.scene !== scene) losses.clear();
     this.taken = this.scene = this.renderer.scene = scene;
     this.navigation.follow(scene);
     this.room ??= {bytes: this.forPhotographs(this.resident.length), scale: this.shownScale()};
@@ -127,23 +218,37 @@ export class Viewer {
       this.residents.forget();
     }
     this.invalidate();
+    return true;
   }
 
-  // Asks for other versions until there will be none; `changed` is called after each.
-  async keepUp(changed) {
+  // Asks for other versions until there will be none; `followed` is called after each. `silent` is told whether the
+  // program that changes the model does not answer, which it may do again.
+  async keepUp(silent) {
     for (;;) {
       await sleep(ASK_AGAIN_MS);
-      const {version, last} = await this.files.json(this.live);
-      if (version === this.scene.version && !this.residents.next()) {
-        if (last) return;
+      const state = await this.liveState(silent);
+      if (state.version === this.scene.version && !this.residents.next()) {
+        if (state.last) return;
         continue;
       }
+      const scene = await this.attempt('version', () => loadScene(this.files));
+      if (scene && await this.follow(scene)) this.followed();
+    }
+  }
+
+  // {version, last} of a model that changes, once its server answers.
+  async liveState(silent) {
+    const {fetching} = this.files;
+    for (let number = 1;; ++number) {
       try {
-        await this.follow(await loadScene(this.files));
-        changed();
+        const state = await this.files.json(this.live);
+        silent(false);
+        return state;
       } catch (error) {
-        if (!(error instanceof MissingFile)) throw error;  // that version is gone: the next one is there
+        if (!(error instanceof FetchFailure)) throw error;
+        silent(true);
       }
+      await fetching.pause(fetching.laterMs, number);
     }
   }
 
@@ -310,14 +415,15 @@ export class Viewer {
     this.target = target;
     this.drawn = {target, camera, pose: this.navigation.pose};
     // Until the programs are compiled and a photograph has come, averaged colours are the picture.
-    const pictures = renderer.ready() && renderer.photographs.cells.size > 0;
+    const ready = renderer.ready();
+    const pictures = ready && renderer.photographs.cells.size > 0;
     if (this.mode !== 'picture' || !pictures) {
       renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
     }
     renderer.present(target.colour, canvas.width, canvas.height, this.background);
     this.shown = {pictures, share: this.share};
     if (pictures) this.look();
-    if (!pictures) this.waitForPrograms();
+    if (!ready && renderer.photographs) this.waitForPrograms();
   }
 
   // How much of the last picture was photographed; of what a photograph would show of it, as the window may be wider.
@@ -340,9 +446,9 @@ export class Viewer {
     if (!this.residents.scarce()) return;
     try {
       await this.residents.provide(camera);
+      if (this.losses.any()) await this.loadLater();
     } catch (error) {
-      // keepUp() fetches what a version that is gone had.
-      if (!(this.live && error instanceof MissingFile)) this.failed(error);
+      this.failed(error);
     }
   }
 
@@ -353,8 +459,8 @@ export class Viewer {
   // One part of the picture as `lumatlas render` draws it; on the canvas once all parts are done.
   refine() {
     const {canvas, renderer} = this;
-    if (this.still === 'done' || !this.shown.pictures) return;
-    if (this.mode !== 'picture') return this.refineMode();
+    if (this.still === 'done') return;
+    if (this.mode !== 'picture' || !this.shown.pictures) return this.refineMode();
     if (!renderer.readyForStills()) return;
     if (!this.still) this.still = renderer.drawStill(this.camera(...this.stillSize()), true);
     const {done, value} = this.still.next();
@@ -479,10 +585,11 @@ function connect(viewer) {
     },
   });
   viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(overrun) : '');
+  viewer.missing = (line) => page.showLosses(line);
   viewer.progressed = () => {
-    const {done, total} = viewer.residents.progress();
+    const {done, total, ended} = viewer.residents.progress();
     const scale = viewer.renderer.photographs.layout.scale;
-    page.showProgress(`${done} of ${total} photographs`, done, total);
+    page.showProgress(`${done} of ${total} photographs`, done, total, ended);
     document.documentElement.dataset.photographs = `${done}/${total}`;
     document.documentElement.dataset.scale = scale.toFixed(3);
   };
@@ -491,21 +598,24 @@ function connect(viewer) {
 
 // Shows what becomes of a model, and says so; a page whose server has ended keeps what it has.
 async function keepUp(viewer, page) {
+  let ended = false;
   const tell = () => {
-    page.showThumbnails(viewer.scene, viewer.files);
-    page.showOrbits(viewer.navigation.orbits);
-    page.showNote(`${viewer.scene.views.filter(Boolean).length} photographs, more may come`);
-    document.documentElement.dataset.version = viewer.scene.version;
+    page.showNote(ended ? 'The program that made this does not answer.' :
+                          `${viewer.scene.views.filter(Boolean).length} photographs, more may come`);
   };
-  tell();
-  try {
-    await viewer.keepUp(tell);
-    page.showNote('');
-    document.documentElement.dataset.state = 'last';
-  } catch (error) {
-    if (!(error instanceof TypeError)) throw error;  // which fetch() throws where nobody answers
-    page.showNote('The program that made this has ended.');
-  }
+  const {followed} = viewer;
+  viewer.followed = () => {
+    followed();
+    tell();
+  };
+  viewer.followed();
+  await viewer.keepUp((silent) => {
+    if (silent === ended) return;
+    ended = silent;
+    tell();
+  });
+  page.showNote('');
+  document.documentElement.dataset.state = 'last';
 }
 
 async function main() {
@@ -527,10 +637,14 @@ async function main() {
     viewer.failed = fail;
     page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
     const scene = await viewer.open();
-    if (scene.poster) page.showPoster(viewer.files.address(scene.poster));
-    page.showThumbnails(scene, viewer.files);
+    if (scene.poster) page.showPoster(viewer.files, scene.poster);
+    viewer.followed = () => {
+      page.showThumbnails(viewer.scene, viewer.files);
+      page.showOrbits(viewer.navigation.orbits);
+      document.documentElement.dataset.version = viewer.scene.version;
+    };
+    viewer.followed();
     page.showMode(viewer.mode);
-    page.showOrbits(viewer.navigation.orbits);
     page.showHold(viewer.navigation.hold.on);
     linkAddress(viewer, page);
     const controls = new Controls(canvas, viewer.navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page where the network is bad: it shows in the end what it shows where the network is good; what is never to be
+// had it replaces, and tells so in one line.
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/tools/viewer/browser.h"
+#include "tests/tools/viewer/test_site.h"
+
+namespace lumatlas {
+namespace {
+
+using nlohmann::json;
+using Kind = Trouble::Kind;
+
+std::string problem_of(const Said& said) {
+  return said.contains("problem") ? said.at("problem") : "";
+}
+
+SiteFile in_folder(const std::string& folder, SiteFile file) {
+  file.name.insert(0, folder + "/");
+  return file;
+}
+
+// The site in "good/" and in the other folders, and a test's page.
+std::vector<SiteFile> sites_and_test(const std::string& html, const std::vector<std::string>& folders) {
+  std::vector<SiteFile> files = test_page_files(html);
+  files.push_back(cameras_file());
+  for (const SiteFile& file : site_files()) {
+    files.push_back(in_folder("good", file));
+    for (const std::string& folder : folders) files.push_back(in_folder(folder, file));
+  }
+  return files;
+}
+
+SiteFile& file_named(std::vector<SiteFile>& files, const std::string& name) {
+  for (SiteFile& file : files) {
+    if (file.name == name) return file;
+  }
+  throw std::logic_error("no file " + name);
+}
+
+json parsed(const SiteFile& file) {
+  return json::parse(file.bytes);
+}
+
+void store(SiteFile& file, const json& value) {
+  const std::string text = value.dump();
+  file.bytes.assign(text.begin(), text.end());
+}
+
+// What the browser itself asks for when a page is opened; the page cannot ask for it again.
+bool is_opened_by_browser(const std::string& name) {
+  return name.ends_with(".html") || name.ends_with("viewer.js") || name.ends_with("viewer.css");
+}
+
+TEST_CASE("a page shows the same picture on a network that refuses, delays and cuts short") {
+  std::atomic<int> asked = 0, troubled = 0;
+  const Network network = [&](const std::string& name) -> Trouble {
+    if (!name.starts_with("bad/") || is_opened_by_browser(name)) return {};
+    const int number = ++asked;
+    const std::chrono::milliseconds delay(number % 4 * 40);
+    if (number % 3 != 0) return {Kind::none, delay};
+    constexpr Kind kKinds[] = {Kind::refused, Kind::cut, Kind::shortened};
+    return {kKinds[troubled++ % 3], delay};
+  };
+  const Said said = said_in_browser(sites_and_test("network_test.html", {"bad"}), "/test.html#bad", 640, 480, network);
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  CHECK(troubled > 10);
+  REQUIRE(said.contains("page"));
+  CHECK(said.at("viewer") == "4 of 4 pictures alike, missing: ");
+  CHECK(said.at("page") == "complete 12/12, 12 thumbnails of 12, missing: ");
+}
+
+TEST_CASE("what is never to be had is replaced by the next best, and told") {
+  std::vector<SiteFile> files = sites_and_test("network_test.html", {"view", "fine", "tables"});
+  // Small models have no coarse mesh of their own.
+  SiteFile& manifest = file_named(files, "fine/scene.json");
+  json scene = parsed(manifest);
+  scene["coarse"] = scene["mesh"];
+  scene["coarse"]["file"] = "coarse.bin";
+  store(manifest, scene);
+  SiteFile coarse = file_named(files, "fine/" + scene["mesh"]["file"].get<std::string>());
+  coarse.name = "fine/coarse.bin";
+  files.push_back(coarse);
+  const std::string view =
+      "view/" + parsed(file_named(files, "view/scene.json"))["views"][3]["photograph"].get<std::string>();
+  const std::string tables =
+      "tables/" + parsed(file_named(files, "tables/scene.json"))["tables"]["file"].get<std::string>();
+  const std::string fine = "fine/" + scene["mesh"]["file"].get<std::string>();
+  const std::map<std::string, Trouble> troubles{
+      {view, {Kind::missing, {}}}, {fine, {Kind::refused, {}}}, {tables, {Kind::shortened, {}}}};
+  std::mutex mutex;
+  std::map<std::string, int> asked;
+  const Network network = [&](const std::string& name) -> Trouble {
+    const std::lock_guard lock(mutex);
+    ++asked[name];
+    const auto found = troubles.find(name);
+    // The fine mesh and the tables can be had in the end.
+    return found == troubles.end() || (name != view && asked[name] > 6) ? Trouble{} : found->second;
+  };
+  const Said said = said_in_browser(files, "/test.html#missing", 640, 480, network);
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  REQUIRE(said.contains("tables-later"));
+  const std::string end = ". What is there is shown, and the page tries again.";
+  CHECK(said.at("view-line") ==
+        "1 photograph is missing: " + view.substr(5) + " cannot be loaded: the server says 404" + end);
+  CHECK(said.at("view-page") == "complete 11/12, true true");  // its line is seen, and so are the buttons
+  CHECK(std::stod(said.at("view-psnr")) > 12);  // the photographs of this room disagree; black would be 7 dB
+  CHECK(said.at("fine-line") ==
+        "The fine mesh is missing: " + fine.substr(5) + " cannot be loaded: the server says 503" + end);
+  CHECK(std::stod(said.at("fine-psnr")) > 45);  // of averaged colours
+  CHECK_THAT(said.at("tables-line"), Catch::StartsWith("The table of photographs is missing: " + tables.substr(7)));
+  CHECK(std::stod(said.at("tables-psnr")) > 45);
+  for (const std::string part : {"fine", "tables"}) {
+    CHECK(said.at(part + "-later") == "4 of 4 pictures alike, missing: ");
+  }
+}
+
+TEST_CASE("a page whose site was written anew shows the new site") {
+  std::vector<SiteFile> files = sites_and_test("network_test.html", {"old"});
+  // An intermediate cache answers with the old manifest, which names a file that is gone, until it is asked anew.
+  SiteFile& manifest = file_named(files, "old/scene.json");
+  const SiteFile now = manifest;
+  json scene = parsed(manifest);
+  scene["mesh"]["file"] = "mesh-of-before.bin";
+  store(manifest, scene);
+  files.push_back(now);
+  files.back().name = "old/now.json";
+  const Said said = said_in_browser(files, "/test.html#old");
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  CHECK(said.at("old") == "4 of 4 pictures alike, missing: ");
+}
+
+TEST_CASE("requests are made a bounded number of times, with growing pauses, and end when the page is closed") {
+  std::mutex mutex;
+  std::vector<std::chrono::steady_clock::time_point> times;
+  const Network network = [&](const std::string& name) -> Trouble {
+    if (name != "tries/poster.jpg") return {};
+    const std::lock_guard lock(mutex);
+    times.push_back(std::chrono::steady_clock::now());
+    return {Kind::refused, {}};
+  };
+  const Said said =
+      said_in_browser(sites_and_test("network_test.html", {"tries"}), "/test.html#tries", 640, 480, network);
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  REQUIRE(said.contains("aborted"));
+  CHECK(said.at("refused") == "poster.jpg cannot be loaded: the server says 503");
+  CHECK(said.at("aborted") == "AbortError");
+  REQUIRE(times.size() == 5);  // four tries, and one before it is told to end
+  std::chrono::milliseconds pause(100);
+  for (std::size_t i = 1; i < 4; ++i, pause *= 2) CHECK(times[i] - times[i - 1] >= pause);
+}
+
+}  // namespace
+}  // namespace lumatlas

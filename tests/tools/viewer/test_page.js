@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What the pages of these tests share: they tell the server what they see, and wait for what is to happen.
+
+export const say = (name, body = '') => fetch('/said/' + name, {method: 'POST', body});
+
+// Says each error and warning of a window.
+export function listen(target) {
+  target.addEventListener('error', (event) => say('problem', `${event.message ?? 'a file is missing'}\n`), true);
+  target.addEventListener('unhandledrejection', (event) => say('problem', `${event.reason}\n`));
+  for (const name of ['error', 'warn']) {
+    const before = target.console[name];
+    target.console[name] = (...words) => {
+      say('problem', `${words.join(' ')}\n`);
+      before.apply(target.console, words);
+    };
+  }
+}
+
+export const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+export async function until(happened, what) {
+  for (let i = 0; i < 1500; ++i) {
+    if (await happened()) return;
+    await sleep(100);
+  }
+  throw new Error(`${what} never happens`);
+}
+
+// Opens the site's own page in a frame; the frame, once its script runs.
+export async function framed(address, width = 400, height = 300) {
+  const frame = document.createElement('iframe');
+  frame.width = width;
+  frame.height = height;
+  document.body.append(frame);
+  frame.src = address;
+  const there = () => frame.contentWindow.document.readyState === 'complete' &&
+      frame.contentWindow.location.href !== 'about:blank';
+  await until(there, `the page ${address}`);
+  return frame;
+}
+
+// Runs the parts of a test one after another, and tells the end.
+export async function run(...parts) {
+  try {
+    for (const part of parts) await part();
+  } catch (error) {
+    await say('problem', `${error.stack}\n`);
+  }
+  await say('done');
+}

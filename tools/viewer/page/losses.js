@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What of the site could not be fetched so far, and the line that tells it.
+/** @import {FetchFailure} from './fetching.js' */
+
+// Parts of the model, in the order in which they are told.
+const PARTS = {
+  scene: 'the model',
+  mesh: 'the fine mesh',
+  coarse: 'the coarse mesh',
+  tables: 'the table of photographs',
+  colors: 'the newest colours',
+  version: 'the newest version of the model',
+};
+const SHOWN_INSTEAD = 'What is there is shown, and the page tries again.';
+
+/** @typedef {keyof typeof PARTS} Part */
+
+/** @param {string[]} names */
+const listed = (names) => names.length < 2 ? names.join() : `${names.slice(0, -1).join(', ')} and ${names.at(-1)}`;
+
+export class Losses {
+  // `changed` is called with the line after each change; '': nothing is missing.
+  /** @param {(line: string) => void} changed */
+  constructor(changed) {
+    this.changed = changed;
+    /** @type {Map<Part, FetchFailure>} */
+    this.parts = new Map();
+    /** @type {Map<number, FetchFailure>} */
+    this.views = new Map();  // by view slot, whose photograph or mask is missing
+    this.told = '';
+  }
+
+  /** @param {Part} part @param {FetchFailure} failure */
+  notePart(part, failure) {
+    this.parts.set(part, failure);
+    this.tell();
+  }
+
+  /** @param {Part} part */
+  clearPart(part) {
+    if (this.parts.delete(part)) this.tell();
+  }
+
+  /** @param {number} slot @param {FetchFailure} failure */
+  noteView(slot, failure) {
+    this.views.set(slot, failure);
+    this.tell();
+  }
+
+  /** @param {number} slot */
+  clearView(slot) {
+    if (this.views.delete(slot)) this.tell();
+  }
+
+  // Nothing is missing any more, as of a version that another one has replaced.
+  clear() {
+    this.parts.clear();
+    this.views.clear();
+    this.tell();
+  }
+
+  // Whether something is missing.
+  any() {
+    return this.parts.size + this.views.size > 0;
+  }
+
+  // Whether the server says of something that it is not there, as where the site is of another version by now.
+  anyGone() {
+    return [...this.parts.values(), ...this.views.values()].some(({gone}) => gone);
+  }
+
+  line() {
+    if (!this.any()) return '';
+    const parts = /** @type {Part[]} */ (Object.keys(PARTS)).filter((part) => this.parts.has(part));
+    const names = parts.map((part) => PARTS[part]);
+    const {size} = this.views;
+    if (size > 0) names.push(size === 1 ? '1 photograph' : `${size} photographs`);
+    const [first] = [...this.parts.values(), ...this.views.values()];
+    const verb = names.length > 1 || size > 1 ? 'are' : 'is';
+    const sentence = `${listed(names)} ${verb} missing: ${first.message}. ${SHOWN_INSTEAD}`;
+    return sentence[0].toUpperCase() + sentence.slice(1);
+  }
+
+  tell() {
+    const line = this.line();
+    if (line === this.told) return;
+    this.told = line;
+    this.changed(line);
+  }
+}

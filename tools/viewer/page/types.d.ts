@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Types of what the page's modules hand to each other. Only the type checker reads this file; it is no part of a site.
+
+export type Vector = number[];    // x, y, z
+export type Rotation = number[];  // nine numbers, row by row: camera from world coordinates
+export type Size = [width: number, height: number];
+
+export interface Pose {
+  position: Vector;
+  rotation: Rotation;
+}
+
+// A pinhole camera, as mesh/camera.h has it.
+export interface Camera {
+  width: number;
+  height: number;
+  fx: number;
+  fy: number;
+  cx: number;
+  cy: number;
+  rotation: Rotation;
+  translation: Vector;
+}
+
+// A stored view as the manifest describes it; the three names are of files of the site.
+export interface View extends Camera {
+  name: string;
+  photograph: string;
+  mask: string;
+  thumbnail: string;
+  gain: Vector;
+  depth: number;
+}
+
+export type Coding = 'plain' | 'difference' | 'corners';
+
+export interface PackedArray {
+  name: string;
+  components: number;
+  entries: number;
+  coding: Coding;
+  bytes: number;
+}
+
+export interface PackedFile {
+  file: string;
+  arrays: PackedArray[];
+}
+
+export interface MeshFile extends PackedFile {
+  corner_counts: number[];
+  origin: Vector;
+  step: number;
+}
+
+// blend/blend_options.h
+export interface BlendSettings {
+  views: number;
+  lambda: number;
+  printed_position: boolean;
+  rims: boolean;
+  fade_last: boolean;
+  consistent: boolean;
+  cubic: boolean;
+  prefilter: boolean;
+  nearby_exposure: boolean;
+  supersample: number;
+  antialias_all: boolean;
+  occlusion_tolerance: number;
+}
+
+// The manifest of a site, scene.json; site.cpp writes it.
+export interface Scene {
+  format: number;
+  title: string;
+  version: number | null;  // of a model that changes
+  blend: BlendSettings;
+  mesh: MeshFile;
+  coarse: MeshFile | null;
+  tables: PackedFile;
+  colors: PackedFile | null;
+  tile: number;
+  levels: number;
+  cubic_levels: number;
+  near_depth: number;
+  inverse_depth: number;
+  up: Vector;
+  photographed: {cosine: number; enlargement: number; share: number};
+  first_view: number;
+  poster: string | null;
+  views: (View | null)[];  // by view slot
+}
+
+// live.json of a model that changes
+export interface LiveState {
+  version: number;  // 0: no model yet
+  last: boolean;
+}
+
+export interface Shaders {
+  definitions: string;
+  sources: Record<string, string>;
+}
+
+// A mesh as the renderer takes it.
+export interface Mesh {
+  positions: Float32Array<ArrayBuffer>;
+  colors: Uint8Array<ArrayBuffer>;
+  shares: Uint8Array<ArrayBuffer>;
+  zones: Uint32Array<ArrayBuffer>;
+  corners: Uint32Array<ArrayBuffer>;
+  counts: number[];
+}
+
+export interface Tables {
+  zones: Uint32Array<ArrayBuffer>;
+  cells: Uint32Array<ArrayBuffer>;
+  references: Uint32Array<ArrayBuffer>;
+  resident: Uint32Array<ArrayBuffer>;
+}
+
+// A view over the network: its photograph and mask, decoded.
+export interface FetchedView {
+  slot: number;
+  picture: ImageBitmap;
+  mask: Uint8Array<ArrayBuffer>;
+}
+
+// How the GPU holds texels of photographs; see photograph_forms.js.
+export interface TexelForm {
+  name: string;
+  internal: number;
+  texelBytes: number;
+  blocks: boolean;
+}
+
+export interface ViewTiles {
+  first: number;
+  columns: number;
+  count: number;
+}
+
+// The texture array that photographs are in; see layout.js.
+export interface Layout {
+  form: TexelForm;
+  scale: number;
+  tile: number;
+  count: number;
+  cell: Size;
+  columns: number;
+  rows: number;
+  pages: number;
+  size: Size;
+  fits: boolean;
+  bytes: number;
+  slotColumns: number;
+  slotRows: number;
+  views: (ViewTiles | null)[];
+  tiles: number;
+}
+
+export interface Place {
+  page: number;
+  x: number;
+  y: number;
+}
+
+export type Mode = 'picture' | 'winner' | 'weights' | 'coverage' | 'geometry' | 'colours';
+export type Quality = 'auto' | 'sharp' | 'fast';
+
+// How the page deals with a bad network; see fetching.js.
+export interface NetworkOptions {
+  tries?: number;           // of each request, at least 1
+  pauseMs?: number;         // before the second try; each later pause is twice as long
+  stalledMs?: number;       // without a byte, after which a try counts as failed
+  laterMs?: number;         // until what is missing is asked for again; each later pause is twice as long
+  random?: () => number;    // in [0, 1), spreads the pauses of many visitors
+  signal?: AbortSignal;     // ends all requests
+}
+
+// MiB of GPU memory: what a model takes in all, what of it is the mesh, what is allowed, and what would be enough.
+export interface Overrun {
+  all: number;
+  mesh: number;
+  allowed: number;
+  enough: number;
+}
