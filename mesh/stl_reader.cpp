@@ -3,7 +3,9 @@
 // failed, and Assimp is many formats' worth of code that strangers' files would reach.
 #include "mesh/stl_reader.h"
 
+#include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <functional>
@@ -77,6 +79,24 @@ TriangleSoup parse_binary(std::string_view contents) {
   return soup;
 }
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
+// The words of STL are written in lower or upper case.
+std::string lower_case(std::string_view word) {
+  std::string result(word);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+// Whether the contents begin with "solid", after blanks and empty lines.
+bool begins_as_ascii(std::string_view contents) {
+  if (contents.starts_with(kByteOrderMark)) contents.remove_prefix(kByteOrderMark.size());
+  constexpr std::string_view kBlanks = " \t\r\n";
+  contents.remove_prefix(std::min(contents.find_first_not_of(kBlanks), contents.size()));
+  return lower_case(contents.substr(0, contents.find_first_of(kBlanks))) == "solid";
+}
+
 class AsciiParser {
  public:
   AsciiParser(std::string_view contents, const std::string& path) : rest_(contents), path_(path) {}
@@ -84,10 +104,11 @@ class AsciiParser {
   TriangleSoup parse() {
     TriangleSoup soup;
     Welder welder(soup);
+    if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
     while (!rest_.empty()) {
       std::string_view line = take_line(rest_);
       ++line_number_;
-      const std::string_view keyword = take_field(line);
+      const std::string keyword = lower_case(take_field(line));
       if (keyword == "vertex") {
         if (corners_ == 3) fail("a triangle has a fourth vertex");
         loop_[corners_++] = position(line);
@@ -122,6 +143,7 @@ class AsciiParser {
       if (!number) fail("a vertex has the value " + in_quotes(field) + ", which is not a number");
       result[axis] = *number;
     }
+    if (!take_field(line).empty()) fail("a vertex has more than 3 numbers");
     return result;
   }
 
@@ -144,10 +166,9 @@ std::string neither(std::string_view contents) {
 
 TriangleSoup parse_stl(std::string_view contents, const std::string& path) {
   TriangleSoup soup;
-  std::string_view start = contents;
   if (is_binary(contents)) {
     soup = parse_binary(contents);
-  } else if (take_field(start, " \t\r\n") == "solid" && contents.find('\0') == std::string_view::npos) {
+  } else if (begins_as_ascii(contents) && contents.find('\0') == std::string_view::npos) {
     soup = AsciiParser(contents, path).parse();
   } else {
     throw InputError(path + neither(contents));

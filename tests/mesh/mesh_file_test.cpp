@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <catch2/catch.hpp>
+#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -524,7 +525,12 @@ const std::string kAsciiStl =
 
 TEST_CASE("STL: corners at the same place are one vertex, in binary and ASCII files alike") {
   // Some programs begin binary files with "solid" too.
-  for (const std::string& contents : {binary_stl("made by hand"), binary_stl("solid"), kAsciiStl}) {
+  std::string upper = kAsciiStl;
+  std::transform(upper.begin(), upper.end(), upper.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  const std::string indented = " \t\r\n  " + kAsciiStl, marked = "\xef\xbb\xbf" + kAsciiStl;
+  for (const std::string& contents : {binary_stl("made by hand"), binary_stl("solid"), binary_stl("SOLID a"),
+                                      binary_stl("  solid"), kAsciiStl, upper, indented, marked}) {
     const TriangleSoup soup = parse_stl(contents, "m.stl");
     CHECK(soup.positions == std::vector<glm::dvec3>{{0, 0, 0}, {1, 0, 0}, {0, 1.5, 0}, {1, 1, 0}});
     CHECK(soup.faces == FaceList{{0, 1, 2}, {1, 3, 2}});
@@ -551,6 +557,11 @@ TEST_CASE("STL: what is damaged is refused by line or length, and what is not a 
   CHECK(refused("solid\nvertex 0 0 0\nendloop\n") == "m.stl: line 3: a triangle has 1 vertices, must have 3");
   CHECK(refused("solid\nvertex 0 0 0\n") == "m.stl: line 2: ends within a triangle");
   CHECK(refused("solid\nedge 0 0 0\n") == "m.stl: line 2: begins with 'edge', which is no word of STL");
+  CHECK(refused("SOLID\nVERTEX 0 0\n") == "m.stl: line 2: a vertex has the value '', which is not a number");
+  CHECK(refused("Solid\nVertex 0 0 0 1\n") == "m.stl: line 2: a vertex has more than 3 numbers");
+  // Bytes are missing at the end of a binary file that begins as an ASCII one.
+  CHECK_THAT(refused(binary_stl("solid").substr(0, 180)),
+             Catch::Contains("for its 2 triangles it would have 184 bytes, but it has 180"));
   const std::string corner = "vertex 1 0 0\n";
   CHECK(refused("solid\n" + corner + corner + corner + corner) == "m.stl: line 5: a triangle has a fourth vertex");
   const std::string nan = "vertex nan 0 0\n";
