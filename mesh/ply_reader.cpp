@@ -384,6 +384,11 @@ void check_has_vertices(const PlyHeader& header, const std::string& path) {
 }
 
 void check_has_faces(const PlyHeader& header, const std::string& path) {
+  if (element_named(header, "tristrips")) {
+    throw InputError(path +
+                     ": has its triangles in strips ('tristrips'), which this program does not read: write them as "
+                     "faces");
+  }
   const PlyElement* const face = element_named(header, "face");
   if (!face || face->count == 0) throw no_faces(path);
 }

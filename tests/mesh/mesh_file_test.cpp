@@ -458,23 +458,83 @@ TEST_CASE("OBJ: positions are the nearest double, also those that are not finite
 }
 
 TEST_CASE("OBJ: colours after the position, with and without a weight") {
-  CHECK(obj("v 0 0 0 1 .5 0\nv 0 1 0 1 1 0.5 0.001\nf 1 2 1\n").colors == Colors(2, glm::u8vec3(255, 128, 0)));
+  const Colors orange(2, glm::u8vec3(255, 128, 0));
+  CHECK(obj("v 0 0 0 1 .5 0\nv 0 1 0 1 0.5 0.001\nf 1 2 1\n").colors == orange);
+  CHECK(obj("v 0 0 0 1 1 .5 0\nv 0 1 0 1 1 0.5 0.001\nf 1 2 1\n").colors == orange);
+}
+
+TEST_CASE("OBJ: the most numbers of any vertex tell what they are, weights and opacities are left out") {
+  const std::string faces = "f 1 2 3\n";
+  const Colors red(3, glm::u8vec3(255, 0, 0));
+  const auto of = [&](const std::string& after) { return obj(after + after + after + faces); };
+  CHECK(of("v 0 0 0\n").colors.empty());
+  CHECK(of("v 0 0 0 1\n").colors.empty());
+  CHECK(of("v 0 0 0 1 0 0\n").colors == red);
+  CHECK(of("v 0 0 0 1 1 0 0\n").colors == red);                          // x y z w r g b
+  CHECK(of("v 0 0 0 1 1 0 0 0.5\n").colors == red);                      // x y z w r g b a
+  CHECK(of("v 0 0 0 1 1 1 1\n").colors == Colors(3, glm::u8vec3(255)));  // white in either way
+  // Opaque and of several colours: the last number is 1 everywhere, the fourth is not.
+  CHECK(obj("v 0 0 0 1 0 0 1\nv 0 0 0 0 1 0 1\nv 0 0 0 0.2 0 1 1\n" + faces).colors ==
+        Colors{{255, 0, 0}, {0, 255, 0}, {51, 0, 255}});
+  // Half transparent: a weight would be 1.
+  CHECK(obj("v 0 0 0 1 0 0 0.5\nv 0 0 0 0 1 0 0.4\nv 0 0 0 0.2 0 1 0.5\n" + faces).colors ==
+        Colors{{255, 0, 0}, {0, 255, 0}, {51, 0, 255}});
+  CHECK(obj("v 0 0 0 1 1 0 0\nv 0 0 0 1 0 1 0\nv 0 0 0 1 0 0 1\n" + faces).colors ==
+        Colors{{255, 0, 0}, {0, 255, 0}, {0, 0, 255}});
+}
+
+TEST_CASE("OBJ: seven numbers that may be a weight or an opacity are refused, mixtures too") {
+  check_refused_obj(
+      "v 0 0 0 1 1 1 1\nv 0 0 0 1 0 0 1\nv 0 0 0 1 0.5 0 1\nf 1 2 3\n",
+      "its vertices have 7 numbers, of which the fourth and the last are 1 everywhere: this may be x y z w "
+      "r g b or x y z r g b a; write x y z r g b");
+  check_refused_obj("v 0 0 0 1\nv 0 0 0 1 0 0\nf 1 2 1\n",
+                    "line 2: a vertex has 6 numbers, the first has 4: give all the same");
+  check_refused_obj("v 0 0 0\nv 0 0 0 1 1 0 0\nf 1 2 1\n",
+                    "line 2: a vertex has 7 numbers, the first has 3: give all the same");
+  check_refused_obj("v 0 0 0 2\nf 1 1 1\n", "line 1: a vertex has the weight 2, must be 1: write x y z divided by it");
+}
+
+TEST_CASE("OBJ: statements that make surfaces in other ways are refused, other words too") {
+  const std::string start = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  for (const char* const word :
+       {"surf", "curv", "curv2", "cstype", "deg", "parm", "trim", "bzp", "bsp", "cdc", "res"}) {
+    check_refused_obj(start + word + " 1 2\n", "line 5: begins with '" + std::string(word) +
+                                                   "', a free-form surface, which this program does not read: convert "
+                                                   "it to triangles");
+  }
+  check_refused_obj(start + "call other.obj\n",
+                    "line 5: begins with 'call', which takes in another file, which this program does not read: write "
+                    "one file");
+  check_refused_obj(start + "F 1 2 3\n", "line 5: begins with 'F', which is no word of OBJ");
+  CHECK(obj(start + "l 1 \\\n2 3 \\\n1\nusemtl a\\\nf 1 2 3\n").faces.size() == 2);
+  CHECK(obj(start + "fo 1 2 3\n").faces.size() == 2);  // as version 2.11 has faces
+  CHECK(obj(start +
+            "vp 1\np 1\nl 1 2\nvt 0 0\nvn 0 0 1\ng a\no b\ns 1\nmg 1 2\nusemtl a\nmtllib b\nusemap c\nmaplib d\n"
+            "bevel on\nc_interp on\nd_interp on\nlod 1\nshadow_obj a\ntrace_obj b\nctech a\nstech b\n")
+            .faces.size() == 1);
+}
+
+TEST_CASE("PLY: triangle strips are named, not taken for points") {
+  check_refused_ply(
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+      "has its triangles in strips ('tristrips'), which this program does not read: write them as faces");
 }
 
 TEST_CASE("OBJ: what is wrong is said with its line") {
   const std::string start = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-  check_refused_obj("hello\n", "has no vertices");
+  check_refused_obj("hello\n", "line 1: begins with 'hello', which is no word of OBJ");
+  check_refused_obj("# nothing\n", "has no vertices");
   check_refused_obj(start, "has no faces; a point cloud must be meshed first, for instance by Poisson reconstruction");
-  check_refused_obj("v 0 0\n", "line 1: a vertex has 2 values; 3, 4, 6 or 7 are known");
-  check_refused_obj("v 0 0 0 0 0\n", "line 1: a vertex has 5 values; 3, 4, 6 or 7 are known");
-  check_refused_obj("v 0 0 0 1 1 1 1 1\n", "line 1: a vertex has more than 7 values");
+  check_refused_obj("v 0 0\n", "line 1: a vertex has 2 numbers; 3, 4, 6, 7 or 8 are known");
+  check_refused_obj("v 0 0 0 0 0\n", "line 1: a vertex has 5 numbers; 3, 4, 6, 7 or 8 are known");
+  check_refused_obj("v 0 0 0 1 1 1 1 1 1\n", "line 1: a vertex has more than 8 numbers");
   check_refused_obj("\nv 0 0,5 0\n", "line 2: a vertex has the value '0,5', which is not a number");
   check_refused_obj("v 0 0 0 1 2 1\n", "line 1: a vertex has a colour outside of [0, 1]");
   check_refused_obj("v 0 0 0 nan 0 0\n", "line 1: a vertex has a colour outside of [0, 1]");
-  check_refused_obj(start + "v 0 0 0 1 1 1\n",
-                    "line 4: some vertices have colours and others do not; give them to all or to none");
-  check_refused_obj("v 0 0 0 1 1 1\nv 0 0 0\n",
-                    "line 2: some vertices have colours and others do not; give them to all or to none");
+  check_refused_obj(start + "v 0 0 0 1 1 1\n", "line 4: a vertex has 6 numbers, the first has 3: give all the same");
+  check_refused_obj("v 0 0 0 1 1 1\nv 0 0 0\n", "line 2: a vertex has 3 numbers, the first has 6: give all the same");
   check_refused_obj(start + "f\n", "line 4: a face has no corners");
   check_refused_obj(start + "f 1 2 0\n", "line 4: a face refers to vertex 0, but there are 3 vertices, counted from 1");
   check_refused_obj(start + "f 1 2 -4\n",
