@@ -4,6 +4,7 @@
 //   Devernay, Faugeras, "Straight lines have to be straight", 2001 (FOV)
 //   Fitzgibbon, "Simultaneous linear estimation of multiple view geometry and lens distortion", 2001 (division)
 //   Khomutenko et al., "An Enhanced Unified Camera Model", 2016 (EUCM)
+//   Agisoft Metashape user manual, appendix "Camera models", of versions 1.2 to 2 (BROWN)
 #include "tools/scene/camera_model.h"
 
 #include <algorithm>
@@ -125,6 +126,19 @@ glm::dvec2 eucm(const double* k, const glm::dvec2& p) {
   return p / (alpha * std::sqrt(beta * squared_length(p) + 1) + 1 - alpha);
 }
 
+// Brown's radial and tangential terms, and a skew that adds k[0] times y to x. The coefficients are the skew, k1 to k4,
+// and p1 to p4, of which the last two grow the tangential terms with the radius.
+glm::dvec2 brown(const double* k, const glm::dvec2& p) {
+  const double r2 = squared_length(p);
+  const glm::dvec2 bent =
+      p * series<4>({k[1], k[2], k[3], k[4]}, r2) + tangential(k[5], k[6], p) * series<2>({k[7], k[8]}, r2);
+  return {bent.x + k[0] * bent.y, bent.y};
+}
+
+glm::dvec2 brown_fisheye(const double* k, const glm::dvec2& p) {
+  return brown(k, equidistant(p));
+}
+
 struct Description {
   std::string_view name;
   std::size_t focal_count;  // 1: one for both axes
@@ -134,7 +148,7 @@ struct Description {
   bool fisheye;           // distorted even with every coefficient 0
 };
 
-// The models stand in the order of COLMAP's numbers.
+// The models stand in the order of LensModel.
 constexpr std::array<Description, kLensModelCount> kDescriptions{{
     {"SIMPLE_PINHOLE", 1, 3, "f, cx, cy", identity, false},
     {"PINHOLE", 2, 4, "fx, fy, cx, cy", identity, false},
@@ -155,12 +169,14 @@ constexpr std::array<Description, kLensModelCount> kDescriptions{{
     {"FISHEYE", 2, 4, "fx, fy, cx, cy", fisheye, true},
     {"EUCM", 2, 6, "fx, fy, cx, cy, alpha, beta", eucm, false},
     {"EQUIRECTANGULAR", 0, 2, "w, h", nullptr, false},
+    {"BROWN", 2, 13, "fx, fy, cx, cy, skew, k1, k2, k3, k4, p1, p2, p3, p4", brown, false},
+    {"BROWN_FISHEYE", 2, 13, "fx, fy, cx, cy, skew, k1, k2, k3, k4, p1, p2, p3, p4", brown_fisheye, true},
 }};
 
 const Description& description(LensModel model) {
   const auto index = static_cast<std::int32_t>(model);
   if (index < 0 || index >= kLensModelCount) {
-    throw std::invalid_argument("lens: model is " + std::to_string(index) + ", must be in [0, 17]");
+    throw std::invalid_argument("lens: model is " + std::to_string(index) + ", must be in [0, 19]");
   }
   return kDescriptions[static_cast<std::size_t>(index)];
 }
@@ -246,14 +262,14 @@ double reach_along(const CameraModel& lens, const glm::dvec2& direction, double 
 }  // namespace
 
 std::optional<LensModel> lens_model(std::int32_t colmap_id) {
-  if (colmap_id < 0 || colmap_id >= kLensModelCount) {
+  if (colmap_id < 0 || colmap_id >= kColmapModelCount) {
     return std::nullopt;
   }
   return static_cast<LensModel>(colmap_id);
 }
 
 std::optional<LensModel> lens_model(std::string_view colmap_name) {
-  for (std::int32_t id = 0; id < kLensModelCount; ++id) {
+  for (std::int32_t id = 0; id < kColmapModelCount; ++id) {
     if (kDescriptions[static_cast<std::size_t>(id)].name == colmap_name) {
       return static_cast<LensModel>(id);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// COLMAP's lens models: from a direction in the camera frame to a point of the photograph.
+// COLMAP's lens models, and Metashape's: from a direction in the camera frame to a point of the photograph.
 // The frames are those of mesh/camera.h; COLMAP's are the same.
 //
 // A model is a distortion d of the normalised image plane followed by focal lengths and principal point:
@@ -17,7 +17,8 @@
 
 namespace lumatlas {
 
-// The values are COLMAP's numbers for its models, which its binary files hold.
+// The values below kColmapModelCount are COLMAP's numbers for its models, which its binary files hold. No file holds
+// the others.
 enum class LensModel : std::int32_t {
   kSimplePinhole = 0,
   kPinhole = 1,
@@ -37,21 +38,26 @@ enum class LensModel : std::int32_t {
   kFisheye = 15,
   kEucm = 16,
   kEquirectangular = 17,
+  kBrown = 18,         // Metashape's and RealityCapture's: radial terms up to r^8, and a skew
+  kBrownFisheye = 19,  // the same of the angle to the axis
 };
-inline constexpr std::int32_t kLensModelCount = 18;
+inline constexpr std::int32_t kColmapModelCount = 18;
+inline constexpr std::int32_t kLensModelCount = 20;
 
+// COLMAP's model of this number or name; none if COLMAP has no such model.
 [[nodiscard]] std::optional<LensModel> lens_model(std::int32_t colmap_id);
 [[nodiscard]] std::optional<LensModel> lens_model(std::string_view colmap_name);
-[[nodiscard]] std::string_view name(LensModel model);             // COLMAP's, such as "OPENCV_FISHEYE"
+[[nodiscard]] std::string_view name(LensModel model);             // as COLMAP writes it, such as "OPENCV_FISHEYE"
 [[nodiscard]] std::size_t parameter_count(LensModel model);       // at most 16
 [[nodiscard]] std::string_view parameter_names(LensModel model);  // in order, such as "f, cx, cy, k"
 
 // A lens with its photograph's size.
 struct CameraModel {
   LensModel model = LensModel::kPinhole;
-  std::uint32_t width = 0;              // pixels
-  std::uint32_t height = 0;             // pixels
-  std::array<double, 16> parameters{};  // COLMAP's, in its order; 0 from parameter_count(model) on
+  std::uint32_t width = 0;   // pixels
+  std::uint32_t height = 0;  // pixels
+  std::array<double, 16>
+      parameters{};  // those of parameter_names(model), in that order; 0 from parameter_count(model) on
 
   [[nodiscard]] glm::dvec2 focal_length() const;     // pixels; (0, 0) for a panorama, which has none
   [[nodiscard]] glm::dvec2 principal_point() const;  // pixels; (0, 0) for a panorama

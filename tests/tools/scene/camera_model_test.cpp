@@ -54,7 +54,9 @@ std::vector<CameraModel> one_of_each() {
           lens_with(kDivision, {-0.2}),
           lens_with(kSimpleFisheye, {}),
           lens_with(kFisheye, {}),
-          lens_with(kEucm, {0.5, 1.1})};
+          lens_with(kEucm, {0.5, 1.1}),
+          lens_with(kBrown, {0.01, -0.1, 0.02, 0.01, -0.003, 0.001, -0.002, 0.1, -0.05}),
+          lens_with(kBrownFisheye, {0.01, -0.03, 0.01, 0.002, -0.001, 0.001, -0.002, 0.1, -0.05})};
 }
 
 // Where the lens images the direction, in units of the focal lengths from the principal point.
@@ -70,7 +72,7 @@ void check_near(const glm::dvec2& value, const glm::dvec2& expected) {
 }
 
 TEST_CASE("COLMAP's numbers and names lead to the same model, and no others do") {
-  for (std::int32_t id = 0; id < kLensModelCount; ++id) {
+  for (std::int32_t id = 0; id < kColmapModelCount; ++id) {
     const std::optional<LensModel> model = lens_model(id);
     REQUIRE(model);
     CHECK(lens_model(name(*model)) == model);
@@ -78,16 +80,17 @@ TEST_CASE("COLMAP's numbers and names lead to the same model, and no others do")
   CHECK(name(LensModel::kPinhole) == "PINHOLE");
   CHECK(lens_model("FULL_OPENCV") == LensModel::kFullOpenCv);
   CHECK_FALSE(lens_model(-1));
-  CHECK_FALSE(lens_model(kLensModelCount));
+  CHECK_FALSE(lens_model(kColmapModelCount));
+  CHECK_FALSE(lens_model("BROWN"));  // of lumatlas alone
   CHECK_FALSE(lens_model("pinhole"));
   CHECK_FALSE(lens_model(""));
 }
 
 TEST_CASE("the names of the parameters are as many as the parameters") {
   for (std::int32_t id = 0; id < kLensModelCount; ++id) {
-    const std::string_view names = parameter_names(*lens_model(id));
-    CHECK(static_cast<std::size_t>(std::count(names.begin(), names.end(), ',')) + 1 ==
-          parameter_count(*lens_model(id)));
+    const auto model = static_cast<LensModel>(id);
+    const std::string_view names = parameter_names(model);
+    CHECK(static_cast<std::size_t>(std::count(names.begin(), names.end(), ',')) + 1 == parameter_count(model));
   }
 }
 
@@ -121,7 +124,7 @@ TEST_CASE("a perspective model with every coefficient 0 is a pinhole, a fisheye 
   const glm::dvec3 direction(0.3, -0.4, 1);
   using enum LensModel;
   for (const LensModel model : {kSimplePinhole, kPinhole, kSimpleRadial, kRadial, kOpenCv, kFullOpenCv, kFov,
-                                kSimpleDivision, kDivision, kEucm}) {
+                                kSimpleDivision, kDivision, kEucm, kBrown}) {
     INFO(name(model));
     CameraModel lens = lens_with(
         model, std::vector<double>(parameter_count(model) - (parameter_names(model).starts_with("fx") ? 4 : 3)));
@@ -146,6 +149,10 @@ TEST_CASE("perspective models give the values worked by hand") {
   check_near(distorted(lens_with(kFullOpenCv, {0.4, 0.16, 0.1, 0.2, 0.64, 0.8, 0, 0}), d),
              {0.3 * 1.12 / 1.2 + 0.062, -0.4 * 1.12 / 1.2 + 0.009});
   check_near(distorted(lens_with(kFullOpenCv, {0, 0, 0, 0, 0, 0, 0.16, 0.64}), d), {0.3 / 1.02, -0.4 / 1.02});
+  // Radial terms of 1/10 to 1/10000, tangential ones as above times 1.11, and half of y added to x.
+  const std::vector<double> brown{0.5, 0.4, 0.16, 0.064, 0.0256, 0.1, 0.2, 0.4, 0.16};
+  const double y = -0.4 * 1.1111 + 0.009 * 1.11;
+  check_near(distorted(lens_with(kBrown, brown), d), {0.3 * 1.1111 + 0.062 * 1.11 + 0.5 * y, y});
   // The point (0.3, -0.4) / (1 - 0.8 / 4) is the one that the division model moves to (0.3, -0.4).
   check_near(distorted(lens_with(kSimpleDivision, {-0.8}), {0.375, -0.5, 1}), {0.3, -0.4});
   check_near(distorted(lens_with(kDivision, {-0.8}), {0.375, -0.5, 1}), {0.3, -0.4});
@@ -178,6 +185,11 @@ TEST_CASE("fisheye models give the values worked by hand") {
                                                      0.3 / theta, 0.4 / theta}),
                        d),
              {(0.66666 + 0.44 + 0.3) * theta, (0.88888 + 0.42 + 0.4) * theta});
+  const double y = (0.88888 + 0.42 * 1.11) * theta;
+  check_near(distorted(lens_with(kBrownFisheye,
+                                 {0.5, c, c * c, std::pow(c, 3), std::pow(c, 4), 0.1 / theta, 0.2 / theta, c, c * c}),
+                       d),
+             {(0.66666 + 0.44 * 1.11) * theta + 0.5 * y, y});
 }
 
 TEST_CASE("the fisheye of sixteen parameters gives the values worked by hand") {
