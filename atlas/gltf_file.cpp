@@ -135,8 +135,8 @@ GltfFile::GltfFile(fs::path path, GltfUse use) : path_(std::move(path)) {
   if (levels > kMaxNesting) {
     refuse("nests its values " + std::to_string(levels) + " deep, must be at most " + std::to_string(kMaxNesting));
   }
-  parse(frame);
-  check_version(use);
+  parse(frame, use);
+  check_version();
 }
 
 void GltfFile::refuse(const std::string& why) const {
@@ -185,11 +185,51 @@ void GltfFile::take_images(nlohmann::json& document) {
   document.erase(found);
 }
 
-void GltfFile::parse(const GlbFrame& frame) {
+namespace {
+
+// The extensions that a file may require. None of the others may be skipped: what they leave out would be missing.
+bool is_known(const std::string& extension, GltfUse use) {
+  if (extension == kLumigraphExtension || extension == kUnlitExtension) return true;
+  if (use == GltfUse::model) return false;
+  constexpr std::array kElsewhere{"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_"};
+  return extension == "KHR_mesh_quantization" || extension == "KHR_node_visibility" ||
+         std::any_of(kElsewhere.begin(), kElsewhere.end(), [&](auto start) { return extension.starts_with(start); });
+}
+
+// Extensions by which the buffers do not hold what accessors say.
+struct Compression {
+  const char* extension;
+  const char* name;
+};
+constexpr std::array kCompressions{Compression{"KHR_draco_mesh_compression", "Draco"},
+                                   Compression{"EXT_meshopt_compression", "meshoptimizer"},
+                                   Compression{"KHR_meshopt_compression", "meshoptimizer"}};
+
+}  // namespace
+
+// Before the rest is parsed: what such an extension leaves out would look like damage.
+void GltfFile::check_required(const nlohmann::json& document, GltfUse use) const {
+  const auto required = document.find("extensionsRequired");
+  if (required == document.end() || !required->is_array()) return;
+  for (const nlohmann::json& entry : *required) {
+    if (!entry.is_string()) refuse("\"extensionsRequired\" holds something else than names");
+    const auto extension = entry.get<std::string>();
+    if (is_known(extension, use)) continue;
+    for (const Compression& compression : kCompressions) {
+      if (extension != compression.extension) continue;
+      refuse(std::string("is compressed by ") + compression.name + " (" + extension +
+             "), which this program does not read: export it without compression");
+    }
+    refuse("requires the extension " + extension + ", which this program does not know");
+  }
+}
+
+void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
   Folder folder{*this, path_.parent_path(), {}, {}};
   nlohmann::json document = nlohmann::json::parse(frame.json, nullptr, false);
   std::string json = frame.json;  // what is no JSON, tinygltf refuses
   if (document.is_object()) {
+    check_required(document, use);
     take_images(document);
     if (const std::optional<std::uint64_t> bytes = name_binary_chunk(document, frame)) {
       folder.binary_chunk = [&, count = *bytes] { return read_glb_binary(path_, frame, count); };
@@ -211,26 +251,12 @@ void GltfFile::parse(const GlbFrame& frame) {
   if (!parsed) refuse("is no glTF 2.0 file that can be read: " + short_reason(error));
 }
 
-namespace {
-
-bool is_known(const std::string& extension, GltfUse use) {
-  if (extension == kLumigraphExtension || extension == kUnlitExtension) return true;
-  if (use == GltfUse::model) return false;
-  constexpr std::array kElsewhere{"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_"};
-  return extension == "KHR_mesh_quantization" ||
-         std::any_of(kElsewhere.begin(), kElsewhere.end(), [&](auto start) { return extension.starts_with(start); });
-}
-
-}  // namespace
-
-void GltfFile::check_version(GltfUse use) const {
+void GltfFile::check_version() const {
   if (!model_.asset.version.starts_with("2.")) {
     refuse("is of glTF version " + model_.asset.version + ", this program reads 2.0");
   }
-  for (const std::string& required : model_.extensionsRequired) {
-    if (!is_known(required, use)) {
-      refuse("requires the extension " + required + ", which this program does not know");
-    }
+  if (!model_.asset.minVersion.empty() && model_.asset.minVersion != "2.0") {
+    refuse("needs a reader of glTF " + model_.asset.minVersion + ", this program reads 2.0");
   }
 }
 

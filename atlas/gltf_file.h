@@ -99,9 +99,10 @@ class GltfFile {
   [[nodiscard]] std::span<const unsigned char> view_bytes(int view, const std::string& what) const;
   [[nodiscard]] std::span<const unsigned char> packed_bytes(int view, const std::string& what) const;
   void require_within(double x, const std::string& what, double least, double most) const;
-  void parse(const GlbFrame& frame);
+  void parse(const GlbFrame& frame, GltfUse use);
   void take_images(nlohmann::json& document);
-  void check_version(GltfUse use) const;
+  void check_required(const nlohmann::json& document, GltfUse use) const;
+  void check_version() const;
 
   // tinygltf is not given the images: it would look for them before their places have been checked.
   struct ImagePlace {

@@ -135,9 +135,18 @@ class MeshReader {
     if (node.extensions.contains("EXT_mesh_gpu_instancing")) {
       file_.refuse(where + " uses EXT_mesh_gpu_instancing, which this program does not read: write out its instances");
     }
+    if (is_hidden(node)) return;
     const glm::dmat4 scene_from_node = placed.scene_from_parent * transform(node, where);
     for (const int child : node.children) open.push_back({child, scene_from_node});
     if (node.mesh >= 0) add_mesh(node.mesh, scene_from_node);
+  }
+
+  // A node that KHR_node_visibility hides shows neither its mesh nor its children.
+  [[nodiscard]] static bool is_hidden(const tinygltf::Node& node) {
+    const auto found = node.extensions.find("KHR_node_visibility");
+    if (found == node.extensions.end() || !found->second.Has("visible")) return false;
+    const tinygltf::Value& visible = found->second.Get("visible");
+    return visible.IsBool() && !visible.Get<bool>();
   }
 
   // `values` has `count` finite numbers, or none, in which case `otherwise` is taken.

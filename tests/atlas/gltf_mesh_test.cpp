@@ -146,8 +146,29 @@ TEST_CASE("what this program does not read is refused by its name") {
     change(triangle);
     return triangle.refusal();
   };
-  CHECK_THAT(refused([](Triangle& t) { t.document["extensionsRequired"] = {"KHR_draco_mesh_compression"}; }),
-             Catch::Contains("requires the extension KHR_draco_mesh_compression"));
+  // Compressed: attributes have no buffer view, and a buffer may have no bytes.
+  const auto compressed = [](Triangle& t, const char* extension) {
+    t.document["extensionsUsed"] = {extension};
+    t.document["extensionsRequired"] = {extension};
+    t.document["accessors"][0].erase("bufferView");
+    t.document["accessors"][1]["bufferView"] = 7;
+    t.document["buffers"].push_back({{"byteLength", 68}});
+  };
+  CHECK_THAT(refused([&](Triangle& t) { compressed(t, "KHR_draco_mesh_compression"); }),
+             Catch::Contains("is compressed by Draco (KHR_draco_mesh_compression), which this program does not read: "
+                             "export it without compression"));
+  CHECK_THAT(refused([&](Triangle& t) { compressed(t, "EXT_meshopt_compression"); }),
+             Catch::Contains("is compressed by meshoptimizer (EXT_meshopt_compression), which this program does not "
+                             "read: export it without compression"));
+  CHECK_THAT(refused([&](Triangle& t) { compressed(t, "ACME_shape"); }),
+             Catch::Contains("requires the extension ACME_shape, which this program does not know"));
+  CHECK_THAT(refused([](Triangle& t) { t.document["asset"]["minVersion"] = "2.1"; }),
+             Catch::Contains("needs a reader of glTF 2.1, this program reads 2.0"));
+  CHECK(refused([](Triangle& t) { t.document["asset"]["minVersion"] = "2.0"; }) == "taken");
+  CHECK_THAT(refused([](Triangle& t) {
+               t.document["nodes"][0]["extensions"] = {{"KHR_node_visibility", {{"visible", false}}}};
+             }),
+             Catch::Contains("has no faces"));
   CHECK(refused([](Triangle& t) { t.document["extensionsRequired"] = {"KHR_materials_ior"}; }) == "taken");
   CHECK_THAT(refused([](Triangle& t) {
                t.document["accessors"][0]["sparse"] = json::parse(
