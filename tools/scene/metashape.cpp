@@ -62,6 +62,11 @@ std::vector<double> numbers(const pugi::xml_node& node, std::size_t count, const
   return values;
 }
 
+std::string_view trimmed_text(const pugi::xml_node& node) {
+  std::string_view text = node.text().get();
+  return take_field(text, " \t\r\v\f\n");
+}
+
 double number_or_0(const pugi::xml_node& parent, const char* name, const XmlPlace& place) {
   const pugi::xml_node node = parent.child(name);
   return node ? numbers(node, 1, place)[0] : 0;
@@ -82,11 +87,21 @@ pugi::xml_node calibration_of(const pugi::xml_node& sensor) {
   return adjusted ? adjusted : sensor.child("calibration");
 }
 
-CameraModel fisheye_lens(const BrownLens& b) {
-  CameraModel lens{LensModel::kThinPrismFisheye, b.width, b.height, {}};
-  lens.parameters = {b.fx, b.fy, b.cx, b.cy, b.k1, b.k2, b.p1, b.p2, b.k3, b.k4, 0, 0};
-  check(lens);
-  return lens;
+// Everything that a calibration may hold; of these, the last ones are no coefficients.
+constexpr std::array kCalibrationNames{"f",  "cx", "cy", "b1", "b2",         "k1",   "k2",         "k3", "k4",
+                                       "p1", "p2", "p3", "p4", "resolution", "date", "covariance", "fx"};
+
+void refuse_unread_calibration(const pugi::xml_node& calibration, const XmlPlace& place) {
+  for (const pugi::xml_node& node : calibration.children()) {
+    const std::string_view name = node.name();
+    const bool known = std::any_of(kCalibrationNames.begin(), kCalibrationNames.end(),
+                                   [&](const char* other) { return name == other; });
+    if (known || node.type() != pugi::node_element) continue;
+    const std::optional<double> value = parse_number(trimmed_text(node));
+    if (value == 0.0) continue;
+    place.refuse("its calibration has " + in_quotes(name) +
+                 ", which this program does not read: export undistorted photographs and their cameras");
+  }
 }
 
 CameraModel lens_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) {
@@ -107,17 +122,18 @@ CameraModel lens_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) 
   lens.k4 = value("k4");
   lens.p1 = value("p2");  // see the header
   lens.p2 = value("p1");
-  if (value("b2") != 0) {
-    place.refuse("has a skew b2 of " + number_text(value("b2")) +
-                 ", which no lens of COLMAP has: calibrate without it, or export undistorted photographs");
-  }
+  lens.p3 = value("p3");
+  lens.p4 = value("p4");
+  lens.skew = value("b2");
+  refuse_unread_calibration(calibration, place);
   std::string_view type = calibration.attribute("type").value();
   if (type.empty()) type = sensor.attribute("type").value();
   if (type != "frame" && type != "fisheye" && type != "equidistant_fisheye") {
     place.refuse("is of the type " + in_quotes(type) + ", must be frame or fisheye");
   }
+  lens.fisheye = type != "frame";
   try {
-    return type == "frame" ? lens_of(lens) : fisheye_lens(lens);
+    return lens_of(lens);
   } catch (const std::invalid_argument& error) {
     place.refuse(std::string("a camera that cannot be: ") + error.what());
   }
@@ -138,6 +154,44 @@ Similarity similarity_of(const pugi::xml_node& transform, const XmlPlace& place)
   return result;
 }
 
+// Where something is in something else's coordinates, and how it is turned there.
+struct RigPose {
+  glm::dmat3 rotation{1.0};
+  glm::dvec3 center{0.0};
+
+  // The pose of what has the pose `inner` in the coordinates of this.
+  [[nodiscard]] RigPose operator*(const RigPose& inner) const {
+    return {rotation * inner.rotation, rotation * inner.center + center};
+  }
+};
+
+RigPose pose_of(const pugi::xml_node& transform, const XmlPlace& place) {
+  const std::vector<double> m = numbers(transform, 16, place);
+  try {
+    check_last_row({m[12], m[13], m[14], m[15]});
+  } catch (const std::invalid_argument& error) {
+    place.refuse(std::string("its transform: ") + error.what());
+  }
+  RigPose pose;
+  for (int i = 0; i < 9; ++i) pose.rotation[i % 3][i / 3] = m[static_cast<std::size_t>(4 * (i / 3) + i % 3)];
+  pose.center = {m[3], m[7], m[11]};
+  return pose;
+}
+
+// Of a sensor in a rig, in the coordinates of the rig's master; without an offset it stands where the master does.
+RigPose pose_in_rig(const pugi::xml_node& sensor, const XmlPlace& place) {
+  RigPose pose;
+  if (const pugi::xml_node node = sensor.child("rotation")) {
+    const std::vector<double> r = numbers(node, 9, place);
+    for (int i = 0; i < 9; ++i) pose.rotation[i % 3][i / 3] = r[static_cast<std::size_t>(i)];
+  }
+  if (const pugi::xml_node node = sensor.child("location")) {
+    const std::vector<double> t = numbers(node, 3, place);
+    pose.center = {t[0], t[1], t[2]};
+  }
+  return pose;
+}
+
 class ChunkReader {
  public:
   ChunkReader(const pugi::xml_node& chunk, const fs::path& path, const PhotographLookup& photographs)
@@ -155,8 +209,13 @@ class ChunkReader {
       const std::string id = component.attribute("id").value();
       components_.emplace(id, similarity_of(component.child("transform"), {path_, "component " + in_quotes(id)}));
     }
-    read_cameras(chunk_.child("cameras"));
-    for (const pugi::xml_node& group : chunk_.child("cameras").children("group")) read_cameras(group);
+    collect_cameras(chunk_.child("cameras"));
+    for (const pugi::xml_node& group : chunk_.child("cameras").children("group")) collect_cameras(group);
+    for (const pugi::xml_node& camera : cameras_) read_camera(camera);
+    if (in_rigs_ > 0) {
+      posed_.notes.push_back(std::to_string(in_rigs_) +
+                             " cameras of rigs are placed by their masters' poses and their sensors' offsets");
+    }
     note_skipped(posed_, without_pose_, "are disabled or were not aligned");
     finish(posed_, path_);
     const std::string_view reference = chunk_.child("reference").text().get();
@@ -169,28 +228,40 @@ class ChunkReader {
   }
 
  private:
-  void read_cameras(const pugi::xml_node& cameras) {
+  void collect_cameras(const pugi::xml_node& cameras) {
     for (const pugi::xml_node& camera : cameras.children("camera")) {
-      const std::string_view enabled = camera.attribute("enabled").value();
-      if (enabled == "false" || enabled == "0" || !camera.child("transform")) {
-        ++without_pose_;
-      } else {
-        read_camera(camera);
-      }
+      cameras_.push_back(camera);
+      cameras_by_id_.emplace(camera.attribute("id").value(), camera);
     }
   }
 
+  // The camera that has the pose of the whole rig; the camera itself if it is in none.
+  [[nodiscard]] pugi::xml_node master_of(const pugi::xml_node& camera) const {
+    const std::string id = camera.attribute("master_id").value();
+    if (id.empty() || camera.child("transform")) return camera;
+    const auto found = cameras_by_id_.find(id);
+    return found == cameras_by_id_.end() ? camera : found->second;
+  }
+
   void read_camera(const pugi::xml_node& camera) {
+    const std::string_view enabled = camera.attribute("enabled").value();
+    const pugi::xml_node master = master_of(camera);
+    if (enabled == "false" || enabled == "0" || !master.child("transform")) {
+      ++without_pose_;
+      return;
+    }
     const std::string label = camera.attribute("label").value();
     const XmlPlace place{path_, "camera " + in_quotes(label)};
+    RigPose chunk_from_camera = pose_of(master.child("transform"), place);
+    if (master != camera) {
+      chunk_from_camera = chunk_from_camera * pose_in_rig(sensor_of(camera, place), place);
+      ++in_rigs_;
+    }
     PosedPhotograph photograph = photographs_.find(label);
-    const std::vector<double> m = numbers(camera.child("transform"), 16, place);
-    glm::dmat3 chunk_from_camera;
-    for (int i = 0; i < 9; ++i) chunk_from_camera[i % 3][i / 3] = m[static_cast<std::size_t>(4 * (i / 3) + i % 3)];
-    const Similarity& world = world_of(camera);
-    const glm::dvec3 center = world.scale * (world.rotation * glm::dvec3(m[3], m[7], m[11])) + world.translation;
+    const Similarity& world = world_of(master);
+    const glm::dvec3 center = world.scale * (world.rotation * chunk_from_camera.center) + world.translation;
     const std::string broken =
-        set_pose(photograph, world.rotation * chunk_from_camera, center, CameraAxes::right_down_forward);
+        set_pose(photograph, world.rotation * chunk_from_camera.rotation, center, CameraAxes::right_down_forward);
     if (!broken.empty()) place.refuse("its transform " + broken);
     photograph.lens = lens_of_camera(camera, place);
     posed_.photographs.push_back(std::move(photograph));
@@ -201,13 +272,19 @@ class ChunkReader {
     return found == components_.end() ? world_from_chunk_ : found->second;
   }
 
-  const CameraModel& lens_of_camera(const pugi::xml_node& camera, const XmlPlace& place) {
+  [[nodiscard]] const pugi::xml_node& sensor_of(const pugi::xml_node& camera, const XmlPlace& place) const {
     const std::string id = camera.attribute("sensor_id").value();
     const auto sensor = sensors_.find(id);
     if (sensor == sensors_.end()) place.refuse("is of sensor " + in_quotes(id) + ", which is not in the file");
+    return sensor->second;
+  }
+
+  const CameraModel& lens_of_camera(const pugi::xml_node& camera, const XmlPlace& place) {
+    const pugi::xml_node& sensor = sensor_of(camera, place);
+    const std::string id = sensor.attribute("id").value();
     const auto known = lenses_.find(id);
     if (known != lenses_.end()) return known->second;
-    return lenses_.emplace(id, lens_of_sensor(sensor->second, {path_, "sensor " + in_quotes(id)})).first->second;
+    return lenses_.emplace(id, lens_of_sensor(sensor, {path_, "sensor " + in_quotes(id)})).first->second;
   }
 
   const pugi::xml_node chunk_;
@@ -216,8 +293,10 @@ class ChunkReader {
   std::map<std::string, pugi::xml_node> sensors_;
   std::map<std::string, CameraModel> lenses_;  // of sensors that cameras have
   std::map<std::string, Similarity> components_;
+  std::vector<pugi::xml_node> cameras_;  // in the order of the file
+  std::map<std::string, pugi::xml_node> cameras_by_id_;
   Similarity world_from_chunk_;
-  std::size_t without_pose_ = 0;
+  std::size_t without_pose_ = 0, in_rigs_ = 0;
   PosedPhotographs posed_;
 };
 

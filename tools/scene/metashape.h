@@ -2,15 +2,15 @@
 // The XML that Agisoft Metashape exports its cameras to.
 //
 //   sensor/calibration  pixels; u = w / 2 + cx + x' (f + b1) + y' b2, v = h / 2 + cy + y' f, with (0, 0) the corner of
-//   the
-//                       picture. x' and y' are Brown's, whose p1 and p2 are OpenCV's p2 and p1. A fisheye's are the
-//                       same of the angle from the axis instead of its tangent.
-//   camera              label: the photograph's name, with or without its ending. transform: chunk from camera, 4 x 4
-//   by
-//                       rows; the camera looks along +z with y down. Those that are disabled or have no transform are
-//                       left out and counted.
-//   component, chunk    transform: world from chunk, scale * rotation + translation; a camera has that of its
-//   component,
+//                       the picture. x' and y' are Brown's with k1 to k4 and p1 to p4, whose p1 and p2 are OpenCV's p2
+//                       and p1. A fisheye's are the same of the angle from the axis instead of its tangent. Other
+//                       coefficients are refused unless they are 0.
+//   camera              label: the photograph's name, with or without its ending, or a path that ends in it. transform:
+//                       chunk from camera, 4 x 4 by rows; the camera looks along +z with y down. Cameras that are
+//                       disabled or have no pose are left out and counted.
+//   master_id           the camera whose transform the whole rig has: chunk from camera is its transform times rotation
+//                       (3 x 3 by rows) and location of the camera's own sensor
+//   component, chunk    transform: world from chunk, scale * rotation + translation; a camera has that of its component,
 //                       else the chunk's, else none
 //
 // The first chunk with cameras is read.

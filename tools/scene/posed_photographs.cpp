@@ -71,27 +71,45 @@ std::string set_pose(PosedPhotograph& photograph, const glm::dmat3& world_from_c
   return {};
 }
 
+namespace {
+
+LensModel simplest_model(const BrownLens& b) {
+  const bool only_brown = b.p3 != 0 || b.p4 != 0 || b.skew != 0;
+  if (b.fisheye) return only_brown ? LensModel::kBrownFisheye : LensModel::kThinPrismFisheye;
+  if (only_brown || b.k4 != 0) return LensModel::kBrown;
+  if (b.k3 != 0) return LensModel::kFullOpenCv;
+  const bool distorted = b.k1 != 0 || b.k2 != 0 || b.p1 != 0 || b.p2 != 0;
+  return distorted ? LensModel::kOpenCv : LensModel::kPinhole;
+}
+
+}  // namespace
+
 CameraModel lens_of(const BrownLens& b) {
-  if (b.k4 != 0) {
-    throw std::invalid_argument(
-        "k4 is " + number_text(b.k4) +
-        ", which no lens of COLMAP has: calibrate without it, or export undistorted photographs");
-  }
-  CameraModel lens;
-  lens.width = b.width;
-  lens.height = b.height;
-  lens.parameters = {b.fx, b.fy, b.cx, b.cy};
-  const auto set = [&](LensModel model, std::initializer_list<double> coefficients) {
-    lens.model = model;
+  CameraModel lens{simplest_model(b), b.width, b.height, {b.fx, b.fy, b.cx, b.cy}};
+  const auto set = [&](std::initializer_list<double> coefficients) {
     std::copy(coefficients.begin(), coefficients.end(), lens.parameters.begin() + 4);
   };
-  if (b.k3 != 0) {
-    set(LensModel::kFullOpenCv, {b.k1, b.k2, b.p1, b.p2, b.k3, 0, 0, 0});
-  } else if (b.k1 != 0 || b.k2 != 0 || b.p1 != 0 || b.p2 != 0) {
-    set(LensModel::kOpenCv, {b.k1, b.k2, b.p1, b.p2});
+  if (lens.model == LensModel::kBrown || lens.model == LensModel::kBrownFisheye) {
+    set({b.skew / b.fx, b.k1, b.k2, b.k3, b.k4, b.p1, b.p2, b.p3, b.p4});
+  } else if (lens.model == LensModel::kThinPrismFisheye) {
+    set({b.k1, b.k2, b.p1, b.p2, b.k3, b.k4, 0, 0});
+  } else if (lens.model == LensModel::kFullOpenCv) {
+    set({b.k1, b.k2, b.p1, b.p2, b.k3, 0, 0, 0});
+  } else if (lens.model == LensModel::kOpenCv) {
+    set({b.k1, b.k2, b.p1, b.p2});
   }
   check(lens);
   return lens;
+}
+
+void check_last_row(const std::array<double, 4>& row) {
+  constexpr double kMostRounding = 1e-6;
+  const auto off = [&](std::size_t i, double expected) { return !(std::abs(row[i] - expected) <= kMostRounding); };
+  if (!off(0, 0) && !off(1, 0) && !off(2, 0) && !off(3, 1)) return;
+  std::string text;
+  for (const double value : row) text += (text.empty() ? "" : " ") + number_text(value);
+  throw std::invalid_argument("its last row is " + text + ", must be 0 0 0 1" +
+                              (off(3, 1) ? "" : ": it is written by columns, must be by rows"));
 }
 
 std::optional<fs::path> inner_path(std::string_view text) {
@@ -202,6 +220,19 @@ std::string PhotographNames::find(const std::string& label) const {
   return only_one(by_stem_, without_ending(label), false).value_or(label);
 }
 
+std::string PhotographNames::find_by_path(std::string_view path) const {
+  std::string end(path);
+  std::replace(end.begin(), end.end(), '\\', '/');
+  const std::optional<fs::path> inner = inner_path(end);
+  while (true) {
+    std::string name = find(end);
+    if (std::binary_search(names_.begin(), names_.end(), name)) return name;
+    const std::size_t separator = end.find('/');
+    if (separator == std::string::npos) return inner ? inner->generic_string() : name;
+    end.erase(0, separator + 1);
+  }
+}
+
 namespace {
 
 std::optional<ImageSize> some_size_in(const fs::path& folder) {
@@ -239,12 +270,9 @@ PhotographLookup photographs_of(const fs::path& scene, const std::optional<fs::p
   const auto names = std::make_shared<const PhotographNames>(pictures_in(folder));
   PhotographLookup lookup;
   lookup.find = [=](std::string_view label) {
-    const std::optional<fs::path> inner = inner_path(label);
-    if (!inner) {
-      throw InputError("the photograph " + in_quotes(label) +
-                       " must be in the folder of photographs, or without a path");
-    }
-    PosedPhotograph photograph{names->find(inner->generic_string())};
+    const std::string name = names->find_by_path(label);
+    if (!inner_path(name)) throw InputError("the photograph " + in_quotes(label) + " is no path to a file");
+    PosedPhotograph photograph{name};
     photograph.file = below / photograph.name;
     return photograph;
   };

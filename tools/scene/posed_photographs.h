@@ -2,6 +2,7 @@
 // What the readers of all forms of capture but COLMAP's give, and what they have in common: poses, lenses, names.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -57,16 +58,22 @@ enum class CameraAxes {
 [[nodiscard]] std::string set_pose(PosedPhotograph& photograph, const glm::dmat3& world_from_camera,
                                    const glm::dvec3& center, CameraAxes axes);
 
-// A lens by Brown's coefficients as OpenCV has them, but for k4, which stands before r^8 as k3 before r^6.
+// A lens by Brown's coefficients with OpenCV's p1 and p2. k4 stands before r^8, as k3 stands before r^6.
 struct BrownLens {
   std::uint32_t width = 0, height = 0;    // pixels
   double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels, (0, 0) is the corner of the picture
   double k1 = 0, k2 = 0, k3 = 0, k4 = 0;  // radial
   double p1 = 0, p2 = 0;                  // tangential
+  double p3 = 0, p4 = 0;                  // the tangential terms grow with 1 + p3 r^2 + p4 r^4
+  double skew = 0;                        // pixels that x grows by for each unit of y in the plane z = 1
+  bool fisheye = false;                   // the coefficients are of the angle to the axis instead of its tangent
 };
-// The simplest of COLMAP's models that has all of the coefficients. Throws std::invalid_argument as check() does, and
-// for a k4, which none of them has.
+// The simplest model that has all of the coefficients. Throws std::invalid_argument as check() does.
 [[nodiscard]] CameraModel lens_of(const BrownLens& brown);
+
+// Throws std::invalid_argument unless `row`, the last one of a 4 x 4 of a pose, is 0 0 0 1 within 1e-6: a matrix that is
+// written by columns has the camera's place there.
+void check_last_row(const std::array<double, 4>& row);
 
 // A path that stays in its folder, without "./" in it; none if it does not, or is no path to a file.
 [[nodiscard]] std::optional<std::filesystem::path> inner_path(std::string_view text);
@@ -95,6 +102,10 @@ class PhotographNames {
   // ending, or without both's. `label` itself if there is none. Throws InputError if there are several.
   [[nodiscard]] std::string find(const std::string& label) const;
 
+  // The same for a path of any system that may lead elsewhere, as it was where the photographs were aligned: the longest
+  // end of it that is a photograph. Where there is none, the path itself if it leads nowhere else, else its last part.
+  [[nodiscard]] std::string find_by_path(std::string_view path) const;
+
  private:
   using Index = std::unordered_multimap<std::string, std::size_t>;
   [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label,
@@ -106,8 +117,8 @@ class PhotographNames {
 
 // How parsers ask about photographs, so that they need no files themselves.
 struct PhotographLookup {
-  // The photograph that a form calls `label`, see PhotographNames. Throws InputError for a label that is several
-  // photographs, or leaves their folder.
+  // The photograph that a form calls `label`, see PhotographNames::find_by_path(). Throws InputError for a label that is
+  // several photographs.
   std::function<PosedPhotograph(std::string_view label)> find;
   // In pixels, as stored; of a photograph that cannot be looked at, the size of one beside it, so that a scene can be
   // listed whole and whoever comes to that photograph says what is wrong with it. Throws InputError if there is none.

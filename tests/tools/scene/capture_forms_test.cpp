@@ -395,6 +395,83 @@ TEST_CASE("Metashape: a fisheye's coefficients go to the lens of COLMAP that has
   CHECK(lens.parameters == std::array<double, 16>{52, 52, 20, 15, 1, 2, 6, 5, 3, 4});
 }
 
+TEST_CASE("Metashape: k4, a skew and growing tangential terms are in the lens that is read") {
+  const auto lens = [](const std::string& calibration, const std::string& type = "frame") {
+    std::string text = metashape(metashape_camera("a", kIdentityPose), calibration);
+    text.replace(text.find("type=\"frame\" class=\"adjusted\""), 12, "type=\"" + type + "\"");
+    return parse_metashape(text, "c.xml", as_labelled()).photographs.at(0).lens;
+  };
+  const std::string all =
+      "<f>50</f><cx>1</cx><cy>-2</cy><b1>3</b1><b2>4</b2><k1>0.1</k1><k2>0.2</k2><k3>0.3</k3><k4>0.4</k4><p1>0.01</p1>"
+      "<p2>0.02</p2><p3>0.5</p3><p4>0.6</p4>";
+  // As the manual writes it: at (x, y) = (0.3, -0.4), r^2 is 1/4. Of a fisheye the angle takes the tangent's place.
+  for (const bool fisheye : {false, true}) {
+    const double shrunk = fisheye ? std::atan(0.5) / 0.5 : 1;
+    const double x = 0.3 * shrunk, y = -0.4 * shrunk, r2 = x * x + y * y;
+    const double radial = 1 + 0.1 * r2 + 0.2 * r2 * r2 + 0.3 * std::pow(r2, 3) + 0.4 * std::pow(r2, 4);
+    const double grown = 1 + 0.5 * r2 + 0.6 * r2 * r2;
+    const double bent_x = x * radial + (0.01 * (r2 + 2 * x * x) + 2 * 0.02 * x * y) * grown;
+    const double bent_y = y * radial + (0.02 * (r2 + 2 * y * y) + 2 * 0.01 * x * y) * grown;
+    const std::optional<glm::dvec2> image = image_from_cam(lens(all, fisheye ? "fisheye" : "frame"), {0.3, -0.4, 1});
+    REQUIRE(image);
+    CHECK(image->x == Approx(20 + 1 + bent_x * (50 + 3) + bent_y * 4));
+    CHECK(image->y == Approx(15 - 2 + bent_y * 50));
+  }
+  CHECK(name(lens("<f>50</f><k4>0.1</k4>").model) == "BROWN");
+  CHECK(name(lens("<f>50</f><b2>0</b2><p3>0</p3>").model) == "PINHOLE");
+}
+
+TEST_CASE("Metashape: labels may be paths of another computer") {
+  const TemporaryFolder folder;
+  for (const char* const file : {"front/1.png", "back/1.png", "front/2.png"})
+    write_picture(folder / ("images/" + std::string(file)));
+  const std::string cameras = metashape_camera("/home/user/shots/front/1.png", kIdentityPose) +
+                              metashape_camera("D:\\shots\\back\\1.PNG", kIdentityPose) +
+                              metashape_camera("../elsewhere/2.png", kIdentityPose);
+  write_file(folder / "cameras.xml", metashape(cameras, kCalibration));
+  const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0));
+  REQUIRE(read.views.size() == 3);
+  CHECK(read.views[0].name == "back/1.png");
+  CHECK(read.views[1].name == "front/1.png");
+  CHECK(read.views[2].name == "front/2.png");
+  write_file(folder / "cameras.xml", metashape(metashape_camera("/home/user/1.png", kIdentityPose), kCalibration));
+  CHECK_THAT(refusal([&] { return read_scene_views(folder.path(), glm::dvec3(0)); }),
+             Catch::Contains("may be 'back/1.png' or 'front/1.png'"));
+}
+
+TEST_CASE("Metashape: cameras of a rig are placed by their master's pose and their own sensor's offset") {
+  // The second camera stands at (0.5, 0, 0.25) of the master's and is turned about its z.
+  const glm::dmat3 Rc(glm::dvec3(0, 1, 0), glm::dvec3(-1, 0, 0), glm::dvec3(0, 0, 1));
+  const glm::dvec3 Cc(0.5, 0, 0.25);
+  const Posed b = two_cameras()[1];
+  const glm::dmat3 master = b.world_from_cam * glm::transpose(Rc);
+  std::string text = metashape(metashape_camera("a", kIdentityPose) +
+                                   "<camera id=\"5\" sensor_id=\"1\" master_id=\"7\" label=\"b\"/>" +
+                                   "<camera id=\"7\" sensor_id=\"0\" label=\"master\"><transform>" +
+                                   matrix_rows(master, b.center - master * Cc) + "</transform></camera>" +
+                                   "<camera id=\"8\" sensor_id=\"1\" master_id=\"9\" label=\"lost\"/><camera id=\"9\" "
+                                   "sensor_id=\"0\" label=\"c\"/>",
+                               kCalibration);
+  text.replace(
+      text.find("</sensors>"), 10,
+      "<sensor id=\"1\" type=\"frame\" master_id=\"0\"><calibration class=\"adjusted\"><resolution width=\"40\" "
+      "height=\"30\"/>" +
+          kCalibration +
+          "</calibration><rotation>0 -1 0 1 0 0 0 0 1</rotation>"
+          "<location>0.5 0 0.25</location></sensor></sensors>");
+  const TemporaryFolder folder;
+  write_photographs(folder / "images");
+  write_picture(folder / "images/master.png");
+  write_file(folder / "cameras.xml", text);
+  SceneViews read = read_scene_views(folder.path(), glm::dvec3(0));
+  REQUIRE(read.notes.size() == 2);
+  CHECK(read.notes[0] == "1 cameras of rigs are placed by their masters' poses and their sensors' offsets");
+  CHECK(read.notes[1] == "2 of 5 photographs are disabled or were not aligned and are left out");
+  REQUIRE(read.views.size() == 3);
+  read.views.pop_back();
+  check_same_cameras(read, colmap_scene(kDistorted));
+}
+
 TEST_CASE("Metashape: what is damaged or cannot be is refused by its place") {
   const auto refused = [](const std::string& cameras, const std::string& calibration = kCalibration,
                           const std::string& rest = "") {
@@ -409,8 +486,11 @@ TEST_CASE("Metashape: what is damaged or cannot be is refused by its place") {
   CHECK_THAT(refused(metashape_camera("a", std::string("2").append(kIdentityPose, 1))),
              Catch::Contains("camera 'a': its transform does not"));
   CHECK_THAT(refused(one, "<k1>1</k1>"), Catch::Contains("sensor '0': a camera that cannot be"));
-  CHECK_THAT(refused(one, "<f>50</f><b2>1</b2>"), Catch::Contains("sensor '0': has a skew b2 of 1"));
-  CHECK_THAT(refused(one, "<f>50</f><k4>1</k4>"), Catch::Contains("k4 is 1, which no lens of COLMAP has"));
+  CHECK(refused(one, "<f>50</f><k9>0.0</k9><date>2024</date>") == "taken");
+  CHECK_THAT(refused(one, "<f>50</f><k5>0.1</k5>"),
+             Catch::Contains("sensor '0': its calibration has 'k5', which this program does not read"));
+  CHECK_THAT(refused(metashape_camera("a", "1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1")),
+             Catch::Contains("camera 'a': its transform: its last row is 5 6 7 1, must be 0 0 0 1"));
   CHECK_THAT(refused(one, "<fx>50</fx>"), Catch::Contains("PhotoScan before 1.2"));
   CHECK_THAT(refused(one, kCalibration, "<transform><scale>-1</scale></transform>"),
              Catch::Contains("its chunk: its scale is -1"));
