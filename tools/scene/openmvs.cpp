@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/number_text.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 
@@ -92,7 +91,7 @@ struct Platform {
 };
 
 struct Image {
-  std::string name;
+  std::string name, mask;  // files
   std::uint32_t platform = kNone, camera = kNone, pose = kNone;
 };
 
@@ -130,7 +129,7 @@ Platform take_platform(Archive& archive, std::uint32_t version) {
 Image take_image(Archive& archive, std::uint32_t version) {
   Image image;
   image.name = archive.text();
-  if (version > 4) (void)archive.text();  // of its mask
+  if (version > 4) image.mask = archive.text();
   image.platform = archive.take<std::uint32_t>();
   image.camera = archive.take<std::uint32_t>();
   image.pose = archive.take<std::uint32_t>();
@@ -145,17 +144,22 @@ Image take_image(Archive& archive, std::uint32_t version) {
 
 CameraModel lens_in(const PlatformCamera& camera, const PosedPhotograph& photograph,
                     const PhotographLookup& photographs) {
-  constexpr double kMostSkew = 1e-6;  // of the focal length
   constexpr double kHalfPixel = 0.5;  // from the middle of the first pixel to its corner
   const bool has_size = camera.width > 0 && camera.height > 0;
   const ImageSize size = has_size ? ImageSize{camera.width, camera.height} : photographs.size_of(photograph);
   const double pixels = has_size ? 1 : std::max(size.width, size.height);
   const glm::dmat3& K = camera.K;
-  if (!(std::abs(K[1][0]) <= kMostSkew * std::abs(K[0][0]))) {
-    throw std::invalid_argument("its skew is " + number_text(K[1][0]) + ", which no lens of COLMAP has");
+  if (K[0][1] != 0 || K[0][2] != 0 || K[1][2] != 0 || K[2][2] != 1) {
+    throw std::invalid_argument("its K is no upper triangle that ends in 1");
   }
-  return lens_of({size.width, size.height, K[0][0] * pixels, K[1][1] * pixels, K[2][0] * pixels + kHalfPixel,
-                  K[2][1] * pixels + kHalfPixel});
+  BrownLens lens{size.width,
+                 size.height,
+                 K[0][0] * pixels,
+                 K[1][1] * pixels,
+                 K[2][0] * pixels + kHalfPixel,
+                 K[2][1] * pixels + kHalfPixel};
+  lens.skew = K[1][0] * pixels;
+  return lens_of(lens);
 }
 
 }  // namespace
@@ -175,9 +179,10 @@ PosedPhotographs parse_openmvs(std::span<const std::byte> file, const fs::path& 
   for (std::uint64_t left = archive.count(24); left > 0; --left) platforms.push_back(take_platform(archive, version));
   const std::uint64_t count = archive.count(20);
   PosedPhotographs posed;
-  std::size_t without_pose = 0;
+  std::size_t without_pose = 0, masks = 0;
   for (std::uint64_t index = 0; index < count; ++index) {
     const Image image = take_image(archive, version);
+    if (!image.mask.empty()) ++masks;
     const auto refuse = [&](const std::string& reason) {
       archive.refuse("image " + std::to_string(index) + " (" + in_quotes(image.name) + "): " + reason);
     };
@@ -207,6 +212,11 @@ PosedPhotographs parse_openmvs(std::span<const std::byte> file, const fs::path& 
   }
   note_skipped(posed, without_pose, "have no pose");
   finish(posed, path);
+  if (masks > 0) {
+    posed.notes.push_back(std::to_string(masks) +
+                          " of its images name a mask, which is not read: masks are taken from "
+                          "masks/ or --masks");
+  }
   return posed;
 }
 

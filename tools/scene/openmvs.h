@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // OpenMVS's exchange files, .mvs, which begin with MVSI: little-endian, a count of 64 bits before every list and text.
 //
-//   camera  K in pixels, the middle of the first pixel at (0, 0); where it has no size, K by the photograph's longer
-//   side pose    camera from world = R (X - C), z forward with y down; a platform's camera has a pose in it of its own
+//   camera  K in pixels, with its skew, the middle of the first pixel at (0, 0); where it has no size, K by the
+//           photograph's longer side
+//   pose    camera from world = R (X - C), z forward with y down; a platform's camera has a pose in it of its own
 //   image   the file, relative to the .mvs file, or the end of a path to it in the folder of photographs
 //
-// Photographs are undistorted. Those without a pose are left out and counted. Points, lines and depths are not read. A
-// file that OpenMVS saved as its own archive ("MVS" and a zero) is not one of these.
+// Photographs are undistorted. Those without a pose are left out and counted. Points, lines and depths are not
+// read, masks are told in a note. A file that OpenMVS saved as its own archive ("MVS" and a zero) is not one of these.
 #pragma once
 
 #include <cstddef>

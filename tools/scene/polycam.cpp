@@ -11,6 +11,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
+#include "tools/scene/lens_coefficients.h"
 
 namespace lumatlas {
 
@@ -53,6 +54,12 @@ glm::dmat4 alignment_of(const PolycamFiles& files, PosedPhotographs& posed) {
   if (values.size() != 16) place.refuse("has " + std::to_string(values.size()) + " values, must have 16");
   for (std::size_t i = 0; i < 16; ++i)
     mesh_from_world[static_cast<int>(i / 4)][static_cast<int>(i % 4)] = values[i].number();
+  const auto last = [&](int column) { return mesh_from_world[column][3]; };
+  try {
+    check_last_row({last(0), last(1), last(2), last(3)});
+  } catch (const std::invalid_argument& error) {
+    place.refuse(error.what());
+  }
   posed.notes.emplace_back(
       "the poses are turned by alignmentTransform of mesh_info.json, so that they are in the "
       "coordinates of raw.glb");
@@ -60,6 +67,10 @@ glm::dmat4 alignment_of(const PolycamFiles& files, PosedPhotographs& posed) {
 }
 
 CameraModel lens_in(const JsonPlace& all) {
+  const auto coefficient = [&](std::string_view key) {
+    return all.has(key) ? std::optional(all.at(key)) : std::nullopt;
+  };
+  refuse_unread_coefficients(coefficient, {});
   const auto number = [&](const char* key) { return field(all, key).number(); };
   BrownLens lens;
   lens.width = static_cast<std::uint32_t>(field(all, "width").count(1, kLargestSize));
@@ -109,6 +120,10 @@ PosedPhotographs parse_polycam(const PolycamFiles& files,
     posed.photographs.push_back(std::move(photograph));
   }
   finish(posed, files.cameras);
+  if (files.cameras.filename() == "cameras") {
+    posed.notes.push_back((files.cameras.parent_path() / "corrected_cameras").string() +
+                          "/ is not there: the poses are those of the tracking, which Polycam has not refined");
+  }
   note_depths(posed, "taken to be in millimetres, and to show what the photographs show at another size");
   return posed;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Polycam's raw export.
 //
-//   keyframes/corrected_cameras/ID.json  or cameras/ID.json where there is none: fx fy cx cy width height in pixels,
-//                                        (0, 0) the corner of the picture; t_00 ... t_23 world from camera by rows, of
+//   keyframes/corrected_cameras/ID.json  or cameras/ID.json where there is none, which is told in a note: fx fy cx cy
+//                                        width height in pixels, (0, 0) the corner of the picture; t_00 ... t_23 world from camera by rows, of
 //                                        ARKit's camera: x right, y up, z backward
 //   keyframes/corrected_images/ID.jpg    or images/ID.jpg, for those cameras
 //   keyframes/depth/ID.png               depth images in millimetres, smaller, of what the photograph shows

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/gtc/constants.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/trigonometric.hpp>
@@ -24,6 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kFilmWidth = 36;  // millimetres
+constexpr auto kReadColumns = std::to_array<std::string_view>(
+    {"name", "x", "y", "alt", "heading", "pitch", "roll", "f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2"});
 constexpr std::string_view kFirstColumns = "#name,x,y,alt,heading,pitch,roll,f,";
 
 // The first line says the columns. It begins with '#', as comments do.
@@ -49,6 +52,7 @@ class Columns {
     return find(name) ? number(row, name) : 0;
   }
   [[nodiscard]] std::size_t count() const { return names_.size(); }
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
 
  private:
   const fs::path& path_;
@@ -79,6 +83,31 @@ BrownLens lens_in(const Columns& columns, const TextRow& row, const ImageSize& s
   return lens;
 }
 
+std::string unread_columns(const Columns& columns) {
+  std::string list;
+  for (const std::string& name : columns.names()) {
+    if (std::find(kReadColumns.begin(), kReadColumns.end(), name) != kReadColumns.end()) continue;
+    list += (list.empty() ? "" : ", ") + in_quotes(name);
+  }
+  return list;
+}
+
+// Whether x and y are degrees of longitude and latitude while alt is in metres: they lie within a few kilometres far
+// from (0, 0), and differ by far less than the heights do.
+bool are_degrees(const std::vector<glm::dvec3>& centers) {
+  constexpr double kFewKilometres = 0.05, kFarther = 100, kHigher = 10;
+  if (centers.size() < 2) return false;
+  glm::dvec3 least = centers.front(), most = centers.front();
+  for (const glm::dvec3& center : centers) {
+    least = glm::min(least, center);
+    most = glm::max(most, center);
+  }
+  const glm::dvec3 spread = most - least;
+  const double wide = std::max(spread.x, spread.y);
+  const double far = std::max(std::abs(least.x), std::abs(least.y));
+  return far <= 180 && wide < kFewKilometres && far > kFarther * wide && spread.z > kHigher * wide;
+}
+
 std::string_view without_byte_order_mark(std::string_view text) {
   return text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;
 }
@@ -100,6 +129,7 @@ PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& pa
   std::string_view header = text;
   const Columns columns(take_line(header), path);
   PosedPhotographs posed;
+  std::vector<glm::dvec3> centers;
   for (const TextRow& row : rows_of(text, true)) {
     if (row.fields.size() != columns.count()) {
       refuse_row(path, row,
@@ -112,6 +142,7 @@ PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& pa
       const std::string broken =
           set_pose(photograph, world_from_camera(columns, row), center, CameraAxes::right_up_backward);
       if (!broken.empty()) refuse_row(path, row, broken);
+      centers.push_back(center);
       photograph.lens = lens_of(lens_in(columns, row, photographs.size_of(photograph)));
       posed.photographs.push_back(std::move(photograph));
     } catch (const std::invalid_argument& error) {
@@ -119,6 +150,14 @@ PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& pa
     }
   }
   finish(posed, path);
+  if (are_degrees(centers)) {
+    throw InputError(path.string() +
+                     ": x and y look like degrees of longitude and latitude beside heights in metres: export cameras "
+                     "and mesh in one coordinate system in metres, such as the project's own");
+  }
+  if (const std::string unread = unread_columns(columns); !unread.empty()) {
+    posed.notes.push_back(path.filename().string() + " has columns that are not known and not used: " + unread);
+  }
   posed.notes.emplace_back(
       "px and py are taken to be in millimetres on 36 mm of film, as f is, and x, y and alt to be the mesh's "
       "coordinates");

@@ -9,7 +9,8 @@
 //   px py                the same, from the middle of the photograph to its principal point, right and down
 //   k1 k2 k3 k4 t1 t2    Brown's, by the plane z = 1; t1 and t2 are OpenCV's p1 and p2
 //
-// Columns are found by these names, others are ignored; distortion may be missing.
+// Columns are found by these names, others are told in a note; distortion may be missing. Longitude and latitude in
+// degrees are refused.
 #pragma once
 
 #include <filesystem>

@@ -41,14 +41,33 @@ bool is_lost(const Matrix& m) {
   return std::any_of(m.begin(), m.end(), [](double x) { return !std::isfinite(x); });
 }
 
-CameraModel lens_of_matrix(const Matrix& m, const ImageSize& size, const fs::path& path) {
-  constexpr double kMostSkew = 1e-3;  // pixels for each unit of y / z
-  if (!(std::abs(m[1]) <= kMostSkew)) {
-    throw InputError(path.string() + ": has a skew of " + number_text(m[1]) + " pixels, which no lens of COLMAP has");
-  }
-  constexpr double kHalfPixel = 0.5;  // from the middle of the first pixel to its corner
+void check_pose_matrix(const Matrix& m, const fs::path& path) {
   try {
-    return lens_of({size.width, size.height, m[0], m[5], m[2] + kHalfPixel, m[6] + kHalfPixel});
+    check_last_row({m[12], m[13], m[14], m[15]});
+  } catch (const std::invalid_argument& error) {
+    throw InputError(path.string() + ": " + error.what());
+  }
+}
+
+// The matrix has only these five numbers, beside 1 in its third and fourth row.
+void check_only_lens(const Matrix& m, const fs::path& path) {
+  constexpr double kMostRounding = 1e-6;
+  for (std::size_t i = 0; i < m.size(); ++i) {
+    if (i == 0 || i == 1 || i == 2 || i == 5 || i == 6) continue;
+    const double expected = i == 10 || i == 15 ? 1 : 0;
+    if (std::abs(m[i] - expected) <= kMostRounding) continue;
+    throw InputError(path.string() + ": value " + std::to_string(i) + " of 16 is " + number_text(m[i]) + ", must be " +
+                     number_text(expected) + ": rows are fx skew cx 0, 0 fy cy 0, 0 0 1 0 and 0 0 0 1");
+  }
+}
+
+CameraModel lens_of_matrix(const Matrix& m, const ImageSize& size, const fs::path& path) {
+  check_only_lens(m, path);
+  constexpr double kHalfPixel = 0.5;  // from the middle of the first pixel to its corner
+  BrownLens lens{size.width, size.height, m[0], m[5], m[2] + kHalfPixel, m[6] + kHalfPixel};
+  lens.skew = m[1];
+  try {
+    return lens_of(lens);
   } catch (const std::invalid_argument& error) {
     throw InputError(path.string() + ": a camera that cannot be: " + error.what());
   }
@@ -98,6 +117,7 @@ PosedPhotographs parse_scannet(const ScanNetFiles& files,
       ++lost;
       continue;
     }
+    check_pose_matrix(m, path);
     PosedPhotograph photograph{name, fs::path("color") / name};
     glm::dmat3 world_from_camera;
     for (int i = 0; i < 9; ++i) world_from_camera[i % 3][i / 3] = m[static_cast<std::size_t>(4 * (i / 3) + i % 3)];

@@ -6,7 +6,10 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <span>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -15,11 +18,13 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
+#include "tools/scene/lens_coefficients.h"
 
 namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::string_view_literals;
 
 fs::path path_in(const JsonPlace& place) {
   const std::string text = place.text();
@@ -60,10 +65,87 @@ class Settings {
   JsonPlace frame_, all_;
 };
 
-bool is_fisheye(const Settings& settings) {
-  if (const auto model = settings.find("camera_model")) return model->text() == "OPENCV_FISHEYE";
+// What is read, of a frame or of the whole file, beside the coefficients.
+constexpr auto kReadKeys = std::to_array<std::string_view>(
+    {"frames", "file_path", "mask_path", "depth_file_path", "depth_unit_scale_factor", "applied_scale",
+     "applied_transform", "transform_matrix", "ply_file_path", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x",
+     "camera_angle_y", "camera_model", "is_fisheye"});
+
+// What changes nothing about these poses, lenses and pictures: how a program is to train, what it is to do to poses
+// first, what it found out on the way, and when.
+constexpr auto kKeysOfNoConcern = std::to_array<std::string_view>({"aabb",
+                                                                   "aabb_scale",
+                                                                   "bounding_box",
+                                                                   "camera_id",
+                                                                   "camera_label",
+                                                                   "colmap_im_id",
+                                                                   "colmap_image_id",
+                                                                   "cam_id",
+                                                                   "id",
+                                                                   "index",
+                                                                   "name",
+                                                                   "frame_id",
+                                                                   "sharpness",
+                                                                   "sharpness_discard_threshold",
+                                                                   "blur_score",
+                                                                   "motion_blur",
+                                                                   "timestamp",
+                                                                   "time",
+                                                                   "train_filenames",
+                                                                   "val_filenames",
+                                                                   "test_filenames",
+                                                                   "train_split",
+                                                                   "n_extra_learnable_dims",
+                                                                   "up",
+                                                                   "near",
+                                                                   "far",
+                                                                   "version",
+                                                                   "created",
+                                                                   "orientation_override",
+                                                                   "auto_scale_poses_override",
+                                                                   "scale",
+                                                                   "offset",
+                                                                   "from_na"});
+
+template <typename Words>
+bool is_in(std::string_view word, const Words& words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+enum class Bending { perspective, full_opencv, fisheye };
+
+std::span<const std::string_view> coefficients_of(Bending bending) {
+  static constexpr auto kAll = std::to_array<std::string_view>({"k1", "k2", "k3", "k4", "p1", "p2", "k5", "k6"});
+  switch (bending) {
+    case Bending::fisheye:
+      return std::span(kAll).first(4);
+    case Bending::perspective:
+      return std::span(kAll).first(6);
+    case Bending::full_opencv:
+      break;
+  }
+  return kAll;
+}
+
+// nerfstudio's names, which are COLMAP's. It reads the same coefficients for all that are not fisheyes.
+Bending bending_of(const Settings& settings) {
+  constexpr std::array kPerspective{"SIMPLE_PINHOLE"sv, "PINHOLE"sv, "SIMPLE_RADIAL"sv, "RADIAL"sv, "OPENCV"sv};
   const auto fisheye = settings.find("is_fisheye");
-  return fisheye && fisheye->boolean();
+  const bool is_fisheye = fisheye && fisheye->boolean();
+  const auto place = settings.find("camera_model");
+  if (!place) return is_fisheye ? Bending::fisheye : Bending::perspective;
+  const std::string model = place->text();
+  if (model == "OPENCV_FISHEYE") return Bending::fisheye;
+  if (model == "EQUIRECTANGULAR") {
+    place->refuse("is EQUIRECTANGULAR, but no plane holds a panorama: cut it into pinhole views");
+  }
+  if (model != "FULL_OPENCV" && !is_in(model, kPerspective)) {
+    place->refuse("is " + in_quotes(model) +
+                  ", which this program does not read: undistort the photographs, or use SIMPLE_PINHOLE, PINHOLE, "
+                  "SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV or OPENCV_FISHEYE");
+  }
+  if (is_fisheye) place->refuse("is " + in_quotes(model) + ", but is_fisheye is true: keep one of them");
+  return model == "FULL_OPENCV" ? Bending::full_opencv : Bending::perspective;
 }
 
 double focal_length(const Settings& settings, const char* length, const char* angle, std::uint32_t size,
@@ -74,26 +156,39 @@ double focal_length(const Settings& settings, const char* length, const char* an
   settings.frame().refuse("has no focal length, must have fl_x or camera_angle_x, or the whole file must");
 }
 
-// The simplest of COLMAP's models that has all of the coefficients.
-void set_distortion(const Settings& settings, CameraModel& lens) {
+// The simplest model that has all of the coefficients.
+CameraModel bent_lens(const Settings& settings, const BrownLens& pinhole) {
+  const Bending bending = bending_of(settings);
+  refuse_unread_coefficients([&](std::string_view key) { return settings.find(key); }, coefficients_of(bending),
+                             bending == Bending::fisheye ? " of a fisheye" : "");
   const auto k = [&](const char* key) { return settings.number_or(key, 0); };
-  const std::array<double, 6> c{k("k1"), k("k2"), k("p1"), k("p2"), k("k3"), k("k4")};
+  if (bending == Bending::perspective) {
+    BrownLens brown = pinhole;
+    brown.k1 = k("k1");
+    brown.k2 = k("k2");
+    brown.k3 = k("k3");
+    brown.k4 = k("k4");
+    brown.p1 = k("p1");
+    brown.p2 = k("p2");
+    return lens_of(brown);
+  }
+  CameraModel lens = lens_of(pinhole);
   const auto set = [&](LensModel model, std::initializer_list<double> coefficients) {
     lens.model = model;
     std::copy(coefficients.begin(), coefficients.end(), lens.parameters.begin() + 4);
   };
-  if (is_fisheye(settings)) {
-    set(LensModel::kOpenCvFisheye, {c[0], c[1], c[4], c[5]});
-  } else if (c[4] != 0 || c[5] != 0) {
-    set(LensModel::kFullOpenCv, {c[0], c[1], c[2], c[3], c[4], c[5], 0, 0});
-  } else if (c != std::array<double, 6>{}) {
-    set(LensModel::kOpenCv, {c[0], c[1], c[2], c[3]});
+  if (bending == Bending::fisheye) {
+    set(LensModel::kOpenCvFisheye, {k("k1"), k("k2"), k("k3"), k("k4")});
+  } else {
+    set(LensModel::kFullOpenCv, {k("k1"), k("k2"), k("p1"), k("p2"), k("k3"), k("k4"), k("k5"), k("k6")});
   }
+  check(lens);
+  return lens;
 }
 
 CameraModel lens_of(const Settings& settings, const PosedPhotograph& frame,
                     const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
-  CameraModel lens;
+  BrownLens lens;
   const auto width = settings.size("w"), height = settings.size("h");
   if (width && height) {
     lens.width = *width;
@@ -103,19 +198,25 @@ CameraModel lens_of(const Settings& settings, const PosedPhotograph& frame,
     lens.width = width.value_or(size.width);
     lens.height = height.value_or(size.height);
   }
-  const double fx = focal_length(settings, "fl_x", "camera_angle_x", lens.width, std::nullopt);
-  const double fy = focal_length(settings, "fl_y", "camera_angle_y", lens.height, fx);
-  lens.parameters = {fx, fy, settings.number_or("cx", 0.5 * lens.width), settings.number_or("cy", 0.5 * lens.height)};
-  if (const auto model = settings.find("camera_model"); model && model->text() == "EQUIRECTANGULAR") {
-    model->refuse("is EQUIRECTANGULAR, but no plane holds a panorama: cut it into pinhole views");
-  }
-  set_distortion(settings, lens);
+  lens.fx = focal_length(settings, "fl_x", "camera_angle_x", lens.width, std::nullopt);
+  lens.fy = focal_length(settings, "fl_y", "camera_angle_y", lens.height, lens.fx);
+  lens.cx = settings.number_or("cx", 0.5 * lens.width);
+  lens.cy = settings.number_or("cy", 0.5 * lens.height);
   try {
-    check(lens);
+    return bent_lens(settings, lens);
   } catch (const std::invalid_argument& error) {
     settings.frame().refuse(std::string("has a camera that cannot be: ") + error.what());
   }
-  return lens;
+}
+
+void check_bottom(const JsonPlace& matrix, const JsonPlace& row) {
+  const std::vector<JsonPlace> values = row.elements();
+  if (values.size() != 4) row.refuse("must have 4 numbers");
+  try {
+    check_last_row({values[0].number(), values[1].number(), values[2].number(), values[3].number()});
+  } catch (const std::invalid_argument& error) {
+    matrix.refuse(error.what());
+  }
 }
 
 void set_pose(const JsonPlace& place, PosedPhotograph& frame) {
@@ -123,6 +224,7 @@ void set_pose(const JsonPlace& place, PosedPhotograph& frame) {
   if (rows.size() != 3 && rows.size() != 4) {
     place.refuse("has " + std::to_string(rows.size()) + " rows, must have 4, or 3 without the last");
   }
+  if (rows.size() == 4) check_bottom(place, rows[3]);
   glm::dmat3 world_from_gl(1);
   glm::dvec3 center(0);
   for (int row = 0; row < 3; ++row) {
@@ -150,6 +252,28 @@ double depth_unit(const Settings& settings) {
   return unit;
 }
 
+// Remembers keys that the lists above do not have.
+void collect_unknown(const JsonPlace& object, std::set<std::string>& unknown) {
+  for (const auto& [key, value] : object.value().items()) {
+    if (is_in(key, kReadKeys) || is_in(key, kKeysOfNoConcern) || is_lens_coefficient(key)) continue;
+    unknown.insert(key);
+  }
+}
+
+void note_unknown(const std::set<std::string>& unknown, const fs::path& path, PosedPhotographs& posed) {
+  if (unknown.empty()) return;
+  constexpr std::size_t kMostNamed = 10;
+  std::string names;
+  std::size_t named = 0;
+  for (const std::string& key : unknown) {
+    if (++named > kMostNamed) break;
+    names += (names.empty() ? "" : ", ") + short_reason(key);
+  }
+  posed.notes.push_back(
+      path.filename().string() + " has keys that are not known and not used: " + names +
+      (unknown.size() > kMostNamed ? ", and " + std::to_string(unknown.size() - kMostNamed) + " more" : ""));
+}
+
 // NeRF's own files leave the ending out.
 fs::path with_ending(const fs::path& folder, const fs::path& file) {
   std::error_code ignored;
@@ -171,10 +295,13 @@ PosedPhotographs parse_transforms(std::string_view text, const fs::path& path,
   const JsonPlace all(path.string(), "", content);
   if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");
   PosedPhotographs result;
+  std::set<std::string> unknown;
+  collect_unknown(all, unknown);
   for (const JsonPlace& place : all.at("frames").elements()) {
     if (!place.value().is_object() || !place.has("file_path") || !place.has("transform_matrix")) {
       place.refuse("must have file_path and transform_matrix");
     }
+    collect_unknown(place, unknown);
     PosedPhotograph frame;
     frame.file = complete(path_in(place.at("file_path")));
     frame.name = name_without(frame.file, "images");
@@ -189,6 +316,7 @@ PosedPhotographs parse_transforms(std::string_view text, const fs::path& path,
   }
   if (all.has("ply_file_path")) result.points = path_in(all.at("ply_file_path"));
   finish(result, path);
+  note_unknown(unknown, path, result);
   if (!result.depths.empty()) {
     note_depths(result, "a step of the first taken to be " + number_text(result.depths.front().unit) +
                             " units, and each to show what its photograph shows");

@@ -12,12 +12,15 @@
 //                              nerfstudio; applied_scale multiplies it, as it did the poses
 //   w h fl_x fl_y cx cy        pixels, (0, 0) is the corner of the picture as in COLMAP; of all frames or of one
 //   camera_angle_x             the horizontal field of view in radians, where there is no fl_x
-//   k1 k2 p1 p2 k3 k4          as in OpenCV; with is_fisheye, or camera_model OPENCV_FISHEYE, those of its fisheye
-//   model ply_file_path              points, in the coordinates of the poses
+//   camera_model               SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV, which are one, FULL_OPENCV,
+//                              OPENCV_FISHEYE; others are refused. is_fisheye is OPENCV_FISHEYE
+//   k1 k2 k3 k4 p1 p2          as nerfstudio has them: k1 to k4 before r^2 to r^8, of a fisheye of the angle; of
+//                              FULL_OPENCV as OpenCV has them, with k5 and k6
+//   ply_file_path              points, in the coordinates of the poses
 //
 // What is not there is taken as usual: fl_y is fl_x, the principal point is the middle, w and h are the photograph's.
 // applied_transform, which led to these poses, is not undone: a mesh is in the coordinates of the poses, as the points
-// are. Other keys are ignored.
+// are. A coefficient of another lens is refused unless it is 0. Keys that are not known are told in a note.
 #pragma once
 
 #include <filesystem>

@@ -34,6 +34,10 @@ std::vector<TimedPose> poses_of(const std::string& text, const fs::path& path) {
   std::vector<TimedPose> poses;
   for (const TextRow& row : rows_of(text)) {
     std::array<double, 8> v;
+    if (row.fields.size() > v.size()) {
+      refuse_row(path, row,
+                 "has " + std::to_string(row.fields.size()) + " values, must have 8: timestamp tx ty tz qx qy qz qw");
+    }
     for (std::size_t i = 0; i < v.size(); ++i) v[i] = number_in(row, i, path);
     const glm::dquat rotation(v[7], v[4], v[5], v[6]);
     const double length = glm::length(rotation);
@@ -74,6 +78,7 @@ BrownLens lens_of_numbers(const std::vector<double>& v) {
 BrownLens lens_of_file(const std::string& text, const fs::path& path) {
   const std::vector<TextRow> rows = rows_of(text);
   if (rows.empty()) throw InputError(path.string() + ": holds no numbers, must have fx fy cx cy on one line");
+  if (rows.size() > 1) refuse_row(path, rows[1], "is one line too many: all numbers stand on one line");
   const TextRow& row = rows.front();
   const std::size_t count = row.fields.size();
   if (count != 4 && count != 8 && count != 9) {

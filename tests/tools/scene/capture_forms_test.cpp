@@ -211,6 +211,9 @@ TEST_CASE("TUM: what is damaged is refused by file and line") {
   CHECK_THAT(refused("x a.png\n", pose), Catch::Contains("s/rgb.txt: line 1"));
   CHECK_THAT(refused("9 a.png\n", pose), Catch::Contains("gives no photograph a pose"));
   CHECK_THAT(refused(one + one, pose), Catch::Contains("two frames have the photograph 'a.png'"));
+  CHECK_THAT(refused(one, "1 0 0 0 0 0 0 1 9\n"),
+             Catch::Contains("groundtruth.txt: line 1: has 9 values, must have 8"));
+  CHECK_THAT(refused(one, pose, "1 1 1 1\n0.1 0 0 0\n"), Catch::Contains("s/camera.txt: line 2: is one line too many"));
   CHECK_THAT(refused(one, pose, "1 1 1"), Catch::Contains("s/camera.txt: line 1: has 3 values"));
   CHECK_THAT(refused(one, pose, "0 1 1 1"), Catch::Contains("s/camera.txt: a camera that cannot be"));
 }
@@ -253,7 +256,13 @@ TEST_CASE("ScanNet: what is damaged is refused by file") {
              Catch::Contains("s/pose/7.txt: does not begin with a rotation"));
   CHECK_THAT(refused(lens, std::string("-").append(pose)), Catch::Contains("s/pose/7.txt: mirrors the camera"));
   CHECK_THAT(refused(lens, std::string("nan").append(pose, 1)), Catch::Contains("gives no photograph a pose"));
-  CHECK_THAT(refused(std::string("50 3").append(lens, 4), pose), Catch::Contains("has a skew of 3 pixels"));
+  CHECK(refused(lens, "1 0 0 0 0 1 0 0 0 0 1 0 5 6 7 1") ==
+        "s/pose/7.txt: its last row is 5 6 7 1, must be 0 0 0 1: it is written by columns, must be by rows");
+  CHECK_THAT(refused("50 0 0 0 0 50 0 0 20 15 1 0 0 0 0 1", pose),
+             Catch::Contains("intrinsic_color.txt: value 8 of 16 is 20, must be 0: rows are fx skew cx 0"));
+  const PosedPhotographs skewed = parse_scannet({"s", std::string("50 3").append(lens, 4), {{"7.jpg", pose}}}, small);
+  CHECK(name(skewed.photographs.at(0).lens.model) == "BROWN");
+  CHECK(image_from_cam(skewed.photographs[0].lens, {0, 1, 1})->x == Approx(20.5 + 3));
   CHECK_THAT(refused(std::string("0").append(lens, 2), pose),
              Catch::Contains("intrinsic_color.txt: a camera that cannot be"));
 }
@@ -316,6 +325,33 @@ TEST_CASE("a RealityCapture CSV gives the cameras of COLMAP's form") {
   check_same_cameras(read, colmap_scene({50, 50, 21, 14, -0.1, 0.01, 0.001, 0.002}));
 }
 
+TEST_CASE("RealityCapture: k4 is read, columns that are not known are told") {
+  const auto posed = [](const std::string& text) { return parse_reality_capture(text, "c.csv", as_labelled()); };
+  const PosedPhotographs brown = posed(kColumns + "a,0,0,0,0,0,0,36,0,0,0.1,0,0,0.5,0,0\n");
+  CHECK(brown.notes.size() == 1);
+  const CameraModel& lens = brown.photographs.at(0).lens;  // f is 40 pixels
+  CHECK(image_from_cam(lens, {0.5, 0, 1})->x == Approx(20 + 40 * 0.5 * (1 + 0.1 / 4 + 0.5 / 256)));
+  const PosedPhotographs more =
+      posed("#name,x,y,alt,heading,pitch,roll,f,px,py,k1,rolling,k5\na,0,0,0,0,0,0,36,0,0,0,1,2\n");
+  REQUIRE(more.notes.size() == 2);
+  CHECK(more.notes[0] == "c.csv has columns that are not known and not used: 'rolling', 'k5'");
+}
+
+TEST_CASE("RealityCapture: longitude and latitude in degrees are refused, metres anywhere are not") {
+  const auto refused = [](const std::string& first, const std::string& second, const std::string& third) {
+    const std::string rest = ",0,0,0,36,0,0,0,0,0,0,0,0\n";
+    return refusal([&] {
+      return parse_reality_capture(kColumns + "a," + first + rest + "b," + second + rest + "c," + third + rest, "c.csv",
+                                   as_labelled());
+    });
+  };
+  CHECK_THAT(refused("-34.82875641,-7.163227346,87.2", "-34.82875134,-7.163238529,86.9", "-34.8287484,-7.1632649,87.6"),
+             Catch::StartsWith("c.csv: x and y look like degrees of longitude and latitude"));
+  CHECK(refused("-34.8,-7.1,87.2", "-33.8,-6.1,87.3", "-32.8,-9.1,86.9") == "taken");
+  CHECK(refused("0,0.001,1", "0.002,0,2", "0.001,0,3") == "taken");  // a pole at the origin
+  CHECK(refused("565123.1,5932456.2,12", "565125.1,5932451.2,15", "565129,5932450,11") == "taken");
+}
+
 TEST_CASE("RealityCapture: what is damaged is refused by line") {
   const auto refused = [](const std::string& text) {
     return refusal([&] { return parse_reality_capture(text, "c.csv", as_labelled()); });
@@ -331,7 +367,6 @@ TEST_CASE("RealityCapture: what is damaged is refused by line") {
              Catch::Contains("line 3: has the value 'x'"));
   CHECK_THAT(refused(kColumns + "a,0,0,0,0,0,0,-1,0,0,0,0,0,0,0,0\n"),
              Catch::Contains("line 2: a camera that cannot be"));
-  CHECK_THAT(refused(kColumns + "a,0,0,0,0,0,0,36,0,0,0,0,0,1,0,0\n"), Catch::Contains("k4 is 1"));
   CHECK_THAT(refused(kColumns + one + one), Catch::Contains("two frames have the photograph 'a.jpg'"));
 }
 
@@ -535,6 +570,24 @@ TEST_CASE("a Polycam folder gives the cameras of COLMAP's form, in the mesh's co
   check_same_cameras(read, colmap_scene(kPinhole));
 }
 
+TEST_CASE("Polycam: coefficients are refused, poses of the tracking alone are told") {
+  std::string text = polycam_json(glm::dmat3(1), glm::dvec3(0));
+  const auto parsed = [&](const std::string& cameras) {
+    return parse_polycam({cameras, {{"7", text}}, "mesh_info.json", std::nullopt},
+                         [](const std::string& id) { return PosedPhotograph{id}; });
+  };
+  CHECK(parsed("keyframes/corrected_cameras").notes.empty());
+  REQUIRE(parsed("keyframes/cameras").notes.size() == 1);
+  CHECK(
+      parsed("keyframes/cameras").notes[0] ==
+      "keyframes/corrected_cameras/ is not there: the poses are those of the tracking, which Polycam has not refined");
+  text.insert(1, "\"k1\": 0, ");
+  CHECK(refusal([&] { return parsed("k"); }) == "taken");
+  text.replace(text.find("\"k1\": 0"), 7, "\"k1\": 0.1");
+  CHECK(refusal([&] { return parsed("k"); }) ==
+        "k/7.json: k1: is a coefficient that this program does not read: undistort the photographs first");
+}
+
 TEST_CASE("Polycam: what is damaged is refused by file and place") {
   const std::string one = polycam_json(glm::dmat3(1), glm::dvec3(0));
   const auto refused = [](const std::string& frame, const std::optional<std::string>& mesh_info = std::nullopt) {
@@ -554,6 +607,8 @@ TEST_CASE("Polycam: what is damaged is refused by file and place") {
   CHECK_THAT(refused(polycam_json(glm::dmat3(2), glm::dvec3(0))),
              Catch::Contains("its pose does not begin with a rotation"));
   CHECK_THAT(refused(one, R"({"alignmentTransform": [1]})"), Catch::Contains("has 1 values, must have 16"));
+  CHECK_THAT(refused(one, R"({"alignmentTransform": [1,0,0,5,0,1,0,6,0,0,1,7,0,0,0,1]})"),
+             Catch::Contains("alignmentTransform: its last row is 5 6 7 1, must be 0 0 0 1"));
   CHECK_THAT(refused(one, R"({"alignmentTransform": [2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1]})"),
              Catch::Contains("its pose with alignmentTransform does not begin with a rotation"));
 }
@@ -564,6 +619,8 @@ struct MvsOptions {
   std::uint32_t version = 7;
   bool has_size = true;
   std::uint32_t platform_of_b = 0;
+  double skew = 0;
+  std::string mask = {};  // of each image
 };
 
 Bytes& mvs_text(Bytes& bytes, const std::string& text) {
@@ -587,7 +644,7 @@ std::string openmvs(const MvsOptions& options) {
   if (version > 0) bytes.u32(options.has_size ? kWidth : 0).u32(options.has_size ? kHeight : 0);
   // The middle of the first pixel is at (0, 0).
   const double scale = options.has_size ? 1 : 1.0 / kWidth;
-  bytes.f64({50 * scale, 0, 20.5 * scale, 0, 52 * scale, 13.5 * scale, 0, 0, 1});
+  bytes.f64({50 * scale, options.skew * scale, 20.5 * scale, 0, 52 * scale, 13.5 * scale, 0, 0, 1});
   mvs_pose(bytes, Rc, Cc).u64(2);
   for (const Posed& posed : two_cameras()) {
     // camera = Rc (R (X - C) - Cc): R and C of the platform follow from those of the camera.
@@ -597,7 +654,7 @@ std::string openmvs(const MvsOptions& options) {
   bytes.u64(3);
   for (std::uint32_t i = 0; i < 3; ++i) {
     mvs_text(bytes, i == 0 ? "images/a.png" : i == 1 ? "/home/somebody/images/b.png" : "c.png");
-    if (version > 4) mvs_text(bytes, "");
+    if (version > 4) mvs_text(bytes, options.mask);
     bytes.u32(i == 1 ? options.platform_of_b : 0).u32(0).u32(i == 2 ? 0xffffffff : i);
     if (version > 2) bytes.u32(i);
     if (version > 6) bytes.u32(0).u32(0).u32(0).u64(1).u32(1).u32(2).u32(3).u32(4).u32(5).u32(6);
@@ -616,6 +673,14 @@ TEST_CASE("an OpenMVS scene of every version gives the cameras of COLMAP's form"
     CHECK(read.notes[0] == "1 of 3 photographs have no pose and are left out");
     check_same_cameras(read, colmap_scene(kPinhole));
   }
+}
+
+TEST_CASE("OpenMVS: a skew is read, masks that it names are told") {
+  const std::string file = openmvs({7, true, 0, 2, "masks/a.png"});
+  const PosedPhotographs posed = parse_openmvs(std::as_bytes(std::span(file)), "s.mvs", as_labelled());
+  CHECK(image_from_cam(posed.photographs.at(0).lens, {0, 1, 1})->x == Approx(21 + 2));
+  REQUIRE(posed.notes.size() == 2);
+  CHECK(posed.notes[1] == "3 of its images name a mask, which is not read: masks are taken from masks/ or --masks");
 }
 
 TEST_CASE("OpenMVS: what is damaged or cut off is refused, also at every byte") {

@@ -103,11 +103,15 @@ TEST_CASE("coefficients go to the model of COLMAP that has them") {
   CHECK(tangential.parameters[5] == 0.02);
   CHECK(tangential.parameters[6] == 0.003);
   CHECK(tangential.parameters[7] == 0.004);
-  const CameraModel full = lens(R"("k1": 1e-2, "k3": 5e-3, "k4": 6e-3, "p2": 4e-3)");
+  const CameraModel third = lens(R"("k1": 1e-2, "k3": 5e-3, "p2": 4e-3)");
+  CHECK(third.model == LensModel::kFullOpenCv);
+  CHECK(third.parameters[7] == 0.004);
+  CHECK(third.parameters[8] == 0.005);
+  const CameraModel full = lens(R"("camera_model": "FULL_OPENCV", "k1": 1e-2, "k3": 5e-3, "k4": 6e-3, "k6": 7e-3)");
   CHECK(full.model == LensModel::kFullOpenCv);
-  CHECK(full.parameters[7] == 0.004);
   CHECK(full.parameters[8] == 0.005);
   CHECK(full.parameters[9] == 0.006);
+  CHECK(full.parameters[11] == 0.007);
   for (const char* const fisheye : {R"("is_fisheye": true)", R"("camera_model": "OPENCV_FISHEYE")"}) {
     const CameraModel fish = lens(std::string(fisheye) + R"(, "k1": 1e-2, "k2": 2e-2, "k3": 5e-3, "k4": 6e-3)");
     CHECK(fish.model == LensModel::kOpenCvFisheye);
@@ -115,6 +119,78 @@ TEST_CASE("coefficients go to the model of COLMAP that has them") {
     CHECK(fish.parameters[7] == 0.006);
   }
   CHECK(lens(R"("camera_model": "OPENCV", "k1": 0)").model == LensModel::kPinhole);
+}
+
+TEST_CASE("k4 stands before r^8, as in nerfstudio, unless the model is OpenCV's full one") {
+  const CameraModel lens = one_frame(kIdentity, kSize + R"(, "k1": 0.1, "k4": 0.2)").photographs[0].lens;
+  const std::optional<glm::dvec2> image = image_from_cam(lens, {0.5, 0, 1});
+  REQUIRE(image);
+  CHECK(image->x == Approx(20 + 50 * 0.5 * (1 + 0.1 * 0.25 + 0.2 * std::pow(0.25, 4))));
+  CHECK(image->y == Approx(15));
+}
+
+TEST_CASE("a camera model that is not known is refused by its name, of the file and of a frame") {
+  const auto of_frame = [](const std::string& model, const std::string& more = "") {
+    return complaint("{\"frames\": [" +
+                     frame("a.png", kIdentity, kSize + R"(, "camera_model": ")" + model + "\"" + more) + "]}");
+  };
+  for (const char* const model :
+       {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV", "FULL_OPENCV", "OPENCV_FISHEYE"}) {
+    CHECK(of_frame(model) == "taken");
+  }
+  for (const char* const model :
+       {"FISHEYE624", "ORTHOPHOTO", "OMNIDIRECTIONALSTEREO_L", "VR180_L", "SIMPLE_DIVISION", "opencv", "PINHOLE2"}) {
+    CAPTURE(model);
+    CHECK_THAT(of_frame(model), Catch::StartsWith("transforms.json: frames[0].camera_model: is '" + std::string(model) +
+                                                  "', which this program does not read"));
+    CHECK_THAT(complaint(R"({"camera_model": ")" + std::string(model) + R"(", )" + kSize + ", \"frames\": [" +
+                         frame("a.png", kIdentity) + "]}"),
+               Catch::StartsWith("transforms.json: camera_model: is '" + std::string(model) + "'"));
+  }
+  CHECK_THAT(of_frame("EQUIRECTANGULAR"), Catch::Contains("no plane holds a panorama"));
+  CHECK_THAT(of_frame("PINHOLE", R"(, "is_fisheye": true)"),
+             Catch::Contains("camera_model: is 'PINHOLE', but is_fisheye is true: keep one of them"));
+  CHECK(of_frame("OPENCV_FISHEYE", R"(, "is_fisheye": true)") == "taken");
+}
+
+TEST_CASE("a coefficient that the lens has no place for is refused unless it is 0") {
+  const auto of_frame = [](const std::string& more) {
+    return complaint("{\"frames\": [" + frame("a.png", kIdentity, kSize + ", " + more) + "]}");
+  };
+  for (const char* const key : {"k5", "k6", "p3", "s1", "b2", "skew", "omega"}) {
+    CAPTURE(key);
+    CHECK(of_frame("\"" + std::string(key) + "\": 0.0") == "taken");
+    CHECK_THAT(of_frame("\"" + std::string(key) + "\": 0.01"),
+               Catch::StartsWith("transforms.json: frames[0]." + std::string(key) +
+                                 ": is a coefficient that this program does not read"));
+  }
+  CHECK_THAT(of_frame(R"("distortion_params": [0.1, 0])"), Catch::Contains("frames[0].distortion_params: is a"));
+  CHECK(of_frame(R"("distortion_params": [0, 0.0])") == "taken");
+  CHECK_THAT(of_frame(R"("camera_model": "OPENCV_FISHEYE", "p1": 0.1)"), Catch::Contains("frames[0].p1: is a"));
+  CHECK_THAT(complaint(R"({"k6": 0.5, "frames": [)" + frame("a.png", kIdentity, kSize) + "]}"),
+             Catch::StartsWith("transforms.json: k6: is a coefficient"));
+}
+
+TEST_CASE("a matrix whose last row is not 0 0 0 1 is refused: written by columns it would put all cameras at 0") {
+  const std::string by_columns = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[5,6,7,1]]";
+  CHECK_THAT(complaint("{\"frames\": [" + frame("a.png", by_columns, kSize) + "]}"),
+             Catch::Contains("frames[0].transform_matrix: its last row is 5 6 7 1, must be 0 0 0 1: it is written by "
+                             "columns"));
+  CHECK_THAT(complaint("{\"frames\": [" + frame("a.png", "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,2]]", kSize) + "]}"),
+             Catch::Contains("its last row is 0 0 0 2, must be 0 0 0 1"));
+}
+
+TEST_CASE("keys that are not known are told in one line, those that change nothing are not") {
+  const std::string known = R"("aabb_scale": 16, "colmap_im_id": 3, "sharpness": 4.5, "applied_transform": [1])";
+  CHECK(one_frame(kIdentity, kSize + ", " + known).notes.empty());
+  const std::vector<std::string> notes =
+      parsed(R"({"pose_convention": "opencv", "up_axis": "z", "frames": [)" +
+             frame("a.png", kIdentity, kSize + R"(, "rolling_shutter": [0, 0, 1, 0])") + "," +
+             frame("b.png", kIdentity, kSize + R"(, "rolling_shutter": [0, 0, 1, 0])") + "]}")
+          .notes;
+  REQUIRE(notes.size() == 1);
+  CHECK(notes[0] ==
+        "transforms.json has keys that are not known and not used: pose_convention, rolling_shutter, up_axis");
 }
 
 TEST_CASE("what cannot be gets a sentence with its place") {
