@@ -4,6 +4,7 @@
 #include <array>
 #include <system_error>
 
+#include "tools/scene/colmap.h"
 #include "tools/scene/metashape.h"
 #include "tools/scene/openmvs.h"
 #include "tools/scene/polycam.h"
@@ -19,7 +20,8 @@ namespace {
 namespace fs = std::filesystem;
 
 std::optional<fs::path> find_colmap(const fs::path& scene) {
-  std::error_code ignored;
+  if (std::optional<fs::path> images = find_colmap_images(scene)) return images;
+  std::error_code ignored;  // one that lacks a file is refused by what it lacks
   for (const fs::path& folder : {scene / "sparse", scene / "sparse" / "0", scene}) {
     for (const char* const images : {"images.bin", "images.txt"}) {
       if (fs::exists(folder / images, ignored)) return folder / images;

@@ -14,6 +14,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -59,14 +60,19 @@ struct ColmapModel {
   std::filesystem::path cameras_path, images_path;  // the files
   std::vector<ColmapCamera> cameras;                // by id
   std::vector<ColmapImage> images;                  // by name, in byte order; at least one
+  std::string note = {};                            // a sentence on which of several was read; empty: there is one
 
   // Every image's camera is there. Throws InputError for an id that no camera has.
   [[nodiscard]] const ColmapCamera& camera_of(const ColmapImage& image) const;
 };
 
-// The model in `scene`/sparse, `scene`/sparse/0 or `scene` itself, the first that has one; binary before text, as
-// COLMAP does. Throws InputError.
+// The model in `scene`/sparse, else the one with most images in the folders of `scene`/sparse, where COLMAP's mapper
+// leaves several, else the one in `scene` itself; binary before text, as COLMAP does. Throws InputError.
 [[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& scene);
+
+// The images of the model that read_colmap_model() reads; none where no model is whole. Never throws: what cannot be
+// looked at is not there.
+[[nodiscard]] std::optional<std::filesystem::path> find_colmap_images(const std::filesystem::path& scene);
 
 // The points that lie beside the model's images, in the same form. Throws InputError, also where there are none.
 [[nodiscard]] std::vector<ColmapPoint> read_colmap_points(const ColmapModel& model);

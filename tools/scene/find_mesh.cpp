@@ -10,7 +10,10 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
+#include "tools/scene/capture_forms.h"
+#include "tools/scene/posed_photographs.h"
 #include "tools/scene/scene.h"
+#include "tools/scene/unread_forms.h"
 
 namespace lumatlas {
 namespace {
@@ -43,6 +46,21 @@ std::string list_of_names() {
   std::string list;
   for (const char* const name : kNames) {
     list += (list.empty() ? "" : ", ") + std::string(name);
+  }
+  return list;
+}
+
+// "; there is office_scan.ply": files in the folder that may be a mesh under another name.
+std::string others_in(const fs::path& scene) {
+  constexpr std::size_t kMostNamed = 3;
+  std::string list;
+  std::size_t named = 0;
+  for (const char* const ending : kMeshEndings) {
+    for (const fs::path& file : files_ending_in(scene, ending)) {
+      if (named == kMostNamed) return list + " and more";
+      list += (named == 0 ? "; there is " : ", ") + short_reason(file.filename().string());
+      ++named;
+    }
   }
   return list;
 }
@@ -91,9 +109,10 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
     throw InputError(scene.string() + ": no such folder, name a COLMAP workspace");
   }
   if (std::optional<fs::path> found = mesh_beside(scene)) return *std::move(found);
+  if (forms_in(scene).empty() && !unread_form_hint(scene).empty()) throw InputError(no_poses(scene));
   throw InputError(scene.string() +
                    ": no mesh in it, in dense/ or in dense/0/ (looked for .ply, .obj, .stl, .glb and .gltf of " +
-                   list_of_names() + "): name one with --mesh, or make one with `" +
+                   list_of_names() + ")" + others_in(scene) + ": name one with --mesh, or make one with `" +
                    shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
 }
 

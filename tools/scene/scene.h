@@ -61,9 +61,8 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
 
 // Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/capture_forms.h). A workspace:
-// sparse/ or
-// sparse/0/ (or the model's files in the folder itself), binary or text; with images/ beside it. Poses and cameras
-// only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
+// sparse/, the largest model in a folder of sparse/, or the model's files in the folder itself, binary or text; with
+// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
 // A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
 // that does not fit its camera's size but the upright one does, it is turned. The mask of NAME.jpg is NAME.jpg.png, as
 // COLMAP has it, or NAME.png; a photograph need not have one. Throws InputError: file, index, value, what to do, also

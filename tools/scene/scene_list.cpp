@@ -73,6 +73,7 @@ SceneList colmap_list(const fs::path& scene, const glm::dvec3& offset, const Pic
   const fs::path folder = folders.images.value_or(scene / "images");
   check_is_folder(folder);
   SceneList result{"COLMAP", {}, {}, {}};
+  if (!model.note.empty()) result.notes.push_back(model.note);
   for (const ColmapImage& image : model.images) {
     SceneView view{image.name, folder / image.name, model.camera_of(image).lens, Orientation::as_stored,
                    cameras.at(image.camera_id)};
