@@ -85,6 +85,20 @@ std::optional<Format> format_of(std::string_view head) {
   return std::nullopt;
 }
 
+// What a file is that is often met where a photograph should be, and what to do about it; empty: nothing that is known.
+std::string known_other(std::string_view head) {
+  constexpr std::array<std::string_view, 8> kHeicBrands{"heic", "heix", "hevc", "hevx", "heim", "heis", "mif1", "msf1"};
+  if (head.starts_with("version http")) {
+    return "is a pointer of Git LFS instead of the picture: fetch it with `git lfs pull`";
+  }
+  if (head.size() < 12 || head.substr(4, 4) != "ftyp") return {};
+  const std::string_view brand = head.substr(8, 4);
+  const bool heic = std::find(kHeicBrands.begin(), kHeicBrands.end(), brand) != kHeicBrands.end();
+  if (heic) return "is a HEIC image, as iPhones take them, which this program does not read: convert it to JPEG";
+  if (brand == "avif") return "is an AVIF image, which this program does not read: convert it to JPEG";
+  return {};
+}
+
 void require_readable(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
@@ -133,6 +147,7 @@ Format format_of(const Source& source) {
   if (bytes.empty()) fail(source.path(), "is empty");
   const std::optional<Format> format = format_of(bytes);
   if (!format && source.in_memory()) fail(source.path(), "not a PNG or JPEG image");
+  if (const std::string other = known_other(bytes); !format && !other.empty()) fail(source.path(), other);
   if (!format) fail(source.path(), std::string("is no ") + kFormatsInWords + " image, by its first bytes");
   return *format;
 }

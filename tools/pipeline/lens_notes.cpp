@@ -78,6 +78,15 @@ std::string terms_text(const LensCorrection& c, const Camera& camera) {
   return text;
 }
 
+// What was estimated and not applied; nothing below half a pixel, which is what noise makes.
+std::string left_as_given(const RefinedLens& lens) {
+  constexpr double kWorthTelling = 0.5;
+  const std::string terms = terms_text(lens.estimate.correction, lens.camera);
+  if (terms.empty() || lens.estimate.corner_px < kWorthTelling) return {};
+  return "lens: left as given; " + terms + " was estimated, which would move a corner by " +
+         number_text(lens.estimate.corner_px, 1) + " px, but makes too little of a difference to be sure of\n";
+}
+
 }  // namespace
 
 json lenses_json(std::span<const RefinedLens> lenses) {
@@ -97,7 +106,10 @@ json lenses_json(std::span<const RefinedLens> lenses) {
 std::string lenses_text(std::span<const RefinedLens> lenses) {
   std::string text;
   for (const RefinedLens& lens : lenses) {
-    if (!lens.applied) continue;
+    if (!lens.applied) {
+      text += left_as_given(lens);
+      continue;
+    }
     text += "lens: " + terms_text(lens.estimate.correction, lens.camera) + ", a corner moves " +
             number_text(lens.estimate.corner_px, 1) + " px; " + std::to_string(lens.views) +
             " photographs undistorted again\n";

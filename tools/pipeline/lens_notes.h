@@ -17,7 +17,8 @@ namespace lumatlas {
 // A list, one entry a lens.
 [[nodiscard]] nlohmann::json lenses_json(std::span<const RefinedLens> lenses);
 
-// One line a lens whose photographs were undistorted again: "lens: k1 -0.037, a corner moves 13.1 px; ...".
+// One line a lens whose photographs were undistorted again: "lens: k1 -0.037, a corner moves 13.1 px; ...", and one a
+// lens whose estimate moves a corner by half a pixel or more and was not applied.
 [[nodiscard]] std::string lenses_text(std::span<const RefinedLens> lenses);
 
 // Gives the views the corrections of their lenses that were applied.

@@ -138,6 +138,7 @@ void finish(PosedPhotographs& posed, const fs::path& path) {
 
 void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::string& why) {
   if (skipped == 0) return;
+  posed.left_out += skipped;
   posed.notes.push_back(std::to_string(skipped) + " of " + std::to_string(posed.photographs.size() + skipped) +
                         " photographs " + why + " and are left out");
 }

@@ -44,6 +44,7 @@ struct PosedPhotographs {
   std::vector<PosedDepth> depths = {};
   std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
   std::vector<std::string> notes = {};               // sentences: what was assumed, what was left out
+  std::size_t left_out = 0;                          // photographs that the notes say are left out
 };
 
 // Where the axes of a form's camera point.

@@ -9,6 +9,7 @@
 #include "mesh/base/number_text.h"
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/scene_list.h"
+#include "tools/scene/scene_notes.h"
 #include "tools/scene/undistortion.h"
 
 namespace lumatlas {
@@ -28,20 +29,19 @@ void look_at_photograph(bool skip_bad, SceneView& view, const Task& task) {
   }
 }
 
-// The views whose masks are in the folder get them. A folder that was asked for must have one.
-void find_masks(const fs::path& folder, bool asked_for, std::vector<SceneView>& views) {
+// The views whose masks are in the folder get them, and what does not fit is noted. A folder that was asked for must
+// have one.
+void find_masks(const fs::path& folder, bool asked_for, SceneViews& scene) {
   std::error_code ignored;
   bool found = false;
-  if (fs::is_directory(folder, ignored)) {
-    for (SceneView& view : views) {
-      if (view.mask) continue;
-      view.mask = mask_of(view, folder);
-      found = found || view.mask;
-    }
+  const bool is_there = fs::is_directory(folder, ignored);
+  for (SceneView& view : scene.views) {
+    if (view.mask || !is_there) continue;
+    view.mask = mask_of(view, folder);
+    found = found || view.mask;
   }
-  if (found || !asked_for) return;
-  throw InputError(folder.string() + ": has a mask of none of the " + std::to_string(views.size()) +
-                   " photographs; that of " + views.front().name + " would be " + views.front().name + ".png");
+  if (asked_for && !found) throw InputError(no_mask_fits(folder, scene.views));
+  if (is_there) note_masks(folder, scene);
 }
 
 void check_has_lens_size(std::uint32_t width, std::uint32_t height, const fs::path& file, const SceneView& view) {
@@ -105,7 +105,8 @@ SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, con
     SceneView& view = result.views[i];
     look_at_photograph(folders.skip_bad, view, [&] { view.orientation = orientation_of(list.views[i]); });
   });
-  find_masks(mask_folder(scene, folders), folders.masks.has_value(), result.views);
+  find_masks(mask_folder(scene, folders), folders.masks.has_value(), result);
+  note_unposed(list.left_out, result);
   if (folders.skip_bad) find_bad(result);
   return result;
 }

@@ -65,7 +65,7 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
 // A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
 // that does not fit its camera's size but the upright one does, it is turned. The mask of NAME.jpg is NAME.jpg.png, as
-// COLMAP has it, or NAME.png; a photograph need not have one. Throws InputError: file, index, value, what to do, also
+// COLMAP has it, or another of mask_names() (tools/scene/scene_notes.h); a photograph need not have one. Throws InputError: file, index, value, what to do, also
 // where folders.masks has no mask of any photograph, and with skip_bad where all are bad.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
                                           const PictureFolders& folders = {});

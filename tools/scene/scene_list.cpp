@@ -16,6 +16,7 @@
 #include "tools/scene/colmap.h"
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/posed_photographs.h"
+#include "tools/scene/scene_notes.h"
 #include "tools/scene/undistortion.h"
 
 namespace lumatlas {
@@ -123,7 +124,8 @@ SceneList posed_list(const fs::path& scene, const CaptureForm& form, const glm::
   if (folders.images) check_is_folder(*folders.images);
   PosedPhotographs posed = form.read(scene, folders.images);
   const std::vector<Camera> cameras = pinhole_views(posed.photographs, path);
-  SceneList result{form.name, std::move(posed.notes), {}, placed_depths(posed.depths, scene, path, offset)};
+  SceneList result{
+      form.name, std::move(posed.notes), {}, placed_depths(posed.depths, scene, path, offset), posed.left_out};
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const PosedPhotograph& frame = posed.photographs[i];
     SceneView view{frame.name, folders.images ? *folders.images / frame.name : scene / frame.file, frame.lens,
@@ -184,8 +186,8 @@ fs::path mask_folder(const fs::path& scene, const PictureFolders& folders) {
 
 std::optional<fs::path> mask_of(const SceneView& view, const fs::path& folder) {
   std::error_code ignored;
-  for (const fs::path& mask : {folder / (view.name + ".png"), (folder / view.name).replace_extension(".png")}) {
-    if (fs::is_regular_file(mask, ignored)) return mask;
+  for (const fs::path& name : mask_names(view.name)) {
+    if (fs::is_regular_file(folder / name, ignored)) return folder / name;
   }
   return std::nullopt;
 }

@@ -67,6 +67,28 @@ double mean_difference(const Photograph& a, const Photograph& b) {
   return sum / count;
 }
 
+TEST_CASE("what was estimated of a lens and not applied is told from half a pixel on") {
+  RefinedLens lens;
+  lens.camera.width = 200;
+  lens.camera.height = 150;
+  lens.camera.fx = lens.camera.fy = 180;
+  lens.camera.cx = 100;
+  lens.camera.cy = 75;
+  lens.views = 7;
+  const auto text = [&](double principal_px) {
+    lens.estimate.correction.principal = glm::dvec2(principal_px / lens.camera.width);
+    lens.estimate.corner_px = corner_move_px(lens.estimate.correction, lens.camera);
+    return lenses_text(std::vector{lens});
+  };
+  CHECK(text(0).empty());
+  CHECK(text(0.2).empty());
+  CHECK(text(0.5) ==
+        "lens: left as given; principal point (+0.5, +0.5) px was estimated, which would move a corner by 0.7 px, but "
+        "makes too little of a difference to be sure of\n");
+  lens.applied = true;
+  CHECK(text(0.5) == "lens: principal point (+0.5, +0.5) px, a corner moves 0.7 px; 7 photographs undistorted again\n");
+}
+
 TEST_CASE("a lens that a scene states wrongly is found, and photographs are undistorted as it says, then and later") {
   const TemporaryFolder scene, out;
   write_scene(scene.path(), -0.06);

@@ -319,10 +319,11 @@ TEST_CASE("masks and photographs may be in other folders, and a mask that does n
   PictureFolders folders{elsewhere / "pictures", std::nullopt};
   CHECK(masked_views(read_scene_views(folder.path(), glm::dvec3(0), folders)) == 0);
   folders.masks = elsewhere / "masks";
-  CHECK_THROWS_WITH(read_scene_views(folder.path(), glm::dvec3(0), folders),
-                    (elsewhere / "masks").string() +
-                        ": has a mask of none of the 2 photographs; that of left/0001.png "
-                        "would be left/0001.png.png");
+  CHECK_THROWS_WITH(
+      read_scene_views(folder.path(), glm::dvec3(0), folders),
+      (elsewhere / "masks").string() +
+          ": has a mask of none of the 2 photographs: that of left/0001.png would be left/0001.png.png or "
+          "left/0001_mask.png, but there is no picture");
   const fs::path mask = elsewhere / "masks/left/0001.png";
   write_mask(mask, 30, 40, [](auto, auto) { return false; });
   const SceneViews scene = read_scene_views(folder.path(), glm::dvec3(0), folders);
