@@ -116,11 +116,25 @@ void add_slant(DepthImage& image) {
   }
 }
 
+// Depths of no confidence become those that were not measured.
+void leave_out_unsure(const SceneDepth& depth, GreyImage& image) {
+  if (!depth.confidence) return;
+  const Photograph confidence = read_photograph(*depth.confidence, Orientation::as_stored);
+  if (confidence.width != image.width || confidence.height != image.height) {
+    throw InputError(depth.confidence->string() + ": is " + size_text(confidence.width, confidence.height) +
+                     " pixels, must have the size of its depth image, " + size_text(image.width, image.height));
+  }
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    if (confidence.rgb[3 * i] == 0) image.values[i] = 0;
+  }
+}
+
 }  // namespace
 
 DepthImage read_depth(const SceneDepth& depth) {
-  const GreyImage image = read_grey_image(depth.file);
+  GreyImage image = read_grey_image(depth.file);
   check_shape(image, depth);
+  leave_out_unsure(depth, image);
   DepthImage result;
   result.camera = depth.camera.scaled_to(image.width, image.height);
   result.depth = undistorted_depth(image, depth, result.camera);

@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kLargestSize = 65536;  // pixels
 constexpr const char* kDepths = "keyframes/depth";
+constexpr const char* kConfidences = "keyframes/confidence";
 
 struct Folders {
   fs::path cameras, images;  // relative to the scene
@@ -101,6 +102,7 @@ glm::dmat4 world_from_camera(const JsonPlace& all) {
 PosedPhotographs parse_polycam(const PolycamFiles& files,
                                const std::function<PosedPhotograph(const std::string&)>& photograph_of) {
   PosedPhotographs posed;
+  std::size_t with_confidence = 0;
   const glm::dmat4 mesh_from_world = alignment_of(files, posed);
   for (const auto& [id, text] : files.frames) {
     const std::string path = (files.cameras / (id + ".json")).string();
@@ -116,6 +118,10 @@ PosedPhotographs parse_polycam(const PolycamFiles& files,
     photograph.lens = lens_in(all);
     if (files.depths.contains(id)) {
       posed.depths.push_back(depth_with(photograph, fs::path(kDepths) / (id + ".png"), 0.001));
+      if (files.confidences.contains(id)) {
+        posed.depths.back().confidence = fs::path(kConfidences) / (id + ".png");
+        ++with_confidence;
+      }
     }
     posed.photographs.push_back(std::move(photograph));
   }
@@ -124,7 +130,10 @@ PosedPhotographs parse_polycam(const PolycamFiles& files,
     posed.notes.push_back((files.cameras.parent_path() / "corrected_cameras").string() +
                           "/ is not there: the poses are those of the tracking, which Polycam has not refined");
   }
-  note_depths(posed, "taken to be in millimetres, and to show what the photographs show at another size");
+  note_depths(posed, "taken to be in millimetres, and to show what the photographs show at another size" +
+                         (with_confidence == 0 ? std::string()
+                                               : "; pixels of low confidence are left out of " +
+                                                     std::to_string(with_confidence) + " of them"));
   return posed;
 }
 
@@ -140,12 +149,16 @@ PosedPhotographs read_polycam(const fs::path& scene, const std::optional<fs::pat
     files.frames.emplace_back(file.stem().string(), read_whole_file(file));
   }
   for (const fs::path& file : files_ending_in(scene / kDepths, ".png")) files.depths.insert(file.stem().string());
+  for (const fs::path& file : files_ending_in(scene / kConfidences, ".png")) {
+    files.confidences.insert(file.stem().string());
+  }
   std::error_code ignored;
   if (fs::exists(files.mesh_info, ignored)) files.mesh_info_text = read_whole_file(files.mesh_info);
   const PhotographNames names(pictures_in(images.value_or(scene / folders.images)));
   return parse_polycam(files, [&](const std::string& id) {
     PosedPhotograph photograph{names.find(id + ".jpg")};
     photograph.file = folders.images / photograph.name;
+    photograph.black_rim = folders.images.filename() == "corrected_images";
     return photograph;
   });
 }

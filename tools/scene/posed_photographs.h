@@ -27,6 +27,7 @@ struct PosedPhotograph {
   CameraModel lens = {};                           // passes check()
   glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
   glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
+  bool black_rim = false;                          // another program's undistortion may have left one
 };
 
 // A picture of depths, z in the camera frame, beside the photographs.
@@ -37,6 +38,8 @@ struct PosedDepth {
   CameraModel lens = {};
   glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // as of a photograph
   glm::dvec3 cam_from_world_translation{0.0};
+  // A picture of the same size, relative to the scene's folder: where it is 0, the depth is not to be trusted.
+  std::optional<std::filesystem::path> confidence = {};
 };
 
 struct PosedPhotographs {

@@ -7,6 +7,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
+#include "tools/scene/black_rim.h"
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/scene_list.h"
 #include "tools/scene/scene_notes.h"
@@ -72,6 +73,12 @@ UsedPixels pixels_of_mask(const SceneView& view) {
   return used;
 }
 
+UsedPixels pixels_without_rim(const Photograph& photograph) {
+  UsedPixels used = black_rim(photograph);
+  used.flip();
+  return used;
+}
+
 void take_out(const UsedPixels& used, Photograph& photograph) {
   if (std::find(used.begin(), used.end(), false) == used.end()) return;
   if (photograph.valid.empty()) photograph.valid.assign(used.size(), 255);
@@ -124,6 +131,7 @@ Photograph load_photograph(const SceneView& view) {
   Photograph photograph = read_photograph(view.image, view.orientation);
   check_has_lens_size(photograph.width, photograph.height, view.image, view);
   take_out(pixels_with_alpha(view), photograph);
+  if (view.black_rim) take_out(pixels_without_rim(photograph), photograph);
   if (view.mask) take_out(pixels_of_mask(view), photograph);
   return undistort(std::move(photograph), view.lens, view.camera, view.correction);
 }

@@ -26,6 +26,7 @@ struct SceneView {
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
   std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
+  bool black_rim = false;          // a rim of it that is black was not photographed, see tools/scene/black_rim.h
 };
 
 // A depth image of the scene, see PosedDepth.
@@ -34,6 +35,7 @@ struct SceneDepth {
   double unit = 0;  // scene units that a stored 1 is
   CameraModel lens;
   Camera camera;  // the pinhole view that it is undistorted to, of the lens's size; its pose relative to the offset
+  std::optional<std::filesystem::path> confidence = {};  // a picture of the same size, 0 where the depth is left out
 };
 
 // The views of a scene without its mesh, for `--views SCENE`.
@@ -84,7 +86,7 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 
 // The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
 // the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
-// pixels whose mask is exactly 0, or whose alpha is less than half. A view without either is returned unchanged, to the
+// pixels whose mask is exactly 0, or whose alpha is less than half, and a black rim. A view without any of these is returned unchanged, to the
 // byte. Throws InputError if the file or the mask cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 

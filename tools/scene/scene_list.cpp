@@ -112,6 +112,7 @@ std::vector<SceneDepth> placed_depths(const std::vector<PosedDepth>& depths, con
   std::vector<SceneDepth> result;
   for (std::size_t i = 0; i < depths.size(); ++i) {
     SceneDepth depth{scene / depths[i].file, depths[i].unit, depths[i].lens, cameras[i]};
+    if (depths[i].confidence) depth.confidence = scene / *depths[i].confidence;
     place(depth.camera, depths[i], offset);
     result.push_back(std::move(depth));
   }
@@ -131,6 +132,7 @@ SceneList posed_list(const fs::path& scene, const CaptureForm& form, const glm::
     SceneView view{frame.name, folders.images ? *folders.images / frame.name : scene / frame.file, frame.lens,
                    Orientation::as_stored, cameras[i]};
     if (frame.mask && !folders.masks) view.mask = scene / *frame.mask;
+    view.black_rim = frame.black_rim;
     place(view.camera, frame, offset);
     result.views.push_back({std::move(view), path.string(), "its camera in " + path.string()});
   }

@@ -298,6 +298,37 @@ TEST_CASE("a mesh of depth images is the same for any number of threads, and has
   CHECK(one.depth->fused_faces > 20'000);
 }
 
+TEST_CASE("depths of low confidence are left out, and a picture of confidence that does not fit is named") {
+  const TemporaryFolder folder;
+  write_polycam(folder.path());
+  // Everywhere a wall half a unit in front of the camera, in the middle of the room.
+  for (std::size_t i = 0; i < poses().size(); ++i) {
+    const fs::path depth = folder / ("keyframes/depth/" + name_of(i) + ".png");
+    const fs::path confidence = folder / ("keyframes/confidence/" + name_of(i) + ".png");
+    const std::vector<std::uint16_t> true_depths = read_grey_image(depth).values;
+    std::vector<std::uint16_t> depths = true_depths;
+    std::vector<std::uint8_t> levels(depths.size(), 127);
+    for (std::size_t pixel = 0; pixel < depths.size(); pixel += 3) {
+      depths[pixel] = 500;
+      levels[pixel] = 0;
+    }
+    fs::create_directories(confidence.parent_path());
+    write_grey(depth, kSmaller.width, kSmaller.height, depths);
+    write_grey(confidence, kSmaller.width, kSmaller.height, levels);
+  }
+  const auto farthest_off = [&] {
+    double most = 0;
+    const SceneMesh made = meshed(folder.path());
+    for (const dvec3& p : made.surface.positions) most = std::max(most, std::abs(distance_to_surface(p)));
+    return most / made.depth->voxel;
+  };
+  CHECK(farthest_off() < 3);
+  const fs::path file = folder / ("keyframes/confidence/" + name_of(0) + ".png");
+  write_grey(file, 5, 4, std::vector<std::uint8_t>(20, 127));
+  CHECK_THROWS_WITH(meshed(folder.path()),
+                    file.string() + ": is 5x4 pixels, must have the size of its depth image, 56x42");
+}
+
 TEST_CASE("a voxel that is asked for is taken") {
   const TemporaryFolder folder;
   write_transforms(folder.path());
