@@ -26,7 +26,9 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 // out: the others keep their order, their slots become consecutive. Vertices are split where cells meet; faces keep
 // their order. Names become Unicode on one line. The mesh's own colours are left out: what is shown of them is in the
 // snapshot's vertex colours. With a texture vertices are there once more for each of its places that a corner has,
-// which reading undoes. Throws InputError if a file cannot be written, or the model has more than 2^24 cells;
+// which reading undoes. A cell size above the diagonal of the mesh's box is written as that. Throws InputError if a file
+// cannot be written, or the model has more than 2^24 cells, or an offset or a camera that is too far from the scene for
+// read_model();
 // std::invalid_argument unless snapshot, options and texture pass check().
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
                  const ImageCoding& photographs = {}, const BaseTexture* texture = nullptr);

@@ -19,6 +19,7 @@
 #include "atlas/json_nesting.h"
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
+#include "atlas/model_ranges.h"
 #include "atlas/srgb.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
@@ -96,6 +97,7 @@ class ModelReader {
   [[nodiscard]] int texture_number() const;
   [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
+  void require_each_view_once(const ReferenceTable& table, std::size_t views) const;
   [[nodiscard]] std::vector<float> cell_coverage(std::size_t cells) const;
   [[nodiscard]] ValidityOptions validity() const;
   [[nodiscard]] TexelFormat texels() const;
@@ -221,7 +223,7 @@ std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::s
 }
 
 Cells ModelReader::cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const {
-  const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, 1e300);
+  const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, most_cell_size(mesh));
   std::vector<std::uint8_t> used(count, 0);
   for (const std::uint32_t cell : of_face) used[cell] = 1;
   const auto empty = std::find(used.begin(), used.end(), 0);
@@ -263,7 +265,20 @@ ReferenceTable ModelReader::references(std::size_t cells, std::size_t views) con
       file_.refuse("reference " + std::to_string(i) + " is to view " + out_of(table.views[i], views));
     }
   }
+  require_each_view_once(table, views);
   return table;
+}
+
+// A cell could else have many more references than there are views, all of which the renderer looks at in each pixel.
+void ModelReader::require_each_view_once(const ReferenceTable& table, std::size_t views) const {
+  std::vector<std::size_t> last_cell(views, table.offsets.size());  // that refers to each view
+  for (std::uint32_t cell = 0; cell + 1 < table.offsets.size(); ++cell) {
+    for (const std::uint32_t view : table.of_cell(cell)) {
+      if (std::exchange(last_cell[view], cell) != cell) continue;
+      file_.refuse("cell " + std::to_string(cell) + " refers to view " + std::to_string(view) +
+                   " twice, must refer to each view once at most");
+    }
+  }
 }
 
 std::vector<float> ModelReader::cell_coverage(std::size_t cells) const {
@@ -285,9 +300,9 @@ std::vector<float> ModelReader::cell_coverage(std::size_t cells) const {
 ValidityOptions ModelReader::validity() const {
   const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "validity");
   ValidityOptions options;
-  options.depth_edge = file_.number(object, "validity", "depthEdge", 0, 1e300);
-  options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, 1000);
-  options.fade_px = file_.whole_number(object, "validity", "fade", 0, 1000);
+  options.depth_edge = file_.number(object, "validity", "depthEdge", 0, kMostDepthEdge);
+  options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, kMostEdgePixels);
+  options.fade_px = file_.whole_number(object, "validity", "fade", 0, kMostEdgePixels);
   const std::string edges = object.Has("edges") ? file_.text(object, "validity", "edges") : "both";
   const auto known = kEdgesByName.find(edges);
   if (known == kEdgesByName.end()) {
@@ -344,6 +359,10 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   if (tiles >= kNotResident) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
   std::uint32_t next = 0;
   for (const std::uint8_t there : resident) table.slots.push_back(there ? next++ : kNotResident);
+  if (next > kMostTileSlots) {
+    file_.refuse("has " + std::to_string(next) + " resident tiles, must have at most " +
+                 std::to_string(kMostTileSlots));
+  }
   return table;
 }
 
@@ -369,6 +388,7 @@ Camera ModelReader::camera(const GltfFile::Object& view, const std::string& wher
   }
   try {
     check(camera);
+    check_model_ranges(camera);
   } catch (const std::invalid_argument& error) {
     file_.refuse(where + ": " + error.what());
   }
@@ -508,7 +528,8 @@ std::vector<std::uint8_t> ModelReader::cells_seen() const {
 ReadSurface ModelReader::surface() const {
   auto surface = std::make_shared<Surface>();
   surface->mesh = written_mesh();
-  const std::vector<double> offset = file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3);
+  const std::vector<double> offset =
+      file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3, -kMostOffset, kMostOffset);
   surface->offset = {offset[0], offset[1], offset[2]};
   const std::size_t count = cells_seen().size();
   std::vector<std::uint32_t> of_face = cell_of_face(surface->mesh, count);

@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <glm/glm.hpp>
@@ -21,10 +22,12 @@
 #include "atlas/model_extension.h"
 #include "atlas/model_file.h"
 #include "atlas/model_images.h"
+#include "atlas/model_ranges.h"
 #include "atlas/srgb.h"
 #include "atlas/tiny_gltf.h"
 #include "atlas/vertex_split.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "mesh/base/temporary_entry.h"
 
 namespace lumatlas {
@@ -285,7 +288,7 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Writt
   Json::Object extension;
   extension["version"] = Json(mesh.places.empty() ? kLumigraphVersion : kTexturedLumigraphVersion);
   extension["offset"] = array_of(snapshot.surface->offset);
-  extension["cellSize"] = Json(cells.size);
+  extension["cellSize"] = Json(std::min(cells.size, most_cell_size(snapshot.surface->mesh)));
   if (!mesh.copies.empty()) extension["vertexCopies"] = Json(add_scalars(model, mesh.copies));
   extension["cellSeen"] =
       Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
@@ -466,6 +469,23 @@ nlohmann::json parsed_notes(const std::string& notes) {
   return parsed;
 }
 
+// Refuses what read_model() would refuse, of a snapshot that passes check().
+void require_readable(const Snapshot& snapshot) {
+  const glm::dvec3& offset = snapshot.surface->offset;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (std::abs(offset[axis]) <= kMostOffset) continue;
+    throw InputError("the surface's offset[" + std::to_string(axis) + "] is " + number_text(offset[axis]) +
+                     ", a model file holds at most " + number_text(kMostOffset) + ": move the scene nearer to 0");
+  }
+  for (const auto& view : snapshot.views) {
+    try {
+      if (view) check_model_ranges(view->camera);
+    } catch (const std::invalid_argument& error) {
+      throw InputError("view " + unicode_name(view->name) + " does not fit into a model file: " + error.what());
+    }
+  }
+}
+
 // Nothing of a view without a resident tile is shown, so nothing of it is written.
 Snapshot checked(const Snapshot& snapshot) {
   if (snapshot.cell_seen.size() > kMostCells) {
@@ -475,6 +495,7 @@ Snapshot checked(const Snapshot& snapshot) {
   check(snapshot);
   Snapshot shown = snapshot;  // the photographs are shared
   leave_out_views_without_tiles(shown);
+  require_readable(shown);
   return shown;
 }
 

@@ -284,15 +284,15 @@ std::string name_of(ValidityOptions::Edges edges) {
 }
 
 void check(const ValidityOptions& options) {
-  if (!(options.depth_edge > 0) || !std::isfinite(options.depth_edge)) {
+  if (!(options.depth_edge > 0 && options.depth_edge <= kMostDepthEdge)) {
     throw std::invalid_argument("validity: depth_edge is " + number_text(options.depth_edge) +
-                                ", must be finite and above 0");
+                                ", must be above 0 and at most " + number_text(kMostDepthEdge));
   }
-  if (options.edge_radius_px > 16) {
+  if (options.edge_radius_px > kMostEdgePixels) {
     throw std::invalid_argument("validity: edge_radius_px is " + std::to_string(options.edge_radius_px) +
                                 ", must be at most 16");
   }
-  if (options.fade_px > 16) {
+  if (options.fade_px > kMostEdgePixels) {
     throw std::invalid_argument("validity: fade_px is " + std::to_string(options.fade_px) + ", must be at most 16");
   }
 }

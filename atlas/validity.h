@@ -22,12 +22,15 @@
 
 namespace lumatlas {
 
+inline constexpr double kMostDepthEdge = 1e6;
+inline constexpr std::uint32_t kMostEdgePixels = 16;
+
 struct ValidityOptions {
   enum class Edges {
     far_side,    // pixels beside one that is nearer
     both_sides,  // and those beside one that is farther, or that shows no surface
   };
-  double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; finite, > 0
+  double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; (0, 1e6]
   std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
   std::uint32_t fade_px = 0;         // over how many pixels the mask rises from 0 to 255; [0, 16], 0: a step
   Edges edges = Edges::far_side;     // which side of an edge is invalid; printed: both

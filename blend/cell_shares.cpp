@@ -5,10 +5,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
 #include <map>
+#include <optional>
 #include <queue>
 #include <set>
 #include <stdexcept>
@@ -71,25 +73,44 @@ struct Share {
 };
 using VertexShares = std::vector<std::vector<Share>>;  // by vertex, cells ascending
 
+// Counts the steps of several threads. Whether the limit is exceeded does not depend on the order of the threads.
+class StepLimit {
+ public:
+  explicit StepLimit(std::uint64_t most) : most_(most) {}
+
+  void count(std::uint64_t steps) { taken_.fetch_add(steps, std::memory_order_relaxed); }
+  [[nodiscard]] bool exceeded() const { return taken_.load(std::memory_order_relaxed) > most_; }
+
+ private:
+  std::uint64_t most_;
+  std::atomic<std::uint64_t> taken_ = 0;
+};
+
+double edge_length(const Mesh& mesh, std::uint32_t a, std::uint32_t b) {
+  return glm::distance(glm::dvec3(mesh.positions[a]), glm::dvec3(mesh.positions[b]));
+}
+
 // The vertices within `width` of a cell, nearest first; Dijkstra's algorithm from all of the cell's vertices.
 class Expansion {
  public:
-  // `neighbors` are vertex_neighbors(mesh); both must outlive this.
-  Expansion(const Mesh& mesh, const Rows<std::uint32_t>& neighbors, double width)
-      : mesh_(mesh), width_(width), neighbors_(neighbors), distances_(mesh.positions.size(), kFar) {}
+  // `neighbors` are vertex_neighbors(mesh); all must outlive this.
+  Expansion(const Mesh& mesh, const Rows<std::uint32_t>& neighbors, double width, StepLimit& limit)
+      : mesh_(mesh), width_(width), neighbors_(neighbors), limit_(limit), distances_(mesh.positions.size(), kFar) {}
 
+  // Counts the neighbours of every visited vertex as steps. Visits nothing more once their limit is exceeded.
   template <typename Visit>
   void from(std::span<const std::uint32_t> faces, const Visit& visit) {
     for (const std::uint32_t face : faces) {
       for (int corner = 0; corner < 3; ++corner) reach(mesh_.faces[face][corner], 0);
     }
-    while (!open_.empty()) {
+    while (!open_.empty() && !limit_.exceeded()) {
       const auto [distance, vertex] = open_.top();
       open_.pop();
       if (distance > distances_[vertex]) continue;  // reached by a shorter way since
       visit(vertex, distance);
+      limit_.count(neighbors_[vertex].size());
       for (const std::uint32_t next : neighbors_[vertex]) {
-        const double step = glm::distance(glm::dvec3(mesh_.positions[vertex]), glm::dvec3(mesh_.positions[next]));
+        const double step = edge_length(mesh_, vertex, next);
         if (distance + step < width_) reach(next, distance + step);
       }
     }
@@ -111,6 +132,7 @@ class Expansion {
   const Mesh& mesh_;
   double width_;
   const Rows<std::uint32_t>& neighbors_;
+  StepLimit& limit_;
   std::vector<double> distances_;
   std::vector<std::uint32_t> touched_;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open_;
@@ -121,26 +143,71 @@ struct Reached {
   double share;
 };
 
-// By cell, the vertices that have a share of it.
-std::vector<std::vector<Reached>> vertices_of_cells(const Surface& surface, double width) {
-  const Rows<std::uint32_t> neighbors = vertex_neighbors(surface.mesh);
+// How many cells may share a vertex on average, with each of its neighbours counted, before all but the nearest ones are
+// left out. Cells of even size share a vertex with about ten others where the fade is as wide as a cell.
+constexpr std::uint64_t kMostCellsPerVertex = 64;
+// How many of the cells that are nearest to a vertex share it then. It is more than a zone holds.
+constexpr std::size_t kNearestCells = 2 * kCellsPerZone;
+
+// By cell, the vertices that have a share of it. None if a vertex has more than kMostCellsPerVertex cells on average.
+std::optional<std::vector<std::vector<Reached>>> vertices_of_cells(const Surface& surface,
+                                                                   const Rows<std::uint32_t>& neighbors, double width) {
   const Rows<std::uint32_t> faces = faces_of_cells(surface.cells);
-  tbb::enumerable_thread_specific<Expansion> expansions([&] { return Expansion(surface.mesh, neighbors, width); });
+  StepLimit limit(kMostCellsPerVertex * neighbors.values.size());
+  tbb::enumerable_thread_specific<Expansion> expansions(
+      [&] { return Expansion(surface.mesh, neighbors, width, limit); });
   std::vector<std::vector<Reached>> reached(surface.cells.cells.size());
   tbb::parallel_for(std::size_t{0}, reached.size(), [&](std::size_t cell) {
+    if (limit.exceeded()) return;
     expansions.local().from(faces[cell], [&](std::uint32_t vertex, double distance) {
       reached[cell].push_back({vertex, 1 - distance / width});
     });
   });
+  if (limit.exceeded()) return std::nullopt;
   return reached;
+}
+
+// The shares s_k(v) of only the kNearestCells nearest cells of each vertex, not yet divided by their sum. Dijkstra's
+// algorithm from the vertices of all cells at once: the time is bounded by the number of faces, whatever the width is
+// and however many cells meet at a vertex.
+VertexShares shares_of_nearest_cells(const Surface& surface, const Rows<std::uint32_t>& neighbors, double width) {
+  using Entry = std::tuple<double, std::uint32_t, std::uint32_t>;  // distance, vertex, cell
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  VertexShares shares(surface.mesh.positions.size());
+  const auto takes = [&](std::uint32_t vertex, std::uint32_t cell) {
+    const std::vector<Share>& of_vertex = shares[vertex];
+    return of_vertex.size() < kNearestCells &&
+           std::none_of(of_vertex.begin(), of_vertex.end(), [&](const Share& share) { return share.cell == cell; });
+  };
+  for (std::size_t face = 0; face < surface.mesh.faces.size(); ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      open.emplace(0, surface.mesh.faces[face][corner], surface.cells.cell_of_face[face]);
+    }
+  }
+  while (!open.empty()) {
+    const auto [distance, vertex, cell] = open.top();
+    open.pop();
+    if (!takes(vertex, cell)) continue;
+    shares[vertex].push_back({cell, 1 - distance / width});
+    for (const std::uint32_t next : neighbors[vertex]) {
+      const double there = distance + edge_length(surface.mesh, vertex, next);
+      if (there < width && takes(next, cell)) open.emplace(there, next, cell);
+    }
+  }
+  for (std::vector<Share>& of_vertex : shares) {
+    std::sort(of_vertex.begin(), of_vertex.end(), [](const Share& a, const Share& b) { return a.cell < b.cell; });
+  }
+  return shares;
 }
 
 // s_k(v), not yet divided by their sum.
 VertexShares shares_of_vertices(const Surface& surface, double width) {
-  const std::vector<std::vector<Reached>> reached = vertices_of_cells(surface, width);
+  const Rows<std::uint32_t> neighbors = vertex_neighbors(surface.mesh);
+  const auto reached = vertices_of_cells(surface, neighbors, width);
+  if (!reached) return shares_of_nearest_cells(surface, neighbors, width);
   VertexShares shares(surface.mesh.positions.size());
-  for (std::uint32_t cell = 0; cell < reached.size(); ++cell) {
-    for (const auto& [vertex, share] : reached[cell]) shares[vertex].push_back({cell, share});
+  for (std::uint32_t cell = 0; cell < reached->size(); ++cell) {
+    for (const auto& [vertex, share] : (*reached)[cell]) shares[vertex].push_back({cell, share});
   }
   return shares;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
+#include <glm/glm.hpp>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <span>
@@ -16,6 +17,7 @@
 #include "atlas/glb_file.h"
 #include "atlas/model_file.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
@@ -457,6 +459,7 @@ TEST_CASE("a base texture that is not there or does not fit is refused") {
 TEST_CASE("a mesh may be degenerate or huge without harm") {
   DamagedModel model;
   const json positions = model.primitive()["attributes"]["POSITION"];
+  model.lumigraph()["cellSize"] = 0;  // no mesh is too small for it
   SECTION("every vertex in one place") {
     for (std::size_t i = 0; i < 3 * 49; ++i) model.poke<float>(positions, i, 1);
   }
@@ -509,6 +512,8 @@ TEST_CASE("cells of vertices that are no cells or tear a face are refused") {
 }
 
 TEST_CASE("cells and references out of range are refused") {
+  const Bounds box = bounds(small_snapshot().surface->mesh);
+  const std::string most_cell_size = number_text(glm::length(box.max - box.min));
   const auto set = [](const char* name, std::size_t index, std::uint32_t value) {
     return [=](DamagedModel& m) { m.poke<std::uint32_t>(m.lumigraph()[name], index, value); };
   };
@@ -550,9 +555,18 @@ TEST_CASE("cells and references out of range are refused") {
       {"the accessor of something else", [](DamagedModel& m) { m.lumigraph()["references"] = 0; },
        "references: accessor 0 has another type than this program writes"},
       {"a negative size", [](DamagedModel& m) { m.lumigraph()["cellSize"] = -1; },
-       "LUMATLAS_lumigraph: \"cellSize\" is -1, must be in [0, 1e+300]"},
+       "LUMATLAS_lumigraph: \"cellSize\" is -1, must be in [0, " + most_cell_size + "]"},
       {"an infinite size", [](DamagedModel& m) { m.lumigraph()["cellSize"] = json::parse("1.7e308"); },
-       "LUMATLAS_lumigraph: \"cellSize\" is 1.7e+308, must be in [0, 1e+300]"},
+       "LUMATLAS_lumigraph: \"cellSize\" is 1.7e+308, must be in [0, " + most_cell_size + "]"},
+      {"a cell larger than the mesh", [](DamagedModel& m) { m.lumigraph()["cellSize"] = 1000; },
+       "LUMATLAS_lumigraph: \"cellSize\" is 1000, must be in [0, " + most_cell_size + "]"},
+      {"a reference twice in a cell", set("references", 1, 0),
+       "cell 0 refers to view 0 twice, must refer to each view once at most"},
+      {"an offset beyond any float",
+       [](DamagedModel& m) {
+         m.lumigraph()["offset"] = {1.0, -1e39, 0.0};
+       },
+       "LUMATLAS_lumigraph: \"offset\"[1] is -1e+39, must be in [-3.4e+38, 3.4e+38]"},
       {"an offset in the plane",
        [](DamagedModel& m) {
          m.lumigraph()["offset"] = {1.0, 2.0};
@@ -611,13 +625,13 @@ TEST_CASE("validity options out of range are refused") {
       {"none", [](DamagedModel& m) { m.lumigraph().erase("validity"); }, "LUMATLAS_lumigraph has no \"validity\""},
       {"a number", [](DamagedModel& m) { m.lumigraph()["validity"] = 3; }, "validity is not an object"},
       {"no fade", [](DamagedModel& m) { m.lumigraph()["validity"].erase("fade"); }, "validity has no \"fade\""},
-      {"every step an edge", set("depthEdge", 0.0), "validity: depth_edge is 0, must be finite and above 0"},
-      {"a negative edge", set("depthEdge", -1), "validity: \"depthEdge\" is -1, must be in [0, 1e+300]"},
-      {"a wide radius", set("edgeRadius", 17), "validity: edge_radius_px is 17, must be at most 16"},
-      {"a huge radius", set("edgeRadius", 2'000'000'000),
-       "validity: \"edgeRadius\" is 2000000000, must be in [0, 1000]"},
+      {"every step an edge", set("depthEdge", 0.0), "validity: depth_edge is 0, must be above 0 and at most 1000000"},
+      {"a negative edge", set("depthEdge", -1), "validity: \"depthEdge\" is -1, must be in [0, 1000000]"},
+      {"no step an edge", set("depthEdge", 1e7), "validity: \"depthEdge\" is 10000000, must be in [0, 1000000]"},
+      {"a wide radius", set("edgeRadius", 17), "validity: \"edgeRadius\" is 17, must be in [0, 16]"},
+      {"a huge radius", set("edgeRadius", 2'000'000'000), "validity: \"edgeRadius\" is 2000000000, must be in [0, 16]"},
       {"half a pixel", set("fade", 0.5), "validity: \"fade\" is 0.5, must be a whole number"},
-      {"a long fade", set("fade", 17), "validity: fade_px is 17, must be at most 16"},
+      {"a long fade", set("fade", 17), "validity: \"fade\" is 17, must be in [0, 16]"},
       {"a third side", set("edges", "near"), "validity: \"edges\" is \"near\", must be \"far\" or \"both\""},
   });
 }
@@ -637,6 +651,14 @@ TEST_CASE("views with a field missing or out of range are refused") {
       {"flat", set("focalLength", {0.0, 20.0}), "view 1: camera: fx is 0, must be finite and positive"},
       {"turned inside out", set("focalLength", {20.0, -20.0}),
        "view 1: camera: fy is -20, must be finite and positive"},
+      {"everything in one point", set("focalLength", {20.0, 1e-300}),
+       "view 1: camera: fy is 1e-300, must be in [2e-05, 20000000000]"},
+      {"everything far away", set("focalLength", {1e300, 20.0}),
+       "view 1: camera: fx is 1e+300, must be in [2e-05, 20000000000]"},
+      {"far from the scene", set("translation", {0.0, 1.0, -1e14}),
+       "view 1: camera: translation[2] is -100000000000000, must be in [-10000000000000, 10000000000000]"},
+      {"looking past the image", set("principalPoint", {-1e300, 9.0}),
+       "view 1: camera: cx is -1e+300, must be in [-20000000000, 20000000000]"},
       {"one focal length", set("focalLength", {20.0}), "view 1: \"focalLength\" is not an array of 2 numbers"},
       {"a focal length in words", set("focalLength", {20.0, "20"}),
        "view 1: \"focalLength\"[1] is not a finite number"},
@@ -674,18 +696,47 @@ TEST_CASE("cameras at the ends of their range do no harm") {
   DamagedModel model;
   json& view = model.view(0);
   SECTION("everything in one point") {
-    view["focalLength"] = {1e-300, 1e-300};
+    view["focalLength"] = {2.4e-5, 2.4e-5};
   }
   SECTION("everything far away") {
-    view["focalLength"] = {1e300, 1e300};
+    view["focalLength"] = {2.4e10, 2.4e10};
   }
   SECTION("far from the scene") {
-    view["translation"] = {1e300, -1e300, 1e300};
+    view["translation"] = {1e13, -1e13, 1e13};
   }
   SECTION("looking past the image") {
-    view["principalPoint"] = {-1e300, 1e300};
+    view["principalPoint"] = {-2.4e10, 2.4e10};
   }
   CHECK(model.sentence() == "accepted");
+}
+
+TEST_CASE("what a reader would refuse is not written, or written so that it is read") {
+  const TemporaryFolder folder;
+  Snapshot snapshot = small_snapshot();
+  const Bounds box = bounds(snapshot.surface->mesh);
+  SECTION("a cell size above the mesh's diagonal") {
+    auto surface = std::make_shared<Surface>(*snapshot.surface);
+    surface->cells.size = 1e6;
+    snapshot.surface = surface;
+    write_model(folder.path(), snapshot, {});
+    CHECK(read_model(folder.path()).snapshot.surface->cells.size == glm::length(box.max - box.min));
+  }
+  SECTION("a camera that sees nothing but one point") {
+    auto view = std::make_shared<StoredView>(*snapshot.views[0]);
+    view->camera.fx = 1e300;
+    snapshot.views[0] = view;
+    CHECK_THROWS_WITH(write_model(folder.path(), snapshot, {}),
+                      "view a.jpg does not fit into a model file: camera: fx is 1e+300, must be in [2.4e-05, "
+                      "24000000000]");
+  }
+  SECTION("an offset that no float holds") {
+    auto surface = std::make_shared<Surface>(*snapshot.surface);
+    surface->offset.y = -1e39;
+    snapshot.surface = surface;
+    CHECK_THROWS_WITH(
+        write_model(folder.path(), snapshot, {}),
+        "the surface's offset[1] is -1e+39, a model file holds at most 3.4e+38: move the scene nearer to 0");
+  }
 }
 
 TEST_CASE("images that do not fit are refused") {

@@ -324,10 +324,10 @@ TEST_CASE("bad validity options are refused by field, value and rule") {
     }
     return "accepted";
   };
-  CHECK(sentence({0, 2, 8}) == "validity: depth_edge is 0, must be finite and above 0");
-  CHECK(sentence({std::nan(""), 2, 8}) == "validity: depth_edge is nan, must be finite and above 0");
+  CHECK(sentence({0, 2, 8}) == "validity: depth_edge is 0, must be above 0 and at most 1000000");
+  CHECK(sentence({std::nan(""), 2, 8}) == "validity: depth_edge is nan, must be above 0 and at most 1000000");
   CHECK(sentence({std::numeric_limits<double>::infinity(), 2, 8}) ==
-        "validity: depth_edge is inf, must be finite and above 0");
+        "validity: depth_edge is inf, must be above 0 and at most 1000000");
   CHECK(sentence({0.05, 17, 8}) == "validity: edge_radius_px is 17, must be at most 16");
   CHECK(sentence({0.05, 2, 17}) == "validity: fade_px is 17, must be at most 16");
   CHECK(sentence({0.05, 16, 16}) == "accepted");

@@ -147,9 +147,21 @@ case_model_files() {
   use_model "$case_folder/model"
 }
 
+# Numbers of a model that other numbers of it limit. By chance alone they would seldom be chosen among thousands.
+model_fields=(cellSize depthEdge edgeRadius fade size gutter width height)
+
 case_model_json() {
+  local file=$case_folder/model/scene.gltf field
   cp -r "$work/base/model" "$case_folder/model"
-  hostile_json "$case_folder/model/scene.gltf"
+  below 2
+  if [ "$chosen" -eq 0 ]; then
+    one_of "${model_fields[@]}"
+    field=$chosen
+    one_of 1000 1e6 1e300 "${hostile_numbers[@]}"
+    replace_token "$file" "\"$field\": [-+0-9.eE]+" "\"$field\": $chosen"
+  else
+    hostile_json "$file"
+  fi
   use_model "$case_folder/model"
 }
 

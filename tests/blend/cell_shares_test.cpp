@@ -107,6 +107,45 @@ TEST_CASE("where cells of one face each meet, nothing is left without a cell") {
   for (const double width : {1e-9, 0.5, 3.0}) check_sums(shares_by_vertex(surface, share_cells(surface, width)));
 }
 
+// A fan of faces around one vertex, each its own cell: every cell is at distance 0 of that vertex.
+Surface fan_of_cells(std::uint32_t faces) {
+  Surface surface;
+  surface.mesh.positions.emplace_back(0, 0, 1);
+  std::vector<std::uint32_t> cell_of_face(faces);
+  for (std::uint32_t face = 0; face < faces; ++face) {
+    const double angle = 2 * std::acos(-1.0) * face / faces;
+    surface.mesh.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
+    surface.mesh.faces.emplace_back(0, 1 + face, 1 + (face + 1) % faces);
+    cell_of_face[face] = face;
+  }
+  surface.cells = measure_cells(surface.mesh, std::move(cell_of_face), 1);
+  return surface;
+}
+
+TEST_CASE("work grows with the faces, whatever the width is and however many cells meet") {
+  // Every cell against every vertex would be 4 * 10^8 steps on the wall and on the fan.
+  Surface wall;
+  add_wall(wall.mesh, 120, 120, 1, 4);
+  std::vector<std::uint32_t> cell_of_face(wall.mesh.faces.size());
+  for (std::uint32_t face = 0; face < cell_of_face.size(); ++face) cell_of_face[face] = face;
+  wall.cells = measure_cells(wall.mesh, std::move(cell_of_face), 1);
+  for (const double width : {100.0, 1e300}) {
+    check_sums(shares_by_vertex(wall, share_cells(wall, width)));
+    check_sums(shares_by_vertex(fan_of_cells(20'000), share_cells(fan_of_cells(20'000), width)));
+  }
+}
+
+TEST_CASE("of more cells than may share a vertex the nearest ones share it") {
+  const Surface surface = wall_in_cells(40, 40);  // cells of one square, 0.25 wide
+  const auto by_vertex = shares_by_vertex(surface, share_cells(surface, 1e6));
+  for (std::size_t vertex = 0; vertex < by_vertex.size(); ++vertex) {
+    for (const auto& [cell, share] : by_vertex[vertex]) {
+      const glm::dvec3 apart = surface.cells.cells[cell].centroid - glm::dvec3(surface.mesh.positions[vertex]);
+      REQUIRE(glm::length(apart) < 1.0);
+    }
+  }
+}
+
 TEST_CASE("surfaces that only touch share nothing") {
   const auto surface = wall_and_panel(1);
   Surface apart = *surface;
