@@ -16,9 +16,8 @@ namespace lumatlas {
 //   bytes                what the stored views take, as planner/planner.h counts it, and what they may take; the budget
 //                        is null if nothing bounds it
 //   parsimony            of --budget auto, else null: the bound, what is lost, and what of that was measured, dB; the
-//   gap
-//                        of coverage; the views taken away once the stream had ended; views, references and texels,
-//                        stored and of all offered views
+//                        gap of coverage; the views taken away once the stream had ended; views, references and
+//                        texels, stored and of all offered views
 //   texture              of the base texture, null without one: its side, texels; its charts; texels for a photograph's
 //                        pixel along a side; the time that it took
 //   time_ms.per_view     of each stage, over the views that it was done for, and how many they are

@@ -3,8 +3,7 @@
 //
 //   cameras.bin: u64 count; each u32 id, i32 model, u64 width, u64 height, f64 parameters[as the model has]
 //   images.bin:  u64 count; each u32 id, f64 quaternion[4] (w first), f64 translation[3], u32 camera, name and a 0
-//   byte,
-//                u64 point count, each point f64 x, f64 y, u64 point id
+//                byte, u64 point count, each point f64 x, f64 y, u64 point id
 //   points3D.bin: u64 count; each u64 id, f64 position[3], u8 rgb[3], f64 error,
 //                u64 track length, each entry u32 image, u32 index of the 2D point in it
 #include <array>

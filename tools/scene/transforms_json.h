@@ -2,14 +2,12 @@
 // The transforms.json of instant-ngp and nerfstudio, which Polycam, Record3D and others export to.
 //
 //   frames[].transform_matrix  world from camera, 4 x 4 by rows, of OpenGL's camera: x right, y up, z backward. The
-//   last
-//                              row may be missing.
+//                              last row may be missing.
 //   frames[].file_path         relative to the file's folder; the ending may be missing
 //   frames[].mask_path         the same, black where pixels are not to be used
 //   frames[].depth_file_path   the same, 16-bit, 0 where nothing was measured; it shows what the photograph shows
 //   depth_unit_scale_factor    units that one of its steps is, of all frames or of one; 0.001 where there is none, as
-//   in
-//                              nerfstudio; applied_scale multiplies it, as it did the poses
+//                              in nerfstudio; applied_scale multiplies it, as it did the poses
 //   w h fl_x fl_y cx cy        pixels, (0, 0) is the corner of the picture as in COLMAP; of all frames or of one
 //   camera_angle_x             the horizontal field of view in radians, where there is no fl_x
 //   camera_model               SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL and OPENCV, which are one, FULL_OPENCV,
