@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// This is not Boost.Process: a child must end with its parent (PR_SET_PDEATHSIG) and start with no signal blocked, for
-// which that has no words, and Debian 12's needs a compiled Boost.Filesystem besides.
+// This is not Boost.Process: a child must end with its parent, with all that it started, and start with no signal
+// blocked. Boost.Process has no words for these, and Debian 12's needs a compiled Boost.Filesystem besides.
 #include "tools/base/child_process.h"
 
 #include <fcntl.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <sstream>
 #include <thread>
 
@@ -28,10 +31,31 @@ namespace fs = std::filesystem;
 
 constexpr int kCannotStart = 127;
 
-// Between fork and exec only calls that are safe there: other threads may have held any lock.
-[[noreturn]] void become(const ChildProcess& child, char* const* argv, pid_t parent) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(kCannotStart);
+// How long the other program has to end by itself once it was asked to, below kUnwindingTime.
+constexpr auto kEndingTime = std::chrono::milliseconds(300);
+static_assert(kEndingTime < kUnwindingTime);
+constexpr timespec kKeepersNap{0, 5'000'000};
+
+constexpr std::array kForwarded{SIGINT, SIGHUP, SIGPIPE, SIGTERM};
+
+volatile std::sig_atomic_t must_end = 0;  // in the keeper
+
+void note_end(int /*signal*/) {
+  must_end = 1;
+}
+
+void set_action(int signal, void (*action)(int)) {
+  struct sigaction wanted {};
+  wanted.sa_handler = action;
+  sigemptyset(&wanted.sa_mask);
+  sigaction(signal, &wanted, nullptr);
+}
+
+// The other program, in a process group of its own. It ends with its keeper.
+[[noreturn]] void become(const ChildProcess& child, char* const* argv, pid_t keeper) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != keeper) _exit(kCannotStart);
+  setpgid(0, 0);
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -46,19 +70,71 @@ constexpr int kCannotStart = 127;
   _exit(kCannotStart);
 }
 
-int wait_for(pid_t child, const std::function<void()>& while_waiting) {
+// Whether it has ended; it stays a zombie, so that nobody else gets its number.
+bool has_ended(pid_t child) {
+  siginfo_t info{};
+  return waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == child;
+}
+
+// Ends as the other program did.
+[[noreturn]] void end_as(int status) {
+  if (WIFEXITED(status)) _exit(WEXITSTATUS(status));
+  const rlimit no_core{0, 0};
+  setrlimit(RLIMIT_CORE, &no_core);
+  set_action(WTERMSIG(status), SIG_DFL);
+  raise(WTERMSIG(status));
+  _exit(kCannotStart);
+}
+
+// A process between this program and the other one. It starts the other program, and sees to it that neither it nor
+// what it starts outlives this program, however this program ends: asked to end by SIGTERM, or left without its parent,
+// it asks the group of the other program to end, and kills the group after kEndingTime. Only calls that are safe after
+// a fork: other threads of the parent may have held any lock.
+[[noreturn]] void keep(const ChildProcess& child, char* const* argv, pid_t parent) {
+  std::array<bool, kForwarded.size()> was_ignored{};
+  for (std::size_t i = 0; i < kForwarded.size(); ++i) {
+    struct sigaction present {};
+    sigaction(kForwarded[i], nullptr, &present);
+    was_ignored[i] = present.sa_handler == SIG_IGN;
+    set_action(kForwarded[i], kForwarded[i] == SIGTERM ? note_end : SIG_IGN);
+  }
+  const pid_t keeper = getpid();
+  const pid_t started = fork();
+  if (started == 0) {
+    for (std::size_t i = 0; i < kForwarded.size(); ++i) set_action(kForwarded[i], was_ignored[i] ? SIG_IGN : SIG_DFL);
+    become(child, argv, keeper);
+  }
+  if (started < 0) _exit(kCannotStart);
+  setpgid(started, started);     // whichever of the two is first
+  (void)close_range(3, ~0U, 0);  // locks and sockets of the program are not held any longer than it lives
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  while (!has_ended(started) && must_end == 0 && getppid() == parent) nanosleep(&kKeepersNap, nullptr);
+  kill(-started, SIGTERM);
+  for (auto waited = std::chrono::nanoseconds(0); !has_ended(started) && waited < kEndingTime;) {
+    nanosleep(&kKeepersNap, nullptr);
+    waited += std::chrono::nanoseconds(kKeepersNap.tv_nsec);
+  }
+  kill(-started, SIGKILL);
+  int status = 0;
+  waitpid(started, &status, 0);
+  end_as(status);
+}
+
+int wait_for(pid_t keeper, const std::function<void()>& while_waiting) {
   constexpr auto kPause = std::chrono::milliseconds(5);
   int status = 0;
   while (true) {
-    const pid_t ended = waitpid(child, &status, WNOHANG);
-    if (ended == child) break;
+    const pid_t ended = waitpid(keeper, &status, WNOHANG);
+    if (ended == keeper) break;
     if (ended < 0 && errno != EINTR) throw InputError(std::string("a program was lost: ") + std::strerror(errno));
     try {
       throw_if_interrupted();
       if (while_waiting) while_waiting();
     } catch (...) {
-      kill(child, SIGTERM);
-      waitpid(child, &status, 0);
+      kill(keeper, SIGTERM);
+      waitpid(keeper, &status, 0);
       throw;
     }
     std::this_thread::sleep_for(kPause);
@@ -85,7 +161,7 @@ int run_to_end(const ChildProcess& child, const std::function<void()>& while_wai
   argv.push_back(nullptr);
   const pid_t parent = getpid();
   const pid_t started = fork();
-  if (started == 0) become(child, argv.data(), parent);
+  if (started == 0) keep(child, argv.data(), parent);
   if (started < 0) throw InputError(child.program.string() + ": cannot be started: " + std::strerror(errno));
   const int status = wait_for(started, while_waiting);
   throw_if_interrupted();  // Ctrl-C on a terminal goes to both

@@ -17,10 +17,11 @@ struct ChildProcess {
   std::filesystem::path out, err;
 };
 
-// Waits for it and returns its exit status, or minus the signal that ended it. It ends with this program, too. Throws
-// InputError where it cannot be started, and Interrupted, once it has ended, where the user has asked this program to
-// stop. `while_waiting` is called again and again, many times a second; what that throws ends the other program, and is
-// thrown on. From any thread.
+// Waits for it and returns its exit status, or minus the signal that ended it. Throws InputError where it cannot be
+// started, and Interrupted, once it has ended, where the user has asked this program to stop. `while_waiting` is called
+// again and again, many times a second; what that throws ends the other program, and is thrown on. The other program
+// has a process group of its own. It is asked to end by SIGTERM, and killed 0.3 s later if it has not ended. What it
+// has started in its group ends with it, and with this program, even where this program is killed. From any thread.
 [[nodiscard]] int run_to_end(const ChildProcess& child, const std::function<void()>& while_waiting = {});
 
 // The first of PATH's programs of this name; empty: none.
