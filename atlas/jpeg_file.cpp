@@ -10,6 +10,7 @@
 
 #include <csetjmp>
 #include <cstddef>
+#include <cstdlib>
 #include <string>
 
 #include "mesh/base/errors.h"
@@ -95,7 +96,17 @@ Decoder::Decoder() {
 bool read_header(Decoder& decoder, std::span<const std::uint8_t> bytes) {
   if (setjmp(decoder.failed) != 0) return false;
   jpeg_mem_src(&decoder.jpeg, bytes.data(), bytes.size());
+  constexpr int kProfileMarker = JPEG_APP0 + 2;
+  constexpr unsigned int kLongestMarker = 0xffff;
+  jpeg_save_markers(&decoder.jpeg, kProfileMarker, kLongestMarker);
   jpeg_read_header(&decoder.jpeg, TRUE);
+  return true;
+}
+
+// The caller frees what `profile` points to afterwards; null: there is none.
+bool read_profile(Decoder& decoder, JOCTET** profile, unsigned int* size) {
+  if (setjmp(decoder.failed) != 0) return false;
+  if (!jpeg_read_icc_profile(&decoder.jpeg, profile, size)) *profile = nullptr;
   return true;
 }
 
@@ -131,8 +142,22 @@ bool read_rows(Decoder& decoder, std::span<std::uint8_t> inks, std::uint8_t* rgb
 
 }  // namespace
 
-std::vector<std::uint8_t> decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
-                                      std::uint32_t width, std::uint32_t height) {
+namespace {
+
+std::vector<std::uint8_t> profile_of(Decoder& decoder) {
+  JOCTET* bytes = nullptr;
+  unsigned int size = 0;
+  const bool is_read = read_profile(decoder, &bytes, &size);
+  std::vector<std::uint8_t> profile;
+  if (is_read && bytes) profile.assign(bytes, bytes + size);
+  std::free(bytes);  // libjpeg took it from malloc()
+  return profile;
+}
+
+}  // namespace
+
+JpegPixels decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesystem::path& path, std::uint32_t width,
+                       std::uint32_t height) {
   const auto damaged = [&](const Decoder& decoder) {
     return InputError(path.string() + ": is damaged or cut off (" + decoder.reason + "); copy it again");
   };
@@ -147,10 +172,10 @@ std::vector<std::uint8_t> decode_jpeg(std::span<const std::uint8_t> bytes, const
     throw InputError(path.string() + ": has " + std::to_string(jpeg.num_components) +
                      " colour components, must be grey, RGB, YCbCr, CMYK or YCCK");
   }
-  std::vector<std::uint8_t> rgb(std::size_t{3} * width * height);
+  JpegPixels pixels{std::vector<std::uint8_t>(std::size_t{3} * width * height), profile_of(decoder)};
   std::vector<std::uint8_t> inks(is_cmyk(decoder) ? std::size_t{4} * width : 0);
-  if (!read_rows(decoder, inks, rgb.data())) throw damaged(decoder);
-  return rgb;
+  if (!read_rows(decoder, inks, pixels.rgb.data())) throw damaged(decoder);
+  return pixels;
 }
 
 }  // namespace lumatlas

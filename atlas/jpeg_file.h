@@ -10,13 +10,17 @@
 
 namespace lumatlas {
 
-// 3 * width * height bytes as stored, row by row from the top, whatever EXIF says of the orientation; grey and CMYK
+struct JpegPixels {
+  std::vector<std::uint8_t> rgb;      // 3 * width * height
+  std::vector<std::uint8_t> profile;  // the ICC profile of the file's colours; empty: it has none, or a damaged one
+};
+
+// The pixels as stored, row by row from the top, whatever EXIF says of the orientation; grey and CMYK
 // become RGB. `path` stands for the bytes in sentences; the caller has found in their header that they are of this size
 // and that it is a plausible one. Throws InputError if they are not of this size, and for damage that the decoder
 // meets: coded data that no encoder wrote, that ends before the picture is full, or of which something is left over.
 // Changed bits that still decode to as many blocks go unnoticed.
-[[nodiscard]] std::vector<std::uint8_t> decode_jpeg(std::span<const std::uint8_t> bytes,
-                                                    const std::filesystem::path& path, std::uint32_t width,
-                                                    std::uint32_t height);
+[[nodiscard]] JpegPixels decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
+                                     std::uint32_t width, std::uint32_t height);
 
 }  // namespace lumatlas

@@ -18,6 +18,7 @@
 #include <string_view>
 #include <utility>
 
+#include "atlas/color_profile.h"
 #include "atlas/image_header.h"
 #include "atlas/jpeg_file.h"
 #include "mesh/base/errors.h"
@@ -351,12 +352,22 @@ void require_size_of(const fs::path& path, const Header& header, const OIIO::Ima
                  size_text(spec.width, spec.height) + ": it is damaged");
 }
 
-// As stored, row by row.
+// The ICC profile of the file's colours, as OpenImageIO has read it; empty: there is none.
+std::vector<std::uint8_t> profile_in(const OIIO::ImageSpec& spec) {
+  const OIIO::ParamValue* const profile = spec.find_attribute("ICCProfile");
+  if (!profile || profile->type().basetype != TypeDesc::UINT8) return {};
+  const auto* const bytes = static_cast<const std::uint8_t*>(profile->data());
+  return {bytes, bytes + profile->type().size()};
+}
+
+// As stored, row by row, in sRGB.
 std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const Header& header) {
   const fs::path& path = source.path();
   if (image.format == Format::jpeg) {
-    return decode_jpeg(source.bytes(), path, static_cast<std::uint32_t>(header.width),
-                       static_cast<std::uint32_t>(header.height));
+    JpegPixels pixels = decode_jpeg(source.bytes(), path, static_cast<std::uint32_t>(header.width),
+                                    static_cast<std::uint32_t>(header.height));
+    if (!pixels.profile.empty()) convert_to_srgb(pixels.profile, pixels.rgb);
+    return std::move(pixels.rgb);
   }
   OIIO::ImageInput& reader = *image.reader;
   const OIIO::ImageSpec& spec = reader.spec();
@@ -371,6 +382,8 @@ std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const 
   } else {
     read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, rgb);
   }
+  const std::vector<std::uint8_t> profile = profile_in(spec);
+  if (!profile.empty() && !spec.format.is_floating_point()) convert_to_srgb(profile, rgb);
   return rgb;
 }
 

@@ -78,7 +78,8 @@ std::string jpeg_file(const Coding& coding) {
 
 std::vector<std::uint8_t> decoded(const std::string& file) {
   return decode_jpeg(std::span(reinterpret_cast<const std::uint8_t*>(file.data()), file.size()), "a.jpg", kWidth,
-                     kHeight);
+                     kHeight)
+      .rgb;
 }
 
 std::vector<std::uint8_t> decoded_by_openimageio(const fs::path& path) {

@@ -46,6 +46,7 @@ function(lumatlas_install_package)
   install(FILES
     ${PROJECT_BINARY_DIR}/cmake/lumatlasConfig.cmake
     ${PROJECT_BINARY_DIR}/cmake/lumatlasConfigVersion.cmake
+    ${PROJECT_SOURCE_DIR}/tools/cmake/FindLCMS2.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindOpenImageIO.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/Findepoxy.cmake
     DESTINATION ${LUMATLAS_PACKAGE_DIR} COMPONENT development)

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photographs whose files say that their numbers are other colours than sRGB's.
+#include <OpenImageIO/imageio.h>
+#include <lcms2.h>
+
+#include <algorithm>
+#include <array>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+using Bytes = std::vector<std::uint8_t>;
+
+Bytes bytes_of_profile(cmsHPROFILE profile) {
+  REQUIRE(profile);
+  cmsUInt32Number size = 0;
+  REQUIRE(cmsSaveProfileToMem(profile, nullptr, &size));
+  Bytes bytes(size);
+  REQUIRE(cmsSaveProfileToMem(profile, bytes.data(), &size));
+  cmsCloseProfile(profile);
+  return bytes;
+}
+
+// A profile by its white and primaries (CIE x and y) and its curve.
+Bytes rgb_profile(const cmsCIExyYTRIPLE& primaries, cmsToneCurve* curve) {
+  const cmsCIExyY white{0.3127, 0.3290, 1};
+  const std::array<cmsToneCurve*, 3> curves{curve, curve, curve};
+  cmsHPROFILE profile = cmsCreateRGBProfile(&white, &primaries, curves.data());
+  cmsFreeToneCurve(curve);
+  return bytes_of_profile(profile);
+}
+
+cmsToneCurve* srgb_curve() {
+  const std::array<cmsFloat64Number, 5> p{2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};
+  return cmsBuildParametricToneCurve(nullptr, 4, p.data());
+}
+
+Bytes display_p3() {
+  return rgb_profile({{0.680, 0.320, 1}, {0.265, 0.690, 1}, {0.150, 0.060, 1}}, srgb_curve());
+}
+
+Bytes adobe_rgb() {
+  return rgb_profile({{0.64, 0.33, 1}, {0.21, 0.71, 1}, {0.15, 0.06, 1}}, cmsBuildGamma(nullptr, 563 / 256.0));
+}
+
+Bytes grey_profile(double gamma) {
+  const cmsCIExyY white{0.3127, 0.3290, 1};
+  cmsToneCurve* const curve = cmsBuildGamma(nullptr, gamma);
+  cmsHPROFILE profile = cmsCreateGrayProfile(&white, curve);
+  cmsFreeToneCurve(curve);
+  return bytes_of_profile(profile);
+}
+
+// An 8-bit picture of one colour with the profile in it.
+void write_tagged(const fs::path& path, const std::vector<std::uint8_t>& color, const Bytes& profile) {
+  constexpr int kSide = 16;
+  const auto output = OIIO::ImageOutput::create(path.string());
+  OIIO::ImageSpec spec(kSide, kSide, static_cast<int>(color.size()), OIIO::TypeDesc::UINT8);
+  spec.attribute("CompressionQuality", 100);
+  spec.attribute("ICCProfile", OIIO::TypeDesc(OIIO::TypeDesc::UINT8, static_cast<int>(profile.size())), profile.data());
+  std::vector<std::uint8_t> pixels;
+  for (int i = 0; i < kSide * kSide; ++i) pixels.insert(pixels.end(), color.begin(), color.end());
+  REQUIRE(output->open(path.string(), spec));
+  REQUIRE(output->write_image(OIIO::TypeDesc::UINT8, pixels.data()));
+  REQUIRE(output->close());
+}
+
+glm::ivec3 color_of(const fs::path& path) {
+  const Photograph read = read_photograph(path);
+  return {read.rgb[0], read.rgb[1], read.rgb[2]};
+}
+
+int difference(const glm::ivec3& a, const glm::ivec3& b) {
+  return std::max({std::abs(a.x - b.x), std::abs(a.y - b.y), std::abs(a.z - b.z)});
+}
+
+// The matrices of https://www.w3.org/TR/css-color-4/#color-conversion-code, from linear light to linear light.
+glm::ivec3 srgb_of(const glm::ivec3& color, const glm::dmat3& srgb_from_other, double gamma) {
+  glm::dvec3 linear;
+  for (int c = 0; c < 3; ++c) {
+    const double encoded = color[c] / 255.0;
+    linear[c] = gamma > 0 ? std::pow(encoded, gamma)
+                          : (encoded <= 0.04045 ? encoded / 12.92 : std::pow((encoded + 0.055) / 1.055, 2.4));
+  }
+  linear = srgb_from_other * linear;
+  glm::ivec3 result;
+  for (int c = 0; c < 3; ++c) {
+    const double x = std::clamp(linear[c], 0.0, 1.0);
+    const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    result[c] = static_cast<int>(std::lround(255 * encoded));
+  }
+  return result;
+}
+
+// By columns.
+const glm::dmat3 kFromP3({1.2249401763, -0.0420569547, -0.0196375546}, {-0.2249401763, 1.0420569547, -0.0786360455},
+                         {0, 0, 1.0982736001});
+const glm::dmat3 kFromAdobe({1.3982832, 0, 0}, {-0.3982832, 1, -0.0429383}, {0, 0, 1.0429383});
+
+// Within four levels: of rounding at three places, and of JPEG at quality 100.
+constexpr int kRounding = 4;
+
+TEST_CASE("colours of Display P3 and Adobe RGB become those of sRGB") {
+  const TemporaryFolder folder;
+  for (const char* const ending : {"png", "jpg", "tif"}) {
+    for (const glm::ivec3& color : {glm::ivec3(200, 120, 90), {90, 140, 80}, {128, 128, 128}, {30, 60, 200}}) {
+      CAPTURE(ending, color.x, color.y, color.z);
+      const fs::path path = folder / (std::string("a.") + ending);
+      const std::vector<std::uint8_t> bytes{static_cast<std::uint8_t>(color.x), static_cast<std::uint8_t>(color.y),
+                                            static_cast<std::uint8_t>(color.z)};
+      write_tagged(path, bytes, display_p3());
+      CHECK(difference(color_of(path), srgb_of(color, kFromP3, 0)) <= kRounding);
+      write_tagged(path, bytes, adobe_rgb());
+      CHECK(difference(color_of(path), srgb_of(color, kFromAdobe, 563 / 256.0)) <= kRounding);
+    }
+  }
+}
+
+TEST_CASE("a photograph that says that it is sRGB stays as it is, to the byte") {
+  const TemporaryFolder folder;
+  const Bytes srgb = bytes_of_profile(cmsCreate_sRGBProfile());
+  for (int level = 0; level < 256; level += 5) {
+    const auto byte = static_cast<std::uint8_t>(level);
+    write_tagged(folder / "a.png", {byte, 7, 200}, srgb);
+    CHECK(color_of(folder / "a.png") == glm::ivec3(level, 7, 200));
+  }
+}
+
+TEST_CASE("a grey photograph is shown as its profile says") {
+  const TemporaryFolder folder;
+  write_tagged(folder / "a.png", {100}, grey_profile(1.8));
+  const glm::ivec3 expected = srgb_of(glm::ivec3(100), glm::dmat3(1), 1.8);
+  CHECK(difference(color_of(folder / "a.png"), expected) <= 1);
+}
+
+TEST_CASE("a profile that is damaged, or of another kind than the picture, changes nothing") {
+  const TemporaryFolder folder;
+  Bytes damaged = display_p3();
+  damaged.resize(damaged.size() / 2);
+  for (const Bytes& profile : {Bytes(200, 7), damaged, bytes_of_profile(cmsCreateLab4Profile(nullptr))}) {
+    write_tagged(folder / "a.jpg", {128, 128, 128}, profile);
+    CHECK(color_of(folder / "a.jpg") == glm::ivec3(128));
+  }
+}
+
+TEST_CASE("every byte of a profile may be any other: the picture is read") {
+  const TemporaryFolder folder;
+  const Bytes profile = display_p3();
+  for (std::size_t at = 0; at < profile.size(); at += 3) {
+    Bytes changed = profile;
+    changed[at] = static_cast<std::uint8_t>(changed[at] ^ 0x5a);
+    write_tagged(folder / "a.tif", {10, 20, 30}, changed);
+    CHECK(read_photograph(folder / "a.tif").width == 16);
+  }
+}
+
+}  // namespace
+}  // namespace lumatlas
