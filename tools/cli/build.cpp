@@ -431,6 +431,7 @@ void add_stream_options(CLI::App& command, BuildFlags& flags) {
   begin_group(command, "Photographs");
   flags.pictures.add_to(command);
   command.add_flag("--skip-bad", flags.skip_bad, "Go on without those that are missing or damaged, and name them");
+  command.add_flag("--watch", flags.watch, "Go on as photographs and poses come into SCENE; Ctrl-C saves the model");
   flags.hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
 }
 
@@ -462,14 +463,14 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");
   command.add_flag("--paper", flags.paper,
-                   "The paper's printed measure, thresholds and masks, and --refine all unless it is given; render and "
-                   "validate with --paper too");
+                   "The paper's measure, thresholds and masks; --refine all unless it is given");
 }
 
 void add_message_options(CLI::App& command, BuildFlags& flags) {
   begin_group(command, "Messages");
   add_json(command, flags.json_output);
   command.add_flag("--verbose", flags.verbose, "Tell what was refined, a line a view");
+  command.add_flag("--view", flags.view, "Show the model in the browser while it is built, and until Ctrl-C");
   add_quiet(command, flags.quiet);
 }
 
@@ -583,17 +584,14 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
 
 void add_live_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "scenes that fill up, and a page that shows it");
-  CLI::Option* watch = command.add_flag("--watch", flags.watch,
-                                        "Go on as photographs and poses come into SCENE, until Ctrl-C, which saves the "
-                                        "model, or --idle; name those that stay damaged");
+  CLI::Option* const watch = command.get_option("--watch");
+  CLI::Option* const view = command.get_option("--view");
   command
       .add_option("--idle", flags.idle_s,
                   "With --watch, end and save once nothing has changed for so long; 0: by Ctrl-C alone")
       ->type_name("SECONDS")
       ->transform(whole_number(0, 1u << 20))
       ->needs(watch);
-  CLI::Option* view =
-      command.add_flag("--view", flags.view, "Show the model in the browser while it is built, and until Ctrl-C");
   command.add_option("--port", flags.server.port, "With --view, listen at this port; 0: any that is free")
       ->type_name("N")
       ->transform(whole_number(0, 65535))

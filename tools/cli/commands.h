@@ -70,8 +70,7 @@ struct PictureFlags {
 
   void add_to(CLI::App& command) {
     add_images(command, images);
-    add_file(command, "--masks", masks, "DIR",
-             "Folder of masks NAME.png or NAME.jpg.png, if not SCENE/masks; what is black is not used");
+    add_file(command, "--masks", masks, "DIR", "Folder of masks, if not SCENE/masks; what is black is not used");
   }
   [[nodiscard]] PictureFolders folders() const {
     PictureFolders result;

@@ -76,9 +76,19 @@ struct ExportFlags {
       throw CLI::ValidationError("--texture", "must be at most " + std::to_string(kLongestWebp) + " with --image webp");
     }
     if (format == ExportFormat::glb && output.extension() != ".glb") {
-      throw CLI::ValidationError("--output", "must end in .glb with --to glb");
+      throw CLI::ValidationError("--output", "must end in .glb with --to glb" + other_form());
     }
     check_usage(texture);
+  }
+
+  // ": for OBJ, --to obj writes a folder" where the output's name asks for another form.
+  [[nodiscard]] std::string other_form() const {
+    const std::string ending = output.extension().string();
+    if (ending == ".obj")
+      return ": for OBJ, `--to obj -o " + output.stem().string() + "` writes a folder with scene.obj";
+    if (ending == ".gltf") return ": for glTF in files, `--to gltf -o " + output.stem().string() + "` writes a folder";
+    if (ending == ".html") return ": for a page, --to web writes " + output.filename().string();
+    return {};
   }
 
   void check_web() const {

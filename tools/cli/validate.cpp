@@ -15,6 +15,7 @@
 
 #include "atlas/model_file.h"
 #include "mesh/base/errors.h"
+#include "tools/base/child_process.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/blend_flags.h"
@@ -133,6 +134,12 @@ void print_table(const Report& report) {
 }
 
 void run(const ValidateFlags& flags) {
+  if (flags.views.empty()) {
+    throw CLI::ValidationError("--views",
+                               "must name the scene that the model was built from, whose photographs it is "
+                               "compared with: `" +
+                                   shell_line("lumatlas", {"validate", flags.model.string(), "--views"}) + " SCENE`");
+  }
   ValidationOptions options;
   options.blend = flags.blend.options();
   const ModelNotes notes = read_model_notes(flags.model);
@@ -223,7 +230,7 @@ void add_validate_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("validate", "Score a model on held-out photographs, with an HTML report");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
   begin_group(*command, "What is scored");
-  add_file(*command, "--views", flags->views, "SCENE", "The scene that the model was built from")->required();
+  add_file(*command, "--views", flags->views, "SCENE", "The scene that the model was built from");
   flags->pictures.add_to(*command);
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
   add_file(*command, "--test", flags->test, "SCENE",
