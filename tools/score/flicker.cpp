@@ -25,9 +25,22 @@ std::vector<float> inverse_depths(const VisibilityBuffer& visible) {
 
 constexpr std::size_t kMargin = 2;  // pixels that smoothing reaches to either side
 
-// Inverse depth of the pixels that lie on one surface with all that smoothing mixes, 0 elsewhere and along the
-// picture's border.
-std::vector<float> whole_inverse_depths(const VisibilityBuffer& visible) {
+// Whether all pixels that smoothing mixes into this one, which is not near the picture's border, are inside the lens's
+// image: the others are black.
+bool smoothed_from_valid(const Photograph& truth, std::size_t middle) {
+  if (truth.valid.empty()) return true;
+  for (std::size_t row = 0; row <= 2 * kMargin; ++row) {
+    const std::size_t first = middle - kMargin + row * truth.width - kMargin * truth.width;
+    for (std::size_t i = 0; i <= 2 * kMargin; ++i) {
+      if (truth.valid[first + i] == 0) return false;
+    }
+  }
+  return true;
+}
+
+// Inverse depth of the pixels that lie on one surface, and inside the lens's image, with all that smoothing mixes; 0
+// elsewhere and along the picture's border.
+std::vector<float> whole_inverse_depths(const VisibilityBuffer& visible, const Photograph& truth) {
   const std::size_t width = visible.width;
   const std::vector<float> inverse = inverse_depths(visible);  // 0 where no surface is
   std::vector<float> whole(inverse.size(), 0.0F);
@@ -44,7 +57,7 @@ std::vector<float> whole_inverse_depths(const VisibilityBuffer& visible) {
           on_one_surface = on_one_surface && straight(far * stride);
         }
       }
-      if (on_one_surface) whole[middle] = inverse[middle];
+      if (on_one_surface && smoothed_from_valid(truth, middle)) whole[middle] = inverse[middle];
     }
   }
   return whole;
@@ -115,7 +128,7 @@ void FlickerMeter::add(const Camera& camera, const VisibilityBuffer& visible, co
   check_sizes(camera, visible, rendering, truth);
   Frame frame;
   frame.camera = camera;
-  frame.inverse_depth = whole_inverse_depths(visible);
+  frame.inverse_depth = whole_inverse_depths(visible, truth);
   for (std::size_t channel = 0; channel < 3; ++channel) {
     frame.error[channel] = smoothed_error(rendering, truth, channel);
   }

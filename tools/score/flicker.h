@@ -31,8 +31,9 @@ struct Flicker {
 class FlickerMeter {
  public:
   // `visible` is what the camera sees at its own size, which the pictures have too (std::invalid_argument otherwise).
-  // A point is followed if it is the middle of a pixel that lies with those within two pixels on one smooth surface,
-  // and if the four pixels around it in the next frame do so too and are within 1 % of its depth there.
+  // A point is followed if it is the middle of a pixel that lies with those within two pixels on one smooth surface and
+  // inside the lens's image (truth.valid), and if the four pixels around it in the next frame do so too and are within
+  // 1 % of its depth there.
   void add(const Camera& camera, const VisibilityBuffer& visible, const Photograph& rendering, const Photograph& truth);
 
   [[nodiscard]] Flicker flicker() const;

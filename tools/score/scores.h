@@ -6,6 +6,8 @@
 //   `mask` has one entry per pixel, row by row; a pixel counts where it is not 0. An empty mask counts all pixels.
 //   Pixels outside the lens's image (photograph.valid is 0) never count; rendering.valid is not looked at: a pixel
 //   that the method left empty counts with whatever colour it shows.
+//   No score depends on what either picture holds at pixels that do not count, which are black where a lens was
+//   undistorted or a mask applies.
 //   Where no pixel counts, a score is NaN and a gain is 1.
 #pragma once
 
@@ -31,7 +33,8 @@ struct Scores {
 // K1 = .01, K2 = .03, L = 255, population covariance. Pictures are continued beyond their borders by reflection, edge
 // pixel repeated, so every pixel has a value: the figure is the mean over the pixels that count, those near the border
 // included, so that both scores speak of the same pixels (scikit-image's own mean leaves out a border of 5 pixels; its
-// full map is this one). Windows at the mask's edge reach up to 5 pixels beyond it, into the pictures as they are.
+// full map is this one). A window that reaches beyond the pixels that count spreads its weight over those that do: see
+// ssim.cpp.
 [[nodiscard]] double ssim(const Photograph& rendering, const Photograph& photograph,
                           std::span<const std::uint8_t> mask);
 

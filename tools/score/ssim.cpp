@@ -1,5 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Wang, Bovik, Sheikh, Simoncelli, "Image quality assessment: from error visibility to structural similarity", 2004.
+//
+// Windows over a mask: equations 14 to 16 of the paper take any weights that sum to 1, so a window that reaches beyond
+// the pixels that count keeps its Gaussian weights on those that do, divided by their sum: normalized convolution
+// (Knutsson and Westin, "Normalized and differential convolution", 1993). Gao et al., "Monocular dynamic view
+// synthesis: a reality check", 2022, mask SSIM the same way. Windows that lie wholly inside would leave thin parts and
+// rims without a value, and SSIM would then speak of fewer pixels than PSNR.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -45,34 +51,42 @@ std::size_t reflected(std::int64_t index, std::size_t size) {
   return static_cast<std::size_t>(std::min(folded, period - 1 - folded));
 }
 
-std::vector<double> luma(const Photograph& image) {
-  std::vector<double> values(std::size_t{image.width} * image.height);
+// 0 where a pixel does not count.
+std::vector<double> luma(const Photograph& image, const CountedPixels& counted) {
+  std::vector<double> values(counted.size(), 0.0);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, values.size(), 65536), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
       const std::uint8_t* const rgb = &image.rgb[3 * i];
-      values[i] = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
+      if (counted[i] != 0) values[i] = 0.299 * rgb[0] + 0.587 * rgb[1] + 0.114 * rgb[2];
     }
   });
   return values;
 }
 
-// The window sums that SSIM needs along one row. It takes both variances only as their sum, so four fields do.
+// The window sums that SSIM needs along one row. It takes both variances only as their sum, so four fields do, and the
+// sum of the weights of pixels that count.
 struct RowFields {
-  explicit RowFields(std::size_t width) : x(width), y(width), squares(width), product(width) {}
-  std::vector<double> x, y, squares, product;
+  explicit RowFields(std::size_t width) : x(width), y(width), squares(width), product(width), weight(width) {}
+  [[nodiscard]] std::array<std::vector<double>*, 5> all() { return {&x, &y, &squares, &product, &weight}; }
+  std::vector<double> x, y, squares, product, weight;
 };
 
 class SsimRows {
  public:
-  SsimRows(const Photograph& a, const Photograph& b)
-      : width_(a.width), height_(a.height), a_(luma(a)), b_(luma(b)), kernel_(gaussian_kernel()) {}
+  // Keeps a reference to `counted`.
+  SsimRows(const Photograph& a, const Photograph& b, const CountedPixels& counted)
+      : width_(a.width),
+        height_(a.height),
+        counted_(counted),
+        a_(luma(a, counted)),
+        b_(luma(b, counted)),
+        kernel_(gaussian_kernel()) {}
 
   // Sum of SSIM over the row's pixels that count. `columns` holds width + 2 kRadius values, for reuse.
-  [[nodiscard]] double sum(std::size_t row, const std::uint8_t* counted, RowFields& columns) const {
+  [[nodiscard]] double sum(std::size_t row, RowFields& columns) const {
+    const std::uint8_t* const counted = &counted_[row * width_];
     filter_columns(row, columns);
-    for (std::vector<double>* const field : {&columns.x, &columns.y, &columns.squares, &columns.product}) {
-      reflect_ends(*field);
-    }
+    for (std::vector<double>* const field : columns.all()) reflect_ends(*field);
     double total = 0;
     constexpr std::size_t kBlock = 64;
     for (std::size_t first = 0; first < width_; first += kBlock) {
@@ -91,25 +105,28 @@ class SsimRows {
 
  private:
   void filter_columns(std::size_t row, RowFields& columns) const {
-    for (std::vector<double>* const field : {&columns.x, &columns.y, &columns.squares, &columns.product}) {
-      std::fill(field->begin(), field->end(), 0.0);
-    }
+    for (std::vector<double>* const field : columns.all()) std::fill(field->begin(), field->end(), 0.0);
     for (std::size_t tap = 0; tap < kTaps; ++tap) {
       const std::size_t source = reflected(static_cast<std::int64_t>(row + tap) - kRadius, height_);
-      add_row(&a_[source * width_], &b_[source * width_], kernel_[tap], columns);
+      add_row(source * width_, kernel_[tap], columns);
     }
   }
 
-  void add_row(const double* a, const double* b, double weight, RowFields& columns) const {
+  void add_row(std::size_t first, double weight, RowFields& columns) const {
+    const double* const a = &a_[first];
+    const double* const b = &b_[first];
+    const std::uint8_t* const counted = &counted_[first];
     double* const x = &columns.x[kRadius];
     double* const y = &columns.y[kRadius];
     double* const squares = &columns.squares[kRadius];
     double* const product = &columns.product[kRadius];
+    double* const weights = &columns.weight[kRadius];
     for (std::size_t i = 0; i < width_; ++i) {
       x[i] += weight * a[i];
       y[i] += weight * b[i];
       squares[i] += weight * (a[i] * a[i] + b[i] * b[i]);
       product[i] += weight * (a[i] * b[i]);
+      weights[i] += weight * counted[i];
     }
   }
 
@@ -129,16 +146,19 @@ class SsimRows {
     return sum;
   }
 
+  // Of use where the pixel counts: elsewhere its window may be empty.
   [[nodiscard]] double ssim_at(const RowFields& columns, std::size_t column) const {
-    const double mean_x = window(columns.x, column);
-    const double mean_y = window(columns.y, column);
+    const double weight = window(columns.weight, column);
+    const double mean_x = window(columns.x, column) / weight;
+    const double mean_y = window(columns.y, column) / weight;
     const double means = mean_x * mean_x + mean_y * mean_y;
-    const double variances = window(columns.squares, column) - means;
-    const double covariance = window(columns.product, column) - mean_x * mean_y;
+    const double variances = window(columns.squares, column) / weight - means;
+    const double covariance = window(columns.product, column) / weight - mean_x * mean_y;
     return (2 * mean_x * mean_y + kC1) * (2 * covariance + kC2) / ((means + kC1) * (variances + kC2));
   }
 
   std::size_t width_, height_;
+  const CountedPixels& counted_;
   std::vector<double> a_, b_;
   Kernel kernel_;
 };
@@ -151,14 +171,14 @@ double ssim(const Photograph& rendering, const Photograph& photograph, std::span
   if (pixels == 0) {
     return std::numeric_limits<double>::quiet_NaN();
   }
-  const SsimRows rows(rendering, photograph);
+  const SsimRows rows(rendering, photograph, counted);
   std::vector<double> row_sums(photograph.height, 0.0);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, photograph.height, 16), [&](const auto& range) {
     RowFields columns(rows.padded_width());
     for (std::size_t row = range.begin(); row < range.end(); ++row) {
       const std::uint8_t* const counted_row = &counted[row * photograph.width];
       if (std::any_of(counted_row, counted_row + photograph.width, [](std::uint8_t c) { return c != 0; })) {
-        row_sums[row] = rows.sum(row, counted_row, columns);
+        row_sums[row] = rows.sum(row, columns);
       }
     }
   });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/score/flicker.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>
@@ -131,6 +132,24 @@ TEST_CASE("points that are hidden or out of the picture in the next frame are no
   CHECK(meter.flicker().followed == 0);
   const Camera camera = forward_camera(40, 30);
   CHECK_THROWS_WITH(meter.add(camera, {}, {}, {}), Catch::Contains("as large as"));
+}
+
+TEST_CASE("what is black outside the lens's image does not flicker") {
+  const Slide slide;
+  FlickerMeter meter;
+  for (int frame = 0; frame < kFrames; ++frame) {
+    const Photograph rendering = slide.picture(frame, waves);
+    Photograph truth = rendering;
+    truth.valid.assign(std::size_t{truth.width} * truth.height, 255);
+    for (std::size_t y = 0; y < truth.height; ++y) {
+      const std::size_t rim = y * truth.width + 20 + static_cast<std::size_t>(frame);  // it does not move with the wall
+      std::fill_n(truth.valid.begin() + static_cast<std::ptrdiff_t>(rim), 8, std::uint8_t{0});
+      std::fill_n(truth.rgb.begin() + static_cast<std::ptrdiff_t>(3 * rim), 24, std::uint8_t{0});
+    }
+    meter.add(Slide::camera(frame), slide.visibility->trace(Slide::camera(frame)), rendering, truth);
+  }
+  CHECK(meter.flicker().rms == 0);
+  CHECK(meter.flicker().followed > std::size_t{kFrames - 1} * 50 * 50);
 }
 
 }  // namespace

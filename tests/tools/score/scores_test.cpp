@@ -10,6 +10,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "tools/score/error_picture.h"
+
 namespace lumatlas {
 namespace {
 
@@ -31,7 +33,7 @@ Photograph picture(int width, int height, Value value) {
   return image;
 }
 
-// The formulas of tests/ssim_reference.py.
+// The formulas of ssim_reference.py beside this file.
 int pattern_value(int x, int y, int c) {
   return (7 * x + 13 * y + 29 * c + x * y / 5 + 40 * ((x / 8 + y / 8) % 2)) % 256;
 }
@@ -72,17 +74,17 @@ double psnr_after(const Photograph& rendering, const Photograph& photograph, dou
   return psnr(apply_gain(rendering, gain), photograph, kEverywhere);
 }
 
-TEST_CASE("PSNR and SSIM are those of scikit-image, over all pixels and over a mask") {
+TEST_CASE("PSNR and SSIM are those of scikit-image, and over a mask those of normalised windows") {
   struct Reference {
     int width, height, strength;
     double psnr, ssim, ssim_masked;
   };
-  // Printed by: /usr/bin/python3 tests/ssim_reference.py (scikit-image 0.19.3)
+  // Printed by: /usr/bin/python3 tests/tools/score/ssim_reference.py (scikit-image 0.19.3, SciPy 1.10.1)
   const std::vector<Reference> table = {
-      {64, 48, 11, 31.827763281, 0.996280663288, 0.996263914377},
-      {33, 57, 60, 17.870299133, 0.786425161072, 0.785245499812},
-      {160, 90, 3, 42.150502004, 0.999803451648, 0.999803548631},
-      {11, 11, 100, 13.733380377, 0.432082791361, 0.437390471105},
+      {64, 48, 11, 31.827763281, 0.996280663288, 0.995966830084},
+      {33, 57, 60, 17.870299133, 0.786425161072, 0.771610152804},
+      {160, 90, 3, 42.150502004, 0.999803451648, 0.999771594781},
+      {11, 11, 100, 13.733380377, 0.432082791361, 0.392626809406},
   };
   for (const Reference& expected : table) {
     CAPTURE(expected.width, expected.height);
@@ -152,6 +154,45 @@ TEST_CASE("pixels outside the lens's image do not count") {
   const ViewScores scores = score_view(rendering, photograph, kEverywhere, kEverywhere);
   CHECK(scores.pixels == 400);
   CHECK(scores.raw.psnr == std::numeric_limits<double>::infinity());
+}
+
+// Everything else is as black as undistortion and masks leave it in one picture, and something else in the other.
+Photograph with_values(Photograph image, const Mask& counted, std::uint8_t elsewhere) {
+  for (std::size_t i = 0; i < image.rgb.size(); ++i) {
+    if (counted[i / 3] == 0) image.rgb[i] = elsewhere;
+  }
+  return image;
+}
+
+TEST_CASE("no score depends on what pictures hold where no pixel counts, however near that is") {
+  const Photograph whole = pattern(40, 30);
+  const Photograph rendering = disturbed_pattern(40, 30, 20);
+  for (const Mask& counted : {left_half(40, 30), striped_mask(40, 30)}) {
+    const ViewScores masked = score_view(rendering, whole, counted, kEverywhere);
+    Photograph black_around = with_values(whole, counted, 0);
+    CHECK(ssim(with_values(rendering, counted, 200), black_around, counted) == masked.raw.ssim);
+    black_around.valid = counted;  // as a reader tells it
+    const ViewScores undistorted = score_view(rendering, black_around, kEverywhere, kEverywhere);
+    CHECK(undistorted.raw.ssim == masked.raw.ssim);
+    CHECK(undistorted.fitted.ssim == masked.fitted.ssim);
+    CHECK(undistorted.raw.psnr == masked.raw.psnr);
+    CHECK(error_picture(rendering, black_around, kEverywhere).rgb == error_picture(rendering, whole, counted).rgb);
+  }
+}
+
+TEST_CASE("a rendering that is right in all pixels that count has an SSIM of 1 beside a black border") {
+  const Photograph rendering = pattern(40, 30);
+  Photograph photograph = with_values(rendering, left_half(40, 30), 0);
+  photograph.valid = left_half(40, 30);
+  CHECK(ssim(rendering, photograph, kEverywhere) == Approx(1).margin(1e-12));
+}
+
+TEST_CASE("a pixel that counts alone is compared by its luma, because its window has nothing else") {
+  Mask one(40 * 30, 0);
+  one[15 * 40 + 7] = 1;
+  const double c1 = 0.01 * 255 * 0.01 * 255;
+  const double same = (2 * 100.0 * 120 + c1) / (100.0 * 100 + 120.0 * 120 + c1);
+  CHECK(ssim(grey(40, 30, 100), grey(40, 30, 120), one) == Approx(same).margin(1e-12));
 }
 
 TEST_CASE("a view in which nothing counts has no scores and drops out of the means") {
