@@ -90,7 +90,11 @@ void show(const ViewFlags& flags, const SiteServer& server) {
     std::cout << server.address() << '\n';
   }
   std::cout.flush();  // whoever reads it waits for it
-  if (!flags.quiet) std::cerr << "Ctrl-C ends it.\n";
+  if (!flags.quiet) {
+    for (const std::string& other : server.addresses_for_others())
+      std::cerr << "from other machines: " << other << '\n';
+    std::cerr << "Ctrl-C ends it.\n";
+  }
   if (!flags.no_browser) open_browser(server.address());
 }
 

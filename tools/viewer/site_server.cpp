@@ -1,47 +1,68 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/viewer/site_server.h"
 
-#include <httplib.h>
+#include <ifaddrs.h>
+#include <netinet/in.h>
 
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ip/v6_only.hpp>
+#include <boost/asio/steady_timer.hpp>
 #include <chrono>
-#include <exception>
 #include <map>
 #include <mutex>
-#include <thread>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "tools/viewer/byte_range.h"
+#include "tools/viewer/host_header.h"
+#include "tools/viewer/http_connection.h"
 
 namespace lumatlas {
 
 namespace {
 
-bool is_local(const std::string& host) {
-  return host == "127.0.0.1" || host == "localhost" || host == "::1";
+namespace asio = boost::asio;
+using asio::ip::tcp;
+
+constexpr std::chrono::milliseconds kBetweenQuestions{100};
+
+std::string site_url(const std::string& host, unsigned port) {
+  const std::string in_url = host.find(':') == std::string::npos ? host : "[" + host + "]";
+  return "http://" + in_url + ":" + std::to_string(port) + "/";
 }
 
-std::string in_url(const std::string& host) {
-  return host.find(':') == std::string::npos ? host : "[" + host + "]";
+// The file, or as much of it as the range says.
+SiteAnswer answer_with(std::shared_ptr<const SiteFile> file, const std::optional<std::string>& range) {
+  const std::uint64_t size = file->bytes.size();
+  const ByteRange asked = range ? byte_range(*range, size) : ByteRange{};
+  switch (asked.answer) {
+    case ByteRange::Answer::part:
+      return {206, std::move(file), asked.offset, asked.length};
+    case ByteRange::Answer::unsatisfiable: {
+      SiteAnswer none = refusal(416, "The file has no such bytes.");
+      none.of_size = size;
+      return none;
+    }
+    case ByteRange::Answer::whole:
+      break;
+  }
+  return {200, std::move(file), 0, size};
 }
 
 }  // namespace
 
 struct SiteServer::State {
   ServerOptions options;
-  httplib::Server server;
   std::mutex mutex;  // of the files
   std::map<std::string, std::shared_ptr<const SiteFile>> files;
-  int port = 0;
-
-  // Another site's name that leads to this address (DNS rebinding) is refused.
-  [[nodiscard]] bool asked_by_name(const httplib::Request& request) const {
-    if (!is_local(options.host)) return true;
-    const std::string host = request.get_header_value("Host");
-    for (const char* name : {"127.0.0.1", "localhost", "[::1]"}) {
-      if (host == std::string(name) + ":" + std::to_string(port)) return true;
-    }
-    return false;
-  }
+  // In the order in which they are needed: what waits on the io_context is destroyed with it.
+  HttpConnections connections{[this](const SiteRequest& request) { return answer(request); }};
+  asio::io_context io{1};
+  tcp::acceptor acceptor{io};
+  asio::steady_timer pause{io};
 
   // Null: there is none.
   [[nodiscard]] std::shared_ptr<const SiteFile> file(const std::string& name) {
@@ -50,53 +71,62 @@ struct SiteServer::State {
     return found == files.end() ? nullptr : found->second;
   }
 
-  void answer(const httplib::Request& request, httplib::Response& response) {
-    if (!asked_by_name(request)) {
-      response.status = 403;
-      return response.set_content("This address is not served by that name.\n", "text/plain");
+  [[nodiscard]] SiteAnswer answer(const SiteRequest& request) {
+    if (!names_this_server(request.host, options.host)) {
+      return refusal(403,
+                     "This is not served by that name: open it by its address in numbers, or give --host the name.");
     }
-    const std::string name = request.path == "/" ? "index.html" : request.path.substr(1);
-    const std::shared_ptr<const SiteFile> found = file(name);
-    if (!found) {
-      response.status = 404;
-      return response.set_content("There is no such file.\n", "text/plain");
+    std::shared_ptr<const SiteFile> found = file(request.path == "/" ? "index.html" : request.path.substr(1));
+    return found ? answer_with(std::move(found), request.range) : refusal(404, "There is no such file.");
+  }
+
+  // The first of the host's addresses that can be had.
+  void listen() {
+    boost::system::error_code error;
+    const auto found = tcp::resolver(io).resolve(options.host, std::to_string(options.port),
+                                                 tcp::resolver::passive | tcp::resolver::numeric_service, error);
+    for (const auto& entry : found) {
+      if (listens_at(entry.endpoint(), error)) return;
     }
-    // It is kept for whoever fetches it, although another may come in its place.
-    response.set_content_provider(found->bytes.size(), found->type.c_str(),
-                                  [found](std::size_t offset, std::size_t length, httplib::DataSink& sink) {
-                                    const auto* bytes = reinterpret_cast<const char*>(&found->bytes[offset]);
-                                    return sink.write(bytes, length);
-                                  });
+    throw InputError(options.host + (options.port == 0 ? "" : ":" + std::to_string(options.port)) +
+                     ": cannot be listened at, is the port taken, or the address another machine's?");
+  }
+
+  [[nodiscard]] bool listens_at(const tcp::endpoint& endpoint, boost::system::error_code& error) {
+    acceptor = tcp::acceptor(io);
+    acceptor.open(endpoint.protocol(), error);
+    // With SO_REUSEPORT another program could share the port.
+    if (!error) acceptor.set_option(tcp::acceptor::reuse_address(true), error);
+    boost::system::error_code ignored;
+    if (endpoint.address().is_v6()) acceptor.set_option(asio::ip::v6_only(false), ignored);
+    if (!error) acceptor.bind(endpoint, error);
+    if (!error) acceptor.listen(tcp::acceptor::max_listen_connections, error);
+    return !error;
+  }
+
+  void accept() {
+    acceptor.async_accept([this](boost::system::error_code error, tcp::socket socket) {
+      if (error == asio::error::operation_aborted) return;
+      if (error) return accept_later();
+      accept();
+      connections.open(std::move(socket));
+    });
+  }
+
+  // Where descriptors or memory ran out, one connection fewer leaves room for the next.
+  void accept_later() {
+    connections.close_stalest();
+    pause.expires_after(kBetweenQuestions / 10);
+    pause.async_wait([this](boost::system::error_code error) {
+      if (!error) accept();
+    });
   }
 };
 
 SiteServer::SiteServer(const ServerOptions& options) : state_(std::make_unique<State>()) {
-  State& state = *state_;
-  state.options = options;
-  state.server.set_default_headers(
-      {{"X-Content-Type-Options", "nosniff"},
-       {"X-Frame-Options", "DENY"},
-       {"Content-Security-Policy", "frame-ancestors 'none'"},  // beside the page's own, in its head
-       {"Cross-Origin-Opener-Policy", "same-origin"},
-       {"Cross-Origin-Resource-Policy", "same-origin"},
-       {"Referrer-Policy", "no-referrer"},
-       {"Cache-Control", "no-store"}});
-  state.server.set_tcp_nodelay(true);
-  state.server.Get(".*", [&state](const httplib::Request& request, httplib::Response& response) {
-    state.answer(request, response);
-  });
-  // Only this program's port: without SO_REUSEPORT, which httplib sets, another one could not share it.
-  state.server.set_socket_options([](socket_t socket) {
-    const int yes = 1;
-    setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-  });
-  state.port = options.port == 0                                       ? state.server.bind_to_any_port(options.host)
-               : state.server.bind_to_port(options.host, options.port) ? options.port
-                                                                       : -1;
-  if (state.port <= 0) {
-    throw InputError(options.host + (options.port == 0 ? "" : ":" + std::to_string(options.port)) +
-                     ": cannot be listened at, is the port taken, or the address another machine's?");
-  }
+  if (options.host.empty()) throw std::invalid_argument("ServerOptions: host is empty, must be a name or an address");
+  state_->options = options;
+  state_->listen();
 }
 
 SiteServer::~SiteServer() = default;
@@ -114,23 +144,38 @@ void SiteServer::remove(const std::string& name) {
 }
 
 std::string SiteServer::address() const {
-  return "http://" + in_url(state_->options.host) + ":" + std::to_string(state_->port) + "/";
+  const tcp::endpoint local = state_->acceptor.local_endpoint();
+  std::string host = state_->options.host;
+  if (local.address().is_unspecified()) host = local.address().is_v6() ? "::1" : "127.0.0.1";
+  return site_url(host, local.port());
+}
+
+std::vector<std::string> SiteServer::addresses_for_others() const {
+  std::vector<std::string> addresses;
+  const tcp::endpoint local = state_->acceptor.local_endpoint();
+  ifaddrs* interfaces = nullptr;
+  if (!local.address().is_unspecified() || getifaddrs(&interfaces) != 0) return addresses;
+  for (const ifaddrs* one = interfaces; one; one = one->ifa_next) {
+    if (!one->ifa_addr || one->ifa_addr->sa_family != AF_INET) continue;
+    const auto* socket_address = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+    const asio::ip::address_v4 address(ntohl(socket_address->sin_addr.s_addr));
+    if (!address.is_loopback()) addresses.push_back(site_url(address.to_string(), local.port()));
+  }
+  freeifaddrs(interfaces);
+  return addresses;
 }
 
 void SiteServer::serve(const std::function<bool()>& stop) {
-  constexpr auto kBetweenQuestions = std::chrono::milliseconds(100);
-  std::thread answering([this] { state_->server.listen_after_bind(); });
-  // Until it answers there is nothing that could be told to stop.
-  while (!state_->server.is_running()) std::this_thread::sleep_for(kBetweenQuestions / 20);
-  std::exception_ptr thrown;
-  try {
-    while (!stop()) std::this_thread::sleep_for(kBetweenQuestions);
-  } catch (...) {
-    thrown = std::current_exception();
-  }
-  state_->server.stop();
-  answering.join();
-  if (thrown) std::rethrow_exception(thrown);
+  State& state = *state_;
+  // Whoever is connected learns of the end, also of one by an exception.
+  const auto end = [](State* ended) {
+    boost::system::error_code ignored;
+    ended->acceptor.close(ignored);
+    ended->connections.close_all();
+  };
+  const std::unique_ptr<State, decltype(end)> ends(&state, end);
+  state.accept();
+  while (!stop()) state.io.run_for(kBetweenQuestions);
 }
 
 }  // namespace lumatlas

@@ -1,33 +1,45 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A site from memory on this machine: the files that it was given, and nothing else, so that no path leads anywhere.
+// Serves a site from memory: the files that it was given, and nothing else, so that no path leads anywhere.
+//
+// Whoever can reach the address may send what he likes: each request is bounded in bytes and in time, and no client
+// makes another one wait (http_connection.h). Only pages that the user opened may ask (host_header.h).
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tools/viewer/site.h"
 
 namespace lumatlas {
 
 struct ServerOptions {
-  std::string host = "127.0.0.1";  // a name or address of this machine; the loopback address is reached from here alone
-  int port = 0;                    // 0: any that is free
+  // A name or address of this machine, not empty. The loopback address is reached from this machine alone; "0.0.0.0"
+  // and "::" are all addresses of this machine.
+  std::string host = "127.0.0.1";
+  int port = 0;  // 0: any that is free
 };
 
 class SiteServer {
  public:
-  // Binds, but does not answer yet. Throws InputError if the address cannot be had.
+  // Listens, but does not answer yet. Throws InputError if the address cannot be had.
   explicit SiteServer(const ServerOptions& options);
   ~SiteServer();
   SiteServer(const SiteServer&) = delete;
   SiteServer& operator=(const SiteServer&) = delete;
 
-  // In place of one of that name; index.html is also "/". These two may be called from any thread while it serves.
+  // Serves the file in place of one of that name; index.html is also "/". The name is made of letters, digits and
+  // "-._~/". This and remove() may be called from any thread while it serves.
   void add(SiteFile file);
   void remove(const std::string& name);
-  [[nodiscard]] std::string address() const;  // a URL
-  // Answers until `stop` says so, which is asked some times a second, or throws, as throw_if_interrupted() does.
+  // A URL that this machine's browser can open.
+  [[nodiscard]] std::string address() const;
+  // URLs that other machines may open, for each of this machine's IPv4 addresses, if it listens at all of them; otherwise
+  // none.
+  [[nodiscard]] std::vector<std::string> addresses_for_others() const;
+  // Answers until `stop` says so, which is asked some times a second, or throws, as throw_if_interrupted() does. All
+  // connections are closed then. To be called once.
   void serve(const std::function<bool()>& stop);
 
  private:

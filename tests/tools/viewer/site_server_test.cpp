@@ -6,10 +6,14 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <stdexcept>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "mesh/base/errors.h"
+#include "tests/tools/viewer/raw_client.h"
+#include "tools/viewer/host_header.h"
 
 namespace lumatlas {
 namespace {
@@ -17,7 +21,7 @@ namespace {
 // A server with two files, while this lives.
 class Running {
  public:
-  Running() {
+  explicit Running(const ServerOptions& options = {}) : server_(options) {
     server_.add({"index.html", "text/html", {'p', 'a', 'g', 'e'}});
     server_.add({"views/1.bin", "application/octet-stream", {1, 2, 3}});
     thread_ = std::thread([this] { server_.serve([this] { return stop_.load(); }); });
@@ -32,13 +36,15 @@ class Running {
   Running& operator=(const Running&) = delete;
 
   [[nodiscard]] int port() const { return port_; }
+  [[nodiscard]] std::string address() const { return server_.address(); }
+  [[nodiscard]] std::vector<std::string> addresses_for_others() const { return server_.addresses_for_others(); }
   httplib::Result get(const std::string& path, const httplib::Headers& headers = {}) const {
     httplib::Client client("127.0.0.1", port_);
     return client.Get(path.c_str(), headers);
   }
 
  private:
-  SiteServer server_{ServerOptions{}};
+  SiteServer server_;
   std::atomic<bool> stop_ = false;
   std::thread thread_;
   int port_ = 0;
@@ -76,6 +82,52 @@ TEST_CASE("a port that is taken is refused") {
   ServerOptions options;
   options.port = server.port();
   CHECK_THROWS_AS(SiteServer(options), InputError);
+}
+
+// The status of an answer to somebody who knows the server by that name.
+int status_by_name(int port, const std::string& host) {
+  RawConnection connection(port, "127.0.0.2");
+  connection.send("GET / HTTP/1.1\r\nHost: " + host + "\r\n\r\n");
+  const auto answer = connection.read();
+  return answer ? answer->status : 0;
+}
+
+TEST_CASE("at all addresses of this machine a name of another site is refused, and an address is not") {
+  ServerOptions options;
+  options.host = "0.0.0.0";
+  const Running server(options);
+  CHECK_THAT(server.address(), Catch::StartsWith("http://127.0.0.1:"));
+  for (const std::string& other : server.addresses_for_others()) {
+    CHECK_THAT(other, Catch::EndsWith(":" + std::to_string(server.port()) + "/"));
+    CHECK_THAT(other, !Catch::Contains("//127.") && !Catch::Contains("//0."));
+  }
+  CHECK(Running().addresses_for_others().empty());
+  CHECK(status_by_name(server.port(), "127.0.0.2:" + std::to_string(server.port())) == 200);
+  CHECK(status_by_name(server.port(), "192.168.1.7:8080") == 200);
+  CHECK(status_by_name(server.port(), "[fe80::1]") == 200);
+  CHECK(status_by_name(server.port(), "localhost") == 200);
+  CHECK(status_by_name(server.port(), "evil.example:" + std::to_string(server.port())) == 403);
+  CHECK(status_by_name(server.port(), "0.0.0.0.evil.example") == 403);
+}
+
+TEST_CASE("only the name that the user gave is served, in whatever case, at whatever port") {
+  CHECK(names_this_server("My-Machine.local:8080", "my-machine.local"));
+  CHECK(names_this_server("my-machine.local", "my-machine.local"));
+  CHECK_FALSE(names_this_server("my-machine.local.evil.example", "my-machine.local"));
+  CHECK_FALSE(names_this_server("machine.local", "my-machine.local"));
+  CHECK_FALSE(names_this_server("my-machine.local:80x", "my-machine.local"));
+  CHECK_FALSE(names_this_server("", "my-machine.local"));
+  CHECK_FALSE(names_this_server("", ""));
+}
+
+TEST_CASE("a host that cannot be listened at is refused with its name") {
+  ServerOptions options;
+  options.host = "";
+  CHECK_THROWS_AS(SiteServer(options), std::invalid_argument);
+  for (const char* host : {"no-such-host.invalid", "192.0.2.1", "[::1", "127.0.0.1:80", "/etc"}) {
+    options.host = host;
+    CHECK_THROWS_WITH(SiteServer(options), Catch::StartsWith(std::string(host) + ": cannot be listened at"));
+  }
 }
 
 TEST_CASE("what asks it to stop may throw") {

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Whether a request's Host header names this server. A page of another site whose name its owner leads to this address
+// (DNS rebinding) sends that name: so no name is good but those that the user of the server knows.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace lumatlas {
+
+// `header`: NAME or NAME:PORT. True for an IP address, which is not looked up and so cannot be led elsewhere, and which
+// may be one that a router translates; for "localhost"; and for `given`, the name or address that the user has the
+// server listen at. The port says nothing: browsers leave 80 out, and a tunnel has another one.
+[[nodiscard]] bool names_this_server(std::string_view header, const std::string& given);
+
+}  // namespace lumatlas

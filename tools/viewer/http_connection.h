@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One client's connection to the server of a site: reads its requests and writes the answers, without a thread of its
+// own. All connections run on the thread that runs their io_context. A client that sends slowly, or reads slowly, costs
+// a descriptor and some kilobytes, and none of the others waits for it.
+#pragma once
+
+#include <boost/asio/ip/tcp.hpp>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "tools/viewer/site.h"
+
+namespace lumatlas {
+
+// A request as far as the site is concerned; it has passed the parser, and has no body.
+struct SiteRequest {
+  std::string path;                  // from the first '/', without the query
+  std::string host;                  // value of the Host header
+  std::optional<std::string> range;  // value of the Range header, of a GET without conditions
+};
+
+// What is answered: a file, or a part of it.
+struct SiteAnswer {
+  unsigned status = 200;
+  std::shared_ptr<const SiteFile> file;  // never null; kept while it is being sent
+  std::uint64_t offset = 0, length = 0;  // within the file's bytes
+  bool in_parts = true;                  // whether its parts can be asked for
+  std::uint64_t of_size = 0;             // with status 416, the size of the file that was asked for
+};
+
+// A refusal with a line of text.
+[[nodiscard]] SiteAnswer refusal(unsigned status, const std::string& sentence);
+
+using SiteHandler = std::function<SiteAnswer(const SiteRequest&)>;
+
+// The connections that are open, so that there is an end to their number.
+class HttpConnections {
+ public:
+  // More than browsers open, and fewer than the descriptors that a process may have by default.
+  static constexpr std::size_t kMost = 200;
+
+  // Must outlive the io_context of the sockets.
+  explicit HttpConnections(SiteHandler handler);
+  ~HttpConnections();
+  HttpConnections(const HttpConnections&) = delete;
+  HttpConnections& operator=(const HttpConnections&) = delete;
+
+  // Answers what the client asks. Where there are too many connections already, the one that has gone without progress
+  // for the longest time is closed.
+  void open(boost::asio::ip::tcp::socket socket);
+  // Closes the one that has gone without progress for the longest time, if there is one.
+  void close_stalest();
+  void close_all();
+
+ private:
+  class Connection;
+  SiteHandler handler_;
+  std::list<Connection*> open_;  // in the order of their last progress, the stalest first
+};
+
+}  // namespace lumatlas
