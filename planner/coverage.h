@@ -48,8 +48,10 @@ struct CoverageOptions {
   Metric metric = Metric::directions;
   CoverageDepartures departures;  // of Metric::paper; bounded_share of both
   double lambda = 0.35;           // weight of direction against position, [0, 1]
-  double ideal_distance = 0;  // d_max, scene units, > 0; see median_surface_distance(); for a cell with demand, its own
-  double distance_sigma = 0;  // sigma of g, scene units, > 0; 0: half of d_max
+  // d_max, scene units, > 0. No number fits every scene, so that 0, the default, is refused: take for instance
+  // median_surface_distance(), as build_model() does. A cell with demand has its own.
+  double ideal_distance = 0;
+  double distance_sigma = 0;          // sigma of g, scene units, > 0; 0: half of d_max
   std::uint32_t max_references = 16;  // R_max per cell, >= 1
   double max_cell_coverage = 0;       // fcov_max of Metric::paper, > 0; 0: max_references / 2
   static constexpr std::uint32_t kMostViewsPerDirection = 8;
