@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/atlas.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <stdexcept>
 #include <string>
@@ -56,13 +58,29 @@ std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
   return renumbered;
 }
 
-std::vector<SharedShownCells> renumbered(std::vector<SharedShownCells> shown,
-                                         const std::vector<std::vector<std::uint32_t>>& cells_now) {
-  for (SharedShownCells& of_slot : shown) {
-    if (!of_slot->empty()) of_slot = std::make_shared<const std::vector<ShownCell>>(renumbered(*of_slot, cells_now));
+// What tiles show, by slot, before and after their cells are numbered anew.
+class RenumberedTiles {
+ public:
+  explicit RenumberedTiles(std::vector<std::vector<std::uint32_t>> cells_now) : cells_now_(std::move(cells_now)) {}
+
+  // Numbers those slots anew that show something else than at the call before.
+  void follow(const std::vector<SharedShownCells>& shown) {
+    before_.resize(shown.size());
+    now_.resize(shown.size());
+    for (std::size_t slot = 0; slot < shown.size(); ++slot) {
+      if (before_[slot] == shown[slot]) continue;
+      now_[slot] = shown[slot]->empty()
+                       ? shown[slot]
+                       : std::make_shared<const std::vector<ShownCell>>(renumbered(*shown[slot], cells_now_));
+      before_[slot] = shown[slot];
+    }
   }
-  return shown;
-}
+  [[nodiscard]] std::vector<SharedShownCells>& now() { return now_; }
+
+ private:
+  std::vector<std::vector<std::uint32_t>> cells_now_;  // see cells_that_were()
+  std::vector<SharedShownCells> before_, now_;
+};
 
 const SharedSlots& no_slots() {
   static const SharedSlots none = std::make_shared<const std::vector<std::uint32_t>>();
@@ -102,13 +120,16 @@ Atlas::Atlas(std::shared_ptr<const Surface> surface, std::uint32_t max_views, co
   references_.assign(cells, no_slots());
   cell_seen_.assign(cells, 0);
   cell_changed_.assign(cells, 0);
+  // Each has a cell once at most, so that noting one never fails.
+  changed_cells_.reserve(cells);
+  newly_seen_.reserve(cells);
 }
 
 Atlas::~Atlas() = default;
 
-const Surface& Atlas::surface() const {
+std::shared_ptr<const Surface> Atlas::surface() const {
   const std::scoped_lock lock(mutex_);
-  return *surface_;
+  return surface_;
 }
 
 std::uint32_t Atlas::size() const {
@@ -205,9 +226,10 @@ void Atlas::set_references(std::uint32_t cell, std::vector<std::uint32_t> slots)
                                 std::to_string(*slot) + " twice, must have each once");
   }
   if (*references_[cell] == slots) return;
+  auto shared = std::make_shared<const std::vector<std::uint32_t>>(std::move(slots));  // the last thing that may fail
   for (const std::uint32_t slot : *references_[cell]) --references_to_slot_[slot];
-  for (const std::uint32_t slot : slots) ++references_to_slot_[slot];
-  references_[cell] = std::make_shared<const std::vector<std::uint32_t>>(std::move(slots));
+  for (const std::uint32_t slot : *shared) ++references_to_slot_[slot];
+  references_[cell] = std::move(shared);
   mark_changed(cell);
 }
 
@@ -230,39 +252,66 @@ std::pair<std::size_t, std::vector<SharedShownCells>> Atlas::shown_of_cells() co
   return {references_.size(), shown_};
 }
 
-// What the tiles show is renumbered without the lock, and once more if meanwhile another thread has changed it.
+// What a store has of each cell.
+struct Atlas::ByCell {
+  std::vector<SharedSlots> references;
+  std::vector<std::uint8_t> seen, changed;
+  std::vector<std::uint32_t> references_to_slot, changed_cells, newly_seen;
+};
+
+// References and what was seen go where their cells went.
+Atlas::ByCell Atlas::by_cell(std::span<const std::uint32_t> previous_cell) const {
+  const std::size_t cells = previous_cell.size();
+  ByCell now;
+  now.references.assign(cells, no_slots());
+  now.seen.assign(cells, 0);
+  now.changed.assign(cells, 0);
+  now.references_to_slot.assign(views_.size(), 0);
+  now.changed_cells.reserve(cells);
+  now.newly_seen.reserve(cells);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (previous_cell[cell] == kNoCell) continue;
+    now.references[cell] = references_[previous_cell[cell]];
+    now.seen[cell] = cell_seen_[previous_cell[cell]];
+    for (const std::uint32_t slot : *now.references[cell]) ++now.references_to_slot[slot];
+  }
+  return now;
+}
+
+// What the tiles show is numbered anew without the lock, then once more for the views that other threads have changed
+// meanwhile, and under the lock for the few that they have changed since. So no writer can put the surface off.
 void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
+  constexpr int kRoundsWithoutLock = 2;
   const std::size_t cells = checked(surface).cells.cells.size();
   for (;;) {
-    const auto [cells_before, shown_before] = shown_of_cells();
+    const std::size_t cells_before = shown_of_cells().first;
     require_previous_cells(previous_cell, cells, cells_before);
-    std::vector<SharedShownCells> shown = renumbered(shown_before, cells_that_were(previous_cell, cells_before));
+    RenumberedTiles tiles(cells_that_were(previous_cell, cells_before));
+    bool same_cells = true;
+    for (int round = 0; round < kRoundsWithoutLock && same_cells; ++round) {
+      const auto [cells_there, shown] = shown_of_cells();
+      same_cells = cells_there == cells_before;
+      if (same_cells) tiles.follow(shown);
+    }
     const std::scoped_lock lock(mutex_);
-    if (references_.size() != cells_before || shown_ != shown_before) continue;
+    if (references_.size() != cells_before) continue;  // another thread has replaced the surface
     if (surface->offset != surface_->offset) {
       throw std::invalid_argument("atlas: the new surface has another offset than the one before, must have the same");
     }
-    shown_.swap(shown);
+    tiles.follow(shown_);
+    ByCell now = by_cell(previous_cell);
+    // Nothing from here on may fail.
+    shown_.swap(tiles.now());
     surface_.swap(surface);  // so that the old one is freed after the lock
-    follow_cells(previous_cell);
-    mark_all_changed();
+    references_.swap(now.references);
+    references_to_slot_.swap(now.references_to_slot);
+    cell_seen_.swap(now.seen);
+    cell_changed_.swap(now.changed);
+    changed_cells_.swap(now.changed_cells);
+    newly_seen_.swap(now.newly_seen);
+    all_changed_ = true;
     return;
   }
-}
-
-// References and what was seen go where their cells went.
-void Atlas::follow_cells(std::span<const std::uint32_t> previous_cell) {
-  std::vector<SharedSlots> references(previous_cell.size(), no_slots());
-  std::vector<std::uint8_t> cell_seen(previous_cell.size(), 0);
-  references_to_slot_.assign(views_.size(), 0);
-  for (std::size_t cell = 0; cell < previous_cell.size(); ++cell) {
-    if (previous_cell[cell] == kNoCell) continue;
-    references[cell] = references_[previous_cell[cell]];
-    cell_seen[cell] = cell_seen_[previous_cell[cell]];
-    for (const std::uint32_t slot : *references[cell]) ++references_to_slot_[slot];
-  }
-  references_ = std::move(references);
-  cell_seen_ = std::move(cell_seen);
 }
 
 void Atlas::choose_tiles_anew() {
@@ -271,14 +320,14 @@ void Atlas::choose_tiles_anew() {
 }
 
 void Atlas::bound_tiles(std::uint32_t max_tiles) {
-  const std::scoped_lock one_at_a_time(snapshot_mutex_);
-  layout_.max_tiles = max_tiles;
+  const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
   if (maker_) maker_->bound_tiles(max_tiles);
+  layout_.max_tiles = max_tiles;
 }
 
 std::vector<SharedShownCells> Atlas::cut_anew(const TileOptions& layout, std::vector<SharedShownCells> shown) {
   lumatlas::check(layout);
-  const std::scoped_lock one_at_a_time(snapshot_mutex_);
+  const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
   const std::scoped_lock lock(mutex_);
   if (shown.size() != views_.size()) {
     throw std::invalid_argument("atlas: shown has " + std::to_string(shown.size()) +
@@ -339,11 +388,30 @@ StoreChanges Atlas::take_changes() const {
   return changes;
 }
 
+// Throws std::logic_error on a thread that is making a snapshot already: a policy asks for what would wait for it.
+std::unique_lock<std::mutex> Atlas::one_snapshot_at_a_time() const {
+  if (snapshot_thread_ == std::this_thread::get_id()) {
+    throw std::logic_error(
+        "atlas: its tile policy asks for a snapshot, or for other tiles, while it chooses those of a snapshot");
+  }
+  return std::unique_lock(snapshot_mutex_);
+}
+
 Snapshot Atlas::snapshot() const {
-  const std::scoped_lock one_at_a_time(snapshot_mutex_);
+  const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
+  // Ends before the lock does.
+  struct ThisThread {
+    std::atomic<std::thread::id>& id;
+    explicit ThisThread(std::atomic<std::thread::id>& of) : id(of) { id = std::this_thread::get_id(); }
+    ~ThisThread() { id = std::thread::id(); }
+  } const this_thread(snapshot_thread_);
   try {
     if (!maker_) maker_ = std::make_unique<SnapshotMaker>(layout_, policy_);
-    return maker_->snapshot(take_changes());
+    Snapshot snapshot;
+    // Isolated, so that this thread, where it waits for others, does not begin another task of the caller's, which may
+    // ask for a snapshot, too.
+    tbb::this_task_arena::isolate([&] { snapshot = maker_->snapshot(take_changes()); });
+    return snapshot;
   } catch (...) {
     maker_.reset();  // it may have taken half of the changes: the next one starts with all
     const std::scoped_lock lock(mutex_);

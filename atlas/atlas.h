@@ -6,11 +6,13 @@
 // from a snapshot, which never changes and keeps alive what it shows.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <mutex>
 #include <span>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -37,9 +39,8 @@ class Atlas {
         TilePolicy policy = {});
   ~Atlas();
 
-  // Good until the next replace_surface(), so for the thread that calls that one and for those that it waits for. Any
-  // other thread looks at a snapshot's surface.
-  [[nodiscard]] const Surface& surface() const;
+  // Never null. It stays as it is when another thread replaces it.
+  [[nodiscard]] std::shared_ptr<const Surface> surface() const;
   [[nodiscard]] std::uint32_t capacity() const { return static_cast<std::uint32_t>(views_.size()); }
   [[nodiscard]] std::uint32_t size() const;  // views stored
 
@@ -80,9 +81,10 @@ class Atlas {
   // kNoCell: see CellGrowth. A cell takes the references of the one that it was, and whether it was seen; a new one has
   // none and is unseen; what no cell of the new surface was, is dropped. Several cells may have been one. Views and
   // gains stay as they are: their depth and validity are those of the old surface until each is replaced by replace().
-  // Snapshots taken before keep the old surface. Throws std::invalid_argument, and changes nothing, unless the surface
-  // passes check() and has the same offset as the one before, on which the views' cameras depend, and `previous_cell`
-  // has one entry per cell, each a cell that was there or kNoCell.
+  // Snapshots taken before keep the old surface. Other threads may change views meanwhile, as often as they like: they
+  // wait at the end until what the views show that changed last is in order. Throws std::invalid_argument, unless the
+  // surface passes check() and has the same offset as the one before, on which the views' cameras depend, and
+  // `previous_cell` has one entry per cell, each a cell that was there or kNoCell.
   void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
 
   // The store as it is now. Costs what has changed since the last snapshot: views are projected onto the vertices, and
@@ -92,7 +94,8 @@ class Atlas {
   //
   // Tiles that were resident in the snapshot before, and still are, keep their slots. Where the references need more
   // tiles than the layout has, the policy chooses among them, and the snapshot's references are to those. A view
-  // without a resident tile is left out. Throws std::logic_error where there is no policy or it chose what it must not.
+  // without a resident tile is left out. Throws std::logic_error where there is no policy or it chose what it must not,
+  // and where the policy itself asks for a snapshot, which would wait for the one that it is asked for.
   [[nodiscard]] Snapshot snapshot() const;
   // Lets the policy choose the next snapshot's tiles from all, as for the first one, instead of going on from those
   // that are resident. That takes longer and serves better: it is for when the stream rests.
@@ -119,7 +122,9 @@ class Atlas {
   void require_cell(std::uint32_t cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;
-  void follow_cells(std::span<const std::uint32_t> previous_cell);
+  struct ByCell;
+  [[nodiscard]] ByCell by_cell(std::span<const std::uint32_t> previous_cell) const;
+  [[nodiscard]] std::unique_lock<std::mutex> one_snapshot_at_a_time() const;
   void mark_changed(std::uint32_t cell);
   void mark_all_changed() const;
   [[nodiscard]] StoreChanges take_changes() const;
@@ -145,7 +150,8 @@ class Atlas {
   mutable std::vector<std::uint32_t> newly_seen_;     // cells
   mutable bool choose_tiles_anew_ = false;
 
-  mutable std::mutex snapshot_mutex_;  // of the maker; taken before the other
+  mutable std::mutex snapshot_mutex_;                     // of the maker; taken before the other
+  mutable std::atomic<std::thread::id> snapshot_thread_;  // that holds it while a policy may run
   mutable std::unique_ptr<SnapshotMaker> maker_;
 };
 

@@ -51,8 +51,10 @@ SnapshotMaker::SnapshotMaker(const TileOptions& layout, TilePolicy policy)
 
 void SnapshotMaker::bound_tiles(std::uint32_t max_tiles) {
   if (!slots_) return;
-  layout_.max_tiles = max_tiles;
-  slots_.emplace(layout_);
+  TileOptions layout = layout_;
+  layout.max_tiles = max_tiles;
+  slots_ = TileSlots(layout);
+  layout_ = layout;
   resident_.clear();
 }
 

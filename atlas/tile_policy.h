@@ -16,7 +16,7 @@
 
 namespace lumatlas {
 
-// The store as it was at one moment. Nobody changes it while a policy looks at it, and no lock is held.
+// The store as it was at one moment. Nobody changes it while a policy looks at it.
 struct TileDemand {
   const Surface& surface;
   std::span<const std::shared_ptr<const StoredView>> views;  // by slot; null: the slot is free
@@ -33,7 +33,9 @@ struct TileChoice {
   ReferenceTable references;    // of each cell, to views whose tiles here show it; no more than it had
 };
 
-// Must give the same for the same demand. Called without a lock, by one thread at a time.
+// Must give the same for the same demand. Called by one thread at a time, while snapshot(), bound_tiles() and
+// cut_anew() of the store wait: where the policy calls one of these on the same thread, that throws std::logic_error,
+// and it must not wait for another thread that does. All other calls of the store are free to it.
 using TilePolicy = std::function<TileChoice(const TileDemand&)>;
 
 }  // namespace lumatlas

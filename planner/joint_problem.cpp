@@ -77,7 +77,7 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
     const SurfaceSample& sample = samples[index];
     const double z = camera.cam_from_world(sample.position).z;
     ComparedPoint point{sample.position, {}};
-    for (const std::uint32_t other : atlas.references(atlas.surface().cells.cell_of_face[sample.face])) {
+    for (const std::uint32_t other : atlas.references(atlas.surface()->cells.cell_of_face[sample.face])) {
       if (other == slot || !views_[other]) continue;
       const std::optional<glm::dvec3> seen = seen_at(*views_[other], sample.position);
       if (!seen) continue;

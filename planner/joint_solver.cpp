@@ -50,7 +50,7 @@ void check(const JointInput& input, const Requirement& requires_) {
   requires_.has_size(input.views.size(), slots, "views", "the atlas's capacity");
   requires_.has_size(input.given.size(), slots, "given", "the atlas's capacity");
   requires_.has_size(input.samples.size(), slots, "samples", "the atlas's capacity");
-  const std::size_t faces = input.atlas.surface().cells.cell_of_face.size();
+  const std::size_t faces = input.atlas.surface()->cells.cell_of_face.size();
   for (const std::vector<SurfaceSample>& of_view : input.samples) {
     for (const SurfaceSample& sample : of_view) requires_.is_below(sample.face, faces, "a sample's face", "the faces");
   }

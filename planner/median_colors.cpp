@@ -158,7 +158,7 @@ class ViewComparison {
 
   [[nodiscard]] std::vector<SeenBy> observations(const SurfaceSample& sample) const {
     std::vector<SeenBy> seen;
-    const std::uint32_t cell = atlas_.surface().cells.cell_of_face[sample.face];
+    const std::uint32_t cell = atlas_.surface()->cells.cell_of_face[sample.face];
     for (const std::uint32_t slot : atlas_.references(cell)) {
       if (slot == except_ || !views_[slot]) continue;
       const std::optional<Sighting> at = sighting(*views_[slot], sample.position);
@@ -229,7 +229,7 @@ MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std:
   median_colors_requires(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
   median_colors_requires(photograph.level(0).height == camera.height, "camera.height", camera.height,
                          "the photograph's");
-  const std::size_t faces = atlas.surface().cells.cell_of_face.size();
+  const std::size_t faces = atlas.surface()->cells.cell_of_face.size();
   for (const SurfaceSample& sample : samples)
     median_colors_requires.is_below(sample.face, faces, "a sample's face", "the faces");
   const ViewComparison comparison(camera, photograph, atlas, views, except, alignment);

@@ -135,11 +135,11 @@ Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOption
       visibility_(&visibility),
       options_(options),
       refiner_(atlas, visibility, options.refinement),
-      ledger_(atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain),
+      ledger_(*atlas.surface(), atlas.capacity(), checked(options).coverage, options.min_reference_gain),
       promised_(atlas.capacity()),
       slot_bytes_(atlas.capacity(), 0) {
   if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
-  if (options.max_loss_db) offered_.emplace(atlas.surface(), options.coverage);
+  if (options.max_loss_db) offered_.emplace(*atlas.surface(), options.coverage);
 }
 
 // The camera whose image cells are counted in.
@@ -148,7 +148,8 @@ Camera Planner::planning_camera(const Camera& camera) const {
 }
 
 std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPixels> seen) const {
-  const Cells& cells = atlas_.surface().cells;
+  const std::shared_ptr<const Surface> surface = atlas_.surface();
+  const Cells& cells = surface->cells;
   std::vector<CellPart> parts;
   parts.reserve(seen.size());
   for (const CellPixels& count : seen) {
@@ -159,7 +160,7 @@ std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPi
 }
 
 std::vector<float> Planner::cell_coverage() const {
-  std::vector<float> coverage(atlas_.surface().cells.cells.size());
+  std::vector<float> coverage(atlas_.surface()->cells.cells.size());
   for (std::uint32_t cell = 0; cell < coverage.size(); ++cell) {
     const double weight = ledger_.weight(cell);
     coverage[cell] = weight > 0 ? static_cast<float>(ledger_.coverage(cell) / weight) : 0.0f;
@@ -170,7 +171,7 @@ std::vector<float> Planner::cell_coverage() const {
 std::vector<CellPart> Planner::parts_of(const Camera& camera) const {
   check(camera);
   const Camera small = planning_camera(camera);
-  return parts(small, count_cell_pixels(visibility_->trace(small), atlas_.surface().cells));
+  return parts(small, count_cell_pixels(visibility_->trace(small), atlas_.surface()->cells));
 }
 
 std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
@@ -178,7 +179,7 @@ std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
   const Stopwatch stopwatch(verdict.visibility_ms);
   const Camera small = planning_camera(camera);
   visibility_->trace(small, buffer_);
-  const std::vector<CellPixels> seen = count_cell_pixels(buffer_, atlas_.surface().cells);
+  const std::vector<CellPixels> seen = count_cell_pixels(buffer_, atlas_.surface()->cells);
   atlas_.mark_seen(seen);
   verdict.cells_seen = static_cast<std::uint32_t>(seen.size());
   return parts(small, seen);
@@ -391,7 +392,7 @@ Planner::ReadyView Planner::ready(const std::string& name, const Camera& camera,
   const Camera refined = verdict.refinement ? verdict.refinement->alignment.camera : camera;
   VisibilityBuffer visible = visibility_->trace_sparsely(refined);
   std::vector<std::uint32_t> face = visible.face;
-  return {make_tiled_view(name, refined, std::move(photograph), std::move(visible), atlas_.surface().cells,
+  return {make_tiled_view(name, refined, std::move(photograph), std::move(visible), atlas_.surface()->cells,
                           atlas_.layout(), options_.validity),
           std::move(face)};
 }

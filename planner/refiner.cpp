@@ -231,7 +231,7 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   } else {
     views_[slot] = ComparedView{view, view->camera, Pyramid(photograph), glm::dvec3(1.0)};
   }
-  seen_[slot] = seen_faces(face, atlas_.surface().cells.cell_of_face);
+  seen_[slot] = seen_faces(face, atlas_.surface()->cells.cell_of_face);
   given_[slot] = given;
   // The views that left for this one were compared with it too.
   std::vector<ExposureRatio> ratios = refinement.ratios;
@@ -281,9 +281,9 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photo
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
   VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace_sparsely(camera);
-  std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface().cells.cell_of_face);
-  TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible), atlas_.surface().cells,
-                                    atlas_.layout(), validity, std::move(trust));
+  std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface()->cells.cell_of_face);
+  TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible),
+                                    atlas_.surface()->cells, atlas_.layout(), validity, std::move(trust));
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   replaced(slot);
   seen_[slot] = std::move(seen);

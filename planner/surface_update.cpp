@@ -62,7 +62,8 @@ bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, co
 std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_t> previous_cell,
                                                     std::span<const std::uint8_t> changed,
                                                     const Surface& surface) const {
-  const Cells& before = atlas_.surface().cells;
+  const std::shared_ptr<const Surface> old_surface = atlas_.surface();
+  const Cells& before = old_surface->cells;
   const std::vector<Sphere> spheres = spheres_of_change(before, surface.cells, previous_cell, changed);
   std::vector<std::uint8_t> stays(before.cells.size(), 0);
   for (std::size_t cell = 0; cell < changed.size(); ++cell) {
@@ -109,8 +110,8 @@ bool Planner::make_depth_again(std::uint32_t slot) {
   VisibilityBuffer visible = visibility_->trace_sparsely(old->camera);
   const bool same_depth = visible.depth == old->depth;
   if (same_depth && atlas_.layout().whole_views()) return false;
-  TiledView tiled = make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), atlas_.surface().cells,
-                                    atlas_.layout(), options_.validity, old->trust);
+  TiledView tiled = make_tiled_view(old->name, old->camera, old->photograph, std::move(visible),
+                                    atlas_.surface()->cells, atlas_.layout(), options_.validity, old->trust);
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   refiner_.replaced(slot);
   return !same_depth;
@@ -128,7 +129,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
                                 std::to_string(cells));
   }
   std::vector<std::uint32_t> unchanged(cells, kNoCell);
-  std::vector<std::uint8_t> taken(atlas_.surface().cells.cells.size(), 0);
+  std::vector<std::uint8_t> taken(atlas_.surface()->cells.cells.size(), 0);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (changed[cell] != 0) continue;
     if (previous_cell[cell] >= taken.size()) {

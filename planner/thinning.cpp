@@ -140,7 +140,7 @@ std::vector<std::uint32_t> Planner::stored_slots_but(std::span<const std::uint32
 
 // Of a store that was offered some of the stored views, and holds some of these.
 CoverageLedger Planner::ledger_of(std::span<const std::uint32_t> slots, std::span<const std::uint32_t> offered) const {
-  CoverageLedger ledger(atlas_.surface(), atlas_.capacity(), options_.coverage, options_.min_reference_gain);
+  CoverageLedger ledger(*atlas_.surface(), atlas_.capacity(), options_.coverage, options_.min_reference_gain);
   for (const std::uint32_t slot : offered) ledger.ask(ledger_.parts(slot));
   for (const std::uint32_t slot : slots) {
     may_interrupt(options_.refinement.interruption_point);

@@ -167,7 +167,7 @@ class Judge {
     const glm::dvec3 position = center + z * camera_.ray(image_of(photograph_, grid, x, y));
     const glm::dvec3 direction = glm::normalize(center - position);
     const double block_size = z / camera_.fx * photograph_.width / grid.width;
-    const auto& references = atlas_.references(atlas_.surface().cells.cell_of_face[visible_.face[block]]);
+    const auto& references = atlas_.references(atlas_.surface()->cells.cell_of_face[visible_.face[block]]);
     std::size_t unseen = references.size(), near = 0;
     others.clear();
     for (const std::uint32_t slot : references) {

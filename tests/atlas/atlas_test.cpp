@@ -164,7 +164,7 @@ TEST_CASE("a store for no views is refused") {
 TEST_CASE("a new store is empty") {
   const auto surface = wall_and_panel(kCells);
   const Atlas atlas(surface, 3);
-  CHECK(&atlas.surface() == surface.get());
+  CHECK(atlas.surface() == surface);
   CHECK(atlas.capacity() == 3);
   CHECK(atlas.size() == 0);
   for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK(atlas.view(slot) == nullptr);
@@ -450,7 +450,7 @@ TEST_CASE("under another surface, references and what was seen follow the cells"
   atlas.mark_seen(seen);
   const auto surface = wall_and_panel(6);
   atlas.replace_surface(surface, Slots{4, kNoCell, 1, 3, 1, kNoCell});
-  CHECK(&atlas.surface() == surface.get());
+  CHECK(atlas.surface() == surface);
   const std::vector<Slots> expected{{0}, {}, {1, 0}, {}, {1, 0}, {}};
   for (std::uint32_t cell = 0; cell < expected.size(); ++cell) CHECK(atlas.references(cell) == expected[cell]);
   CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0});
@@ -488,7 +488,7 @@ TEST_CASE("snapshots taken before keep the old surface, and nobody else does") {
     CHECK(before.references.offsets == Slots{0, 0, 0, 1, 1, 1});
     CHECK(before.cell_seen.size() == kCells);
     const Snapshot after = atlas.snapshot();
-    CHECK(after.surface.get() == &atlas.surface());
+    CHECK(after.surface == atlas.surface());
     CHECK(after.references.offsets == Slots{0, 0, 0, 0, 0, 0, 1});
     CHECK(after.vertex_colors.size() == before.vertex_colors.size() + 4);
   }
@@ -503,7 +503,7 @@ TEST_CASE("a surface that does not go with the store is refused, and the old one
   const auto refused = [&](const std::shared_ptr<const Surface>& next, const Slots& previous_cell,
                            const std::string& sentence) {
     CHECK_THROWS_MATCHES(atlas.replace_surface(next, previous_cell), std::invalid_argument, Catch::Message(sentence));
-    CHECK(&atlas.surface() == surface.get());
+    CHECK(atlas.surface() == surface);
     CHECK(atlas.references(2) == Slots{0});
   };
   refused(wall_and_panel(2), {0}, "atlas: previous_cell has 1 entries, must have one per cell of the new surface, 2");

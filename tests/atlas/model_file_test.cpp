@@ -463,8 +463,8 @@ TEST_CASE("a name that is no Unicode is made one, with a control character repla
   const TemporaryFolder folder;
   Atlas atlas(wall_and_panel(), 2);
   const Camera camera = forward_camera(8, 8);
-  atlas.insert(traced_view(atlas.surface(), "caf\xe9.jpg", camera, position_photograph(8, 8)));
-  atlas.insert(traced_view(atlas.surface(), "a\nb\x7f.jpg", camera, position_photograph(8, 8)));
+  atlas.insert(traced_view(*atlas.surface(), "caf\xe9.jpg", camera, position_photograph(8, 8)));
+  atlas.insert(traced_view(*atlas.surface(), "a\nb\x7f.jpg", camera, position_photograph(8, 8)));
   write_model(folder.path(), atlas.snapshot(), {});
   const Snapshot read = read_model(folder.path()).snapshot;
   CHECK(read.views[0]->name == "caf\xef\xbf\xbd.jpg");  // U+FFFD

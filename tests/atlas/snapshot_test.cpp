@@ -98,7 +98,7 @@ struct Kept {
 
 // By the definition in vertex_colors.h, from all views.
 std::vector<glm::u8vec3> mean_colors(const Atlas& atlas) {
-  VertexColorMean mean(atlas.surface().mesh);
+  VertexColorMean mean(atlas.surface()->mesh);
   for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
     if (const auto view = atlas.view(slot)) mean.add(*view, atlas.gain(slot));
   }
@@ -260,12 +260,12 @@ TEST_CASE("a store that is cut anew is as if it had been cut so from the start")
   const TileOptions before{8, 2, 0}, after{16, 4, 0, TexelFormat::bc7};
   const auto atlas = room_atlas(5, {}, before);
   const Snapshot as_it_was = atlas->snapshot();
-  const auto visibility = make_ray_visibility(atlas->surface().mesh);
+  const auto visibility = make_ray_visibility(atlas->surface()->mesh);
   std::vector<SharedShownCells> shown;
   for (std::uint32_t slot = 0; slot < 5; ++slot) {
     const auto view = atlas->view(slot);
     shown.push_back(std::make_shared<const std::vector<ShownCell>>(
-        shown_cells(*view, visibility->trace(view->camera).face, atlas->surface().cells, after)));
+        shown_cells(*view, visibility->trace(view->camera).face, atlas->surface()->cells, after)));
   }
   atlas->set_gain(2, glm::dvec3(0.5));
   const std::vector<SharedShownCells> shown_before = atlas->cut_anew(after, shown);

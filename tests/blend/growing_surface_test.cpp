@@ -83,27 +83,27 @@ TEST_CASE("a surface that did not change, and one whose faces have another order
   const auto atlas = room_atlas(kViews, {});
   const std::vector<Rendering> before = pictures(atlas->snapshot());
   REQUIRE(textured_pixels(before) > 0);
-  Grown next = grown(atlas->surface(), atlas->surface().mesh);
+  Grown next = grown(*atlas->surface(), atlas->surface()->mesh);
   atlas->replace_surface(next.surface, next.previous_cell);
   CHECK(same(pictures(atlas->snapshot()), before));
-  Mesh mesh = atlas->surface().mesh;
+  Mesh mesh = atlas->surface()->mesh;
   std::shuffle(mesh.faces.begin(), mesh.faces.end(), std::mt19937(3));
-  next = grown(atlas->surface(), mesh);
+  next = grown(*atlas->surface(), mesh);
   atlas->replace_surface(next.surface, next.previous_cell);
   CHECK(same(pictures(atlas->snapshot()), before));
 }
 
 TEST_CASE("what is added where nobody looks changes no picture, and is forgotten when it goes") {
   const auto atlas = room_atlas(kViews, {});
-  const Mesh room = atlas->surface().mesh;
+  const Mesh room = atlas->surface()->mesh;
   const Snapshot first = atlas->snapshot();
   const std::vector<Rendering> before = pictures(first);
-  Grown next = grown(atlas->surface(), with_hidden_wall(room));
+  Grown next = grown(*atlas->surface(), with_hidden_wall(room));
   atlas->replace_surface(next.surface, next.previous_cell);
   const Snapshot second = atlas->snapshot();
   CHECK(second.surface->cells.cells.size() > first.surface->cells.cells.size());
   CHECK(same(pictures(second), before));
-  next = grown(atlas->surface(), room);
+  next = grown(*atlas->surface(), room);
   atlas->replace_surface(next.surface, next.previous_cell);
   const Snapshot third = atlas->snapshot();
   CHECK(third.references.offsets == first.references.offsets);
@@ -115,7 +115,7 @@ TEST_CASE("what is added where nobody looks changes no picture, and is forgotten
 
 // The stored views with the depth that the surface gives them now.
 void retrace(Atlas& atlas) {
-  const auto visibility = make_ray_visibility(atlas.surface().mesh);
+  const auto visibility = make_ray_visibility(atlas.surface()->mesh);
   for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
     const auto view = atlas.view(slot);
     atlas.replace(slot,
@@ -127,7 +127,7 @@ TEST_CASE("when a part goes and the views are traced again, the pictures are tho
   const auto atlas = room_atlas(kViews, {});
   const Snapshot full = atlas->snapshot();
   const std::vector<Rendering> before = pictures(full);
-  const Grown next = grown(atlas->surface(), emptied_room(atlas->surface().mesh));
+  const Grown next = grown(*atlas->surface(), emptied_room(atlas->surface()->mesh));
   REQUIRE(next.surface->cells.cells.size() < full.surface->cells.cells.size());
   Atlas fresh(next.surface, kViews);
   for (std::uint32_t slot = 0; slot < kViews; ++slot) fresh.insert(*atlas->view(slot));

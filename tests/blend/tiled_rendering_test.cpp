@@ -210,8 +210,8 @@ TEST_CASE("what stays resident is not copied again") {
   // Another photograph in the place of one view: its tiles are copied, and no others.
   StoredView changed = *atlas->view(4);
   changed.photograph.rgb[0] ^= 1;
-  const VisibilityBuffer visible = make_ray_visibility(atlas->surface().mesh)->trace(changed.camera);
-  std::vector<ShownCell> shown = shown_cells(changed, visible.face, atlas->surface().cells, atlas->layout());
+  const VisibilityBuffer visible = make_ray_visibility(atlas->surface()->mesh)->trace(changed.camera);
+  std::vector<ShownCell> shown = shown_cells(changed, visible.face, atlas->surface()->cells, atlas->layout());
   atlas->replace(4, std::move(changed), std::move(shown));
   const Snapshot second = atlas->snapshot();
   array.load(second);

@@ -92,7 +92,7 @@ TEST_CASE("what a snapshot shows is whole and stays the same while the planner g
   const TileOptions layout = GENERATE(kWholeViews, kTiles);
   CAPTURE(layout.tile_px);
   PlannerThread planner(layout);
-  const auto visibility = make_ray_visibility(planner.atlas().surface().mesh);
+  const auto visibility = make_ray_visibility(planner.atlas().surface()->mesh);
   struct Taken {
     Snapshot snapshot;
     Rendering picture;
@@ -143,7 +143,7 @@ TEST_CASE("the GPU draws what the reference draws of snapshots taken while the p
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   PlannerThread planner(kTiles);
-  const auto visibility = make_ray_visibility(planner.atlas().surface().mesh);
+  const auto visibility = make_ray_visibility(planner.atlas().surface()->mesh);
   Renderer renderer;
   std::size_t pixels = 0;
   std::size_t different = 0;

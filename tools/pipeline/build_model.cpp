@@ -193,7 +193,7 @@ OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stre
   stage.finish();
   plan.look_ms = ms_since(start);
   start = std::chrono::steady_clock::now();
-  plan.choice = plan_offline(atlas.surface(), parts, atlas.capacity(),
+  plan.choice = plan_offline(*atlas.surface(), parts, atlas.capacity(),
                              {.coverage = options.coverage,
                               .min_reference_gain = options.min_reference_gain,
                               .interruption_point = throw_if_interrupted});

@@ -21,8 +21,8 @@ std::vector<SharedShownCells> shown_in(const TileOptions& layout, const Atlas& a
     const auto view = atlas.view(static_cast<std::uint32_t>(slot));
     if (!view) return;
     const VisibilityBuffer visible = visibility.trace_sparsely(view->camera);
-    shown[slot] =
-        std::make_shared<const std::vector<ShownCell>>(shown_cells(*view, visible.face, atlas.surface().cells, layout));
+    shown[slot] = std::make_shared<const std::vector<ShownCell>>(
+        shown_cells(*view, visible.face, atlas.surface()->cells, layout));
   });
   return shown;
 }

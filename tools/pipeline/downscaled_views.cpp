@@ -50,7 +50,8 @@ ScaledViews::ScaledViews(Atlas& atlas, const Visibility& visibility, const Valid
 }
 
 TiledView ScaledViews::scaled(const StoredView& view, double share) const {
-  const Cells& cells = atlas_.surface().cells;
+  const std::shared_ptr<const Surface> surface = atlas_.surface();
+  const Cells& cells = surface->cells;
   if (share == 1) {
     return make_tiled_view(view.name, view.camera, view.photograph, visibility_.trace_sparsely(view.camera), cells,
                            atlas_.layout(), validity_, view.trust);

@@ -1,0 +1,243 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The laws of the store: what any way to build one must keep.
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
+#include <functional>
+#include <new>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "tests/support/wall_scenes.h"
+
+namespace {
+
+// How many more allocations of this thread succeed; negative: all.
+thread_local long allocations_left = -1;
+
+// Called before this thread gets much memory.
+constexpr std::size_t kMuchMemory = 100'000;  // bytes
+thread_local const std::function<void()>* on_large_allocation = nullptr;
+
+}  // namespace
+
+void* operator new(std::size_t bytes) {
+  if (bytes >= kMuchMemory && on_large_allocation != nullptr) (*on_large_allocation)();
+  if (allocations_left == 0) {
+    allocations_left = -1;  // what handles the failure may allocate
+    throw std::bad_alloc();
+  }
+  if (allocations_left > 0) --allocations_left;
+  void* const memory = std::malloc(bytes == 0 ? 1 : bytes);
+  if (memory == nullptr) throw std::bad_alloc();
+  return memory;
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
+
+namespace lumatlas {
+namespace {
+
+using Slots = std::vector<std::uint32_t>;
+
+constexpr std::uint32_t kCells = 5;
+constexpr TileOptions kTiles{8, 2, 0};
+
+StoredView small_view(const Surface& surface, const std::string& name, std::uint32_t seed = 0) {
+  return traced_view(surface, name, forward_camera(24, 16), position_photograph(24, 16, seed));
+}
+
+// What every tile of a small view shows: cell 0, and the last one also `cell`.
+std::vector<ShownCell> shown_with(std::uint32_t cell) {
+  std::vector<ShownCell> shown;
+  for (std::uint32_t tile = 0; tile < 6; ++tile) shown.push_back({tile, 0, 1});
+  if (cell > 0) shown.push_back({5, cell, 1});
+  return shown;
+}
+
+// Every cell refers to slots 0 and 1 of three.
+std::unique_ptr<Atlas> small_store() {
+  const auto surface = wall_and_panel(kCells);
+  auto atlas = std::make_unique<Atlas>(surface, 4, kTiles);
+  for (std::uint32_t slot = 0; slot < 3; ++slot) {
+    atlas->insert(small_view(*surface, std::string(1, static_cast<char>('a' + slot)), slot), shown_with(slot));
+  }
+  for (std::uint32_t cell = 0; cell < kCells; ++cell) atlas->set_references(cell, {0, 1});
+  return atlas;
+}
+
+bool same(const Snapshot& a, const Snapshot& b) {
+  return a.surface == b.surface && a.views == b.views && a.gains == b.gains &&
+         a.references.offsets == b.references.offsets && a.references.views == b.references.views &&
+         a.cell_seen == b.cell_seen && a.vertex_colors == b.vertex_colors && a.tiles.slots == b.tiles.slots &&
+         a.tiles.first_tile == b.tiles.first_tile;
+}
+
+TEST_CASE("no writer starves: a surface is replaced while another thread changes views all the time") {
+  const auto surface = wall_and_panel(kCells);
+  Atlas atlas(surface, 2, kTiles);
+  // What takes long to be numbered anew, so that a view has always changed meanwhile.
+  std::vector<ShownCell> shown;
+  for (std::uint32_t tile = 0; tile < 6; ++tile) {
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) shown.push_back({tile, cell, 1});
+  }
+  atlas.insert(small_view(*surface, "a"), shown);
+  atlas.insert(small_view(*surface, "b"), shown);
+  constexpr std::uint32_t kManyCells = 50'000;
+  const auto many = std::make_shared<Surface>(*surface);
+  many->cells.cells.resize(kManyCells, many->cells.cells[0]);
+  Slots previous_cell(kManyCells);
+  for (std::uint32_t cell = 0; cell < kManyCells; ++cell) previous_cell[cell] = cell % kCells;
+  const StoredView view = small_view(*surface, "b");
+
+  // Whenever replace_surface() asks for much memory, another thread changes a view, if the store lets it.
+  constexpr int kMostWrites = 1000;
+  std::atomic<bool> wanted{false}, done{false};
+  std::atomic<int> writes{0};
+  std::thread writer([&] {
+    while (!done) {
+      if (wanted) {
+        atlas.replace(1, view, shown);
+        ++writes;
+        wanted = false;
+      }
+      std::this_thread::yield();
+    }
+  });
+  const std::function<void()> let_write = [&] {
+    if (writes >= kMostWrites) return;
+    wanted = true;
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(50);
+    while (wanted && std::chrono::steady_clock::now() < deadline) std::this_thread::yield();
+  };
+  on_large_allocation = &let_write;
+  atlas.replace_surface(many, previous_cell);
+  on_large_allocation = nullptr;
+  done = true;
+  writer.join();
+  CHECK(writes > 0);
+  CHECK(writes < kMostWrites);  // else it ended only because the other thread rested
+  CHECK(atlas.surface() == many);
+  CHECK(atlas.shown(0)->size() == 6 * kManyCells);
+}
+
+TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
+  const auto next = wall_and_panel(6);
+  const Slots previous{4, kNoCell, 1, 3, 1, 0};
+  struct Call {
+    const char* name;
+    std::function<std::function<void()>(Atlas&)> prepare;  // what is allocated before the call is not the store's
+  };
+  const std::vector<Call> calls{
+      {"replace_surface",
+       [&](Atlas& atlas) -> std::function<void()> { return [&] { atlas.replace_surface(next, previous); }; }},
+      {"set_references",
+       [](Atlas& atlas) -> std::function<void()> { return [&atlas] {
+                                                     atlas.set_references(2, {1, 2});
+                                                   }; }},
+      {"mark_seen",
+       [](Atlas& atlas) -> std::function<void()> {
+         return [&atlas] {
+           const std::vector<CellPixels> seen{{1, 1}, {3, 1}};
+           atlas.mark_seen(seen);
+         };
+       }},
+      {"insert",
+       [](Atlas& atlas) -> std::function<void()> {
+         return [&atlas, view = small_view(*atlas.surface(), "d")] { atlas.insert(view, shown_with(3)); };
+       }},
+      {"replace",
+       [](Atlas& atlas) -> std::function<void()> {
+         return [&atlas, view = small_view(*atlas.surface(), "e", 9)] { atlas.replace(1, view, shown_with(3)); };
+       }},
+      {"cut_anew",
+       [](Atlas& atlas) -> std::function<void()> {
+         std::vector<SharedShownCells> none(4, std::make_shared<const std::vector<ShownCell>>());
+         return [&atlas, none] { atlas.cut_anew({16, 2, 0}, none); };
+       }},
+      {"bound_tiles", [](Atlas& atlas) -> std::function<void()> { return [&atlas] { atlas.bound_tiles(100); }; }},
+  };
+  for (const Call& call : calls) {
+    CAPTURE(call.name);
+    const auto atlas = small_store();
+    const Snapshot before = atlas->snapshot();
+    const std::function<void()> run = call.prepare(*atlas);
+    bool ended = false;
+    long allocations = 0;
+    for (; !ended; ++allocations) {
+      CAPTURE(allocations);
+      REQUIRE(allocations < 10'000);
+      try {
+        allocations_left = allocations;
+        run();
+        ended = true;
+      } catch (const std::bad_alloc&) {
+      }
+      allocations_left = -1;
+      if (!ended) REQUIRE(same(atlas->snapshot(), before));
+    }
+    // And what succeeds at last is what succeeds at once.
+    const auto at_once = small_store();
+    (void)at_once->snapshot();
+    call.prepare (*at_once)();
+    const Snapshot after = atlas->snapshot(), expected = at_once->snapshot();
+    CHECK(after.references.offsets == expected.references.offsets);
+    CHECK(after.references.views == expected.references.views);
+    CHECK(after.cell_seen == expected.cell_seen);
+    CHECK(after.vertex_colors == expected.vertex_colors);
+    CHECK(after.tiles.first_tile == expected.tiles.first_tile);
+  }
+}
+
+TEST_CASE("a tile policy that asks its store for a snapshot is refused, and the store goes on") {
+  const auto surface = wall_and_panel(kCells);
+  Atlas* store = nullptr;
+  enum class Asks { nothing, snapshot, bound_tiles, cut_anew } asks = Asks::nothing;
+  const TilePolicy policy = [&](const TileDemand& demand) {
+    CHECK(store->size() == 1);  // any other call is free to it
+    if (asks == Asks::snapshot) (void)store->snapshot();
+    if (asks == Asks::bound_tiles) store->bound_tiles(3);
+    if (asks == Asks::cut_anew) (void)store->cut_anew(kTiles, {});
+    return TileChoice{{{0, 0}}, demand.references};
+  };
+  Atlas atlas(surface, 1, {8, 2, 2}, policy);
+  store = &atlas;
+  atlas.insert(small_view(*surface, "a"), shown_with(0));
+  atlas.set_references(0, {0});
+  for (const Asks what : {Asks::snapshot, Asks::bound_tiles, Asks::cut_anew}) {
+    asks = what;
+    CHECK_THROWS_MATCHES(atlas.snapshot(), std::logic_error,
+                         Catch::Message("atlas: its tile policy asks for a snapshot, or for other tiles, while it "
+                                        "chooses those of a snapshot"));
+  }
+  asks = Asks::nothing;
+  CHECK(atlas.snapshot().tiles.resident_tiles() == 1);
+}
+
+TEST_CASE("a surface stays for whoever asked for it while another thread replaces it") {
+  Atlas atlas(wall_and_panel(kCells), 1);
+  const Slots same_cells{0, 1, 2, 3, 4};
+  std::atomic<bool> done{false};
+  std::thread writer([&] {
+    for (int step = 0; step < 2000; ++step) atlas.replace_surface(wall_and_panel(kCells), same_cells);
+    done = true;
+  });
+  std::size_t faces = 0, looks = 0;
+  while (!done || looks == 0) {
+    const std::shared_ptr<const Surface> surface = atlas.surface();
+    faces += surface->mesh.faces.size();
+    ++looks;
+  }
+  writer.join();
+  CHECK(faces == looks * atlas.surface()->mesh.faces.size());
+}
+
+}  // namespace
+}  // namespace lumatlas
