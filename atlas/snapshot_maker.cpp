@@ -77,7 +77,8 @@ void SnapshotMaker::follow(StoreChanges& changes) {
   std::vector<std::uint8_t> view_changed(slots, 0);
   follow_cells(changes, view_changed);
   std::erase_if(resident_, [&](const ViewTile& tile) {
-    return changes.choose_tiles_anew || changes.tenants[tile.view] != store_.tenants[tile.view];
+    return changes.choose_tiles_anew || !changes.views[tile.view] ||
+           changes.tenants[tile.view] != store_.tenants[tile.view];
   });
   needed_.resize(slots);
   for (std::uint32_t slot = 0; slot < slots; ++slot) {

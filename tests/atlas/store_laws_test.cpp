@@ -239,5 +239,32 @@ TEST_CASE("a surface stays for whoever asked for it while another thread replace
   CHECK(faces == looks * atlas.surface()->mesh.faces.size());
 }
 
+TEST_CASE("a tile policy is shown no tiles of a view that is gone") {
+  const auto surface = wall_and_panel(kCells);
+  std::vector<ViewTile> resident;
+  std::vector<std::uint32_t> gone;  // slots without a view of which it was shown tiles
+  const TilePolicy policy = [&](const TileDemand& demand) {
+    resident.assign(demand.resident.begin(), demand.resident.end());
+    for (const ViewTile& tile : resident) {
+      if (!demand.views[tile.view]) gone.push_back(tile.view);
+    }
+    TileChoice choice{{}, demand.references};
+    for (std::uint32_t slot = 0; slot < demand.views.size(); ++slot) {
+      if (demand.views[slot]) choice.tiles.push_back({slot, 0});
+    }
+    return choice;
+  };
+  Atlas atlas(surface, 3, {8, 2, 4}, policy);
+  for (const char* name : {"a", "b", "c"}) atlas.insert(small_view(*surface, name), shown_with(0));
+  atlas.set_references(0, {0, 1, 2});
+  (void)atlas.snapshot();
+  atlas.set_references(0, {1, 2});
+  atlas.erase(0);
+  (void)atlas.snapshot();
+  CHECK(gone.empty());
+  REQUIRE(resident.size() == 2);
+  CHECK((resident[0].view == 1 && resident[1].view == 2));
+}
+
 }  // namespace
 }  // namespace lumatlas
