@@ -180,9 +180,16 @@ std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
   const Camera small = planning_camera(camera);
   visibility_->trace(small, buffer_);
   const std::vector<CellPixels> seen = count_cell_pixels(buffer_, atlas_.surface()->cells);
-  atlas_.mark_seen(seen);
   verdict.cells_seen = static_cast<std::uint32_t>(seen.size());
   return parts(small, seen);
+}
+
+// Of a view whose offer has not failed: what it saw is part of the store only from then on.
+void Planner::note_seen(std::span<const CellPart> seen) {
+  std::vector<CellPixels> cells;
+  cells.reserve(seen.size());
+  for (const CellPart& part : seen) cells.push_back({part.cell, 1});
+  atlas_.mark_seen(cells);
 }
 
 std::vector<std::uint32_t> Planner::stored_slots() const {
@@ -297,6 +304,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, const Phot
   const std::vector<CellPart> seen = look(camera, verdict);
   PendingDemand demand(ledger_, offered_, seen);
   decide(name, camera, photograph, seen, verdict);
+  note_seen(seen);
   if (verdict.decision == Decision::outlier) return verdict;
   demand.confirm();
   count_offered(seen);
@@ -312,7 +320,10 @@ Verdict Planner::reserve(const std::string& name, const Camera& camera) {
   PendingDemand demand(ledger_, offered_, seen);
   const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
   demand.confirm();
-  if (!exchange) return verdict;
+  if (!exchange) {
+    note_seen(seen);
+    return verdict;
+  }
   claim_slot(camera, seen, *exchange, verdict);
   promised_[*verdict.slot] = Promise{name, camera};
   return verdict;
@@ -324,6 +335,7 @@ Verdict Planner::offer_again(const std::string& name, const Camera& camera, cons
   Verdict verdict;
   const std::vector<CellPart> seen = look(camera, verdict);
   decide(name, camera, photograph, seen, verdict);
+  note_seen(seen);
   if (verdict.decision == Decision::outlier) ledger_.unask(seen);
   return verdict;
 }
@@ -344,6 +356,7 @@ Verdict Planner::keep(const std::string& name, const Camera& camera, const Photo
   const Exchange exchange{{}, ledger_.gain(seen)};
   verdict.gain = exchange.gain;
   take(name, camera, seen, exchange, photograph(), verdict);
+  note_seen(seen);
   if (verdict.decision == Decision::outlier) return verdict;
   demand.confirm();
   count_offered(seen);
@@ -354,6 +367,7 @@ void Planner::pass_by(const Camera& camera) {
   Verdict unused;
   const std::vector<CellPart> seen = look(camera, unused);
   PendingDemand(ledger_, offered_, seen).confirm();
+  note_seen(seen);
   count_offered(seen);
 }
 
@@ -427,8 +441,11 @@ void Planner::fill(const std::string& name, const PhotographSource& photograph, 
   const Camera camera = promised_[slot]->camera;
   Photograph read = photograph();
   if (refine(name, camera, read, verdict)) {
-    return store(ready(name, camera, std::move(read), verdict), camera, verdict);
+    store(ready(name, camera, std::move(read), verdict), camera, verdict);
+    note_seen(ledger_.parts(slot));
+    return;
   }
+  note_seen(ledger_.parts(slot));
   ledger_.unask(ledger_.parts(slot));
   evict(slot);
   verdict.slot.reset();

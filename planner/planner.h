@@ -227,6 +227,7 @@ class Planner {
   [[nodiscard]] Camera planning_camera(const Camera& camera) const;
   [[nodiscard]] std::vector<CellPart> parts(const Camera& small, std::span<const CellPixels> seen) const;
   [[nodiscard]] std::vector<CellPart> look(const Camera& camera, Verdict& verdict);
+  void note_seen(std::span<const CellPart> seen);
   [[nodiscard]] std::vector<std::uint32_t> stored_slots() const;
   [[nodiscard]] static std::vector<std::uint32_t> lowest_ranked(const CoverageLedger& ledger,
                                                                 std::vector<std::uint32_t> slots, std::size_t count);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the planner's functions refuse to be given: the field, its value and the rule, one by one. Options have their
 // refusals beside their own tests.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
@@ -220,6 +221,11 @@ struct PlannedRelief {
   Planner planner;
 };
 
+std::size_t cells_seen(const Atlas& atlas) {
+  const std::vector<std::uint8_t> seen = atlas.snapshot().cell_seen;
+  return static_cast<std::size_t>(std::count(seen.begin(), seen.end(), 1));
+}
+
 TEST_CASE("a planner refuses cameras that are none and photographs that lack pixels, and no trace of them is left") {
   PlannedRelief planned;
   const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
@@ -251,9 +257,28 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
         "planner: surface is null");
   CHECK(complaint([&] { (void)median_surface_distance(std::vector{broken}, *planned.relief.visibility); }) ==
         "camera: fx is nan, must be finite and positive");
+  const PhotographSource missing = []() -> Photograph { throw std::invalid_argument("no such file"); };
+  CHECK(complaint([&] { (void)planned.planner.offer("a", camera, missing); }) == "no such file");
+  CHECK(complaint([&] { (void)planned.planner.keep("a", camera, missing); }) == "no such file");
   CHECK(planned.planner.summed_coverage() == coverage);
   CHECK(planned.atlas.size() == 0);
+  CHECK(cells_seen(planned.atlas) == 0);
   CHECK(offer(camera, photograph) == "accepted");
+  CHECK(cells_seen(planned.atlas) > 0);
+}
+
+TEST_CASE("a view that is promised a slot has seen nothing before its photograph is there") {
+  PlannedRelief planned;
+  const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
+  Verdict verdict = planned.planner.reserve("a", camera);
+  REQUIRE(verdict.slot);
+  CHECK(cells_seen(planned.atlas) == 0);
+  const PhotographSource missing = []() -> Photograph { throw std::invalid_argument("no such file"); };
+  CHECK(complaint([&] { planned.planner.fill("a", missing, verdict); }) == "no such file");
+  CHECK(cells_seen(planned.atlas) == 0);
+  planned.planner.fill(
+      "a", [&] { return planned.relief.photograph(camera); }, verdict);
+  CHECK(cells_seen(planned.atlas) > 0);
 }
 
 TEST_CASE("a refiner refuses slots without a view, and cameras that are not for each slot") {
