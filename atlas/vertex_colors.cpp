@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <stdexcept>
@@ -20,9 +21,12 @@ namespace {
 
 constexpr double kOcclusionTolerance = 0.02;  // of the depth; above the mesh's own noise in MVS and RGB-D scans
 constexpr std::uint8_t kMidGrey = 128;
-constexpr float kRimWeight = 1e-3f;  // of pixels that may show what is behind: for vertices that no others show
+constexpr std::uint64_t kInnerWeight = 1000;  // of a pixel at a rim: 1, for vertices that no others show
 
-constexpr std::size_t kBlock = 1024;  // vertices whose sums are made together
+constexpr double kStepsOfLight = 1 << 20;
+constexpr double kMostLight = 1 << 10;
+
+constexpr std::size_t kBlock = 1024;  // vertices that one thread looks at together
 
 // Appends what a view shows at a vertex, if it shows it at all.
 void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t vertex,
@@ -55,20 +59,56 @@ std::vector<VertexSample> samples_of(const StoredView& view, const Mesh& mesh) {
   return samples;
 }
 
-// The linear colour of a sample times its weight, and the weight.
-glm::vec4 weighted(const VertexSample& sample, const glm::vec3& gain) {
-  const auto& linear = linear_from_srgb8();
-  float weight = static_cast<float>(sample.validity) / 255.0f;
-  if (sample.at_rim) weight *= kRimWeight;
-  return {gain * glm::vec3(linear[sample.r], linear[sample.g], linear[sample.b]) * weight, weight};
+// The samples of one view as they are summed up.
+class SampleWeights {
+ public:
+  explicit SampleWeights(const glm::dvec3& gain) {
+    const auto& linear = linear_from_srgb8();
+    for (int channel = 0; channel < 3; ++channel) {
+      for (std::size_t value = 0; value < linear.size(); ++value) {
+        const double light = std::min(gain[channel] * static_cast<double>(linear[value]), kMostLight);
+        steps_.at(static_cast<std::size_t>(channel))[value] =
+            static_cast<std::uint32_t>(std::lround(light * kStepsOfLight));
+      }
+    }
+  }
+
+  [[nodiscard]] ColorSum operator()(const VertexSample& sample) const {
+    const std::uint64_t weight = sample.validity * (sample.at_rim != 0 ? 1 : kInnerWeight);
+    return weight * ColorSum(steps_[0][sample.r], steps_[1][sample.g], steps_[2][sample.b], 1);
+  }
+
+ private:
+  std::array<std::array<std::uint32_t, 256>, 3> steps_{};  // by channel and value
+};
+
+// Weighted linear colour and weight, 1 of an inner pixel that is wholly valid.
+glm::vec4 light_of(const ColorSum& sum) {
+  constexpr double kWhole = 255.0 * kInnerWeight;
+  return {glm::dvec3(sum) / (kStepsOfLight * kWhole), static_cast<double>(sum.w) / kWhole};
 }
 
-glm::u8vec3 srgb_of(const glm::vec4& sum) {
+glm::u8vec3 srgb_of(const ColorSum& sum) {
   glm::u8vec3 color;
   for (int channel = 0; channel < 3; ++channel) {
-    color[channel] = srgb8_from_linear(static_cast<double>(sum[channel] / sum.w));
+    color[channel] =
+        srgb8_from_linear(static_cast<double>(sum[channel]) / (static_cast<double>(sum.w) * kStepsOfLight));
   }
   return color;
+}
+
+glm::u8vec3 srgb_of(const glm::vec4& light) {
+  glm::u8vec3 color;
+  for (int channel = 0; channel < 3; ++channel) {
+    color[channel] = srgb8_from_linear(static_cast<double>(light[channel] / light.w));
+  }
+  return color;
+}
+
+std::vector<glm::vec4> light_of_all(const std::vector<ColorSum>& sums) {
+  std::vector<glm::vec4> light(sums.size());
+  std::transform(sums.begin(), sums.end(), light.begin(), light_of);
+  return light;
 }
 
 // The colour of a vertex that no view has coloured.
@@ -78,19 +118,29 @@ glm::u8vec3 own_color(const Mesh& mesh, std::size_t vertex) {
 
 }  // namespace
 
-VertexColorMean::VertexColorMean(const Mesh& mesh) : mesh_(mesh), sums_(mesh.positions.size(), glm::vec4(0)) {}
+VertexColorMean::VertexColorMean(const Mesh& mesh) : mesh_(mesh), sums_(mesh.positions.size(), ColorSum(0)) {}
 
 void VertexColorMean::add(const StoredView& view, const glm::dvec3& gain) {
   check(view);
-  for (const VertexSample& sample : samples_of(view, mesh_)) sums_[sample.vertex] += weighted(sample, glm::vec3(gain));
+  const SampleWeights weights(gain);
+  for (const VertexSample& sample : samples_of(view, mesh_)) sums_[sample.vertex] += weights(sample);
 }
 
 std::vector<glm::u8vec3> VertexColorMean::colors() const {
-  std::vector<glm::vec4> sums = sums_;
-  if (mesh_.colors.empty()) spread(mesh_.faces, VertexFaces(sums.size(), mesh_.faces), sums);
-  std::vector<glm::u8vec3> colors(sums.size());
-  for (std::size_t vertex = 0; vertex < sums.size(); ++vertex) {
-    colors[vertex] = sums[vertex].w > 0 ? srgb_of(sums[vertex]) : own_color(mesh_, vertex);
+  std::vector<glm::vec4> spread_light;
+  if (mesh_.colors.empty()) {
+    spread_light = light_of_all(sums_);
+    spread(mesh_.faces, VertexFaces(sums_.size(), mesh_.faces), spread_light);
+  }
+  std::vector<glm::u8vec3> colors(sums_.size());
+  for (std::size_t vertex = 0; vertex < sums_.size(); ++vertex) {
+    if (sums_[vertex].w > 0) {
+      colors[vertex] = srgb_of(sums_[vertex]);
+    } else if (!spread_light.empty() && spread_light[vertex].w > 0) {
+      colors[vertex] = srgb_of(spread_light[vertex]);
+    } else {
+      colors[vertex] = own_color(mesh_, vertex);
+    }
   }
   return colors;
 }
@@ -105,20 +155,23 @@ const std::vector<glm::u8vec3>& VertexColors::of(const std::shared_ptr<const Sur
   }
   if (surface != surface_) begin(surface);
   follow(views, gains);
-  if (std::find(marked_.begin(), marked_.end(), 1) == marked_.end()) return colors_;
-  sum_marked_blocks();
-  color_marked_blocks();
+  if (!any_changed_) return colors_;
+  color_changed();
   if (surface_->mesh.colors.empty()) spread();
-  std::fill(marked_.begin(), marked_.end(), std::uint8_t{0});
+  std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
+  any_changed_ = false;
   return colors_;
 }
 
 void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
   const std::size_t vertices = surface->mesh.positions.size();
+  const std::uint64_t counted = samples_counted_;
   *this = {};
+  samples_counted_ = counted;
   surface_ = surface;
-  marked_.assign((vertices + kBlock - 1) / kBlock, 1);
-  sums_.resize(vertices, glm::vec4(0));
+  sums_.assign(vertices, ColorSum(0));
+  changed_.assign(vertices, 1);
+  any_changed_ = true;
   colors_.resize(vertices);
 }
 
@@ -128,68 +181,62 @@ void VertexColors::follow(std::span<const std::shared_ptr<const StoredView>> vie
     Shown& shown = shown_[slot];
     const bool same_view = !shown.view.owner_before(views[slot]) && !views[slot].owner_before(shown.view);
     if (same_view && (!views[slot] || shown.gain == gains[slot])) continue;
-    mark_blocks_of(shown);
+    count(shown, Count::take_away);
     if (!same_view) {
       shown.samples = views[slot] ? samples_of(*views[slot], surface_->mesh) : std::vector<VertexSample>{};
       shown.view = views[slot];
-      mark_blocks_of(shown);
     }
     shown.gain = gains[slot];
+    count(shown, Count::add);
   }
 }
 
-void VertexColors::mark_blocks_of(const Shown& shown) {
-  for (const VertexSample& sample : shown.samples) marked_[sample.vertex / kBlock] = 1;
+// A view shows a vertex once at most, so that threads never meet at one.
+void VertexColors::count(const Shown& shown, Count how) {
+  if (shown.samples.empty()) return;
+  const SampleWeights weights(shown.gain);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, shown.samples.size(), kBlock),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t i = range.begin(); i != range.end(); ++i) {
+                        const VertexSample& sample = shown.samples[i];
+                        ColorSum& sum = sums_[sample.vertex];
+                        sum = how == Count::add ? sum + weights(sample) : sum - weights(sample);
+                        changed_[sample.vertex] = 1;
+                      }
+                    });
+  samples_counted_ += shown.samples.size();
+  any_changed_ = true;
 }
 
-// At each vertex samples are added in ascending order of their slots, so that rounding is the same whatever came
-// before.
-void VertexColors::sum_marked_blocks() {
-  const auto before = [](const VertexSample& sample, std::size_t vertex) { return sample.vertex < vertex; };
-  tbb::parallel_for(std::size_t{0}, marked_.size(), [&](std::size_t block) {
-    if (marked_[block] == 0) return;
-    const std::size_t first = block * kBlock, end = std::min(first + kBlock, sums_.size());
-    std::fill(sums_.begin() + static_cast<std::ptrdiff_t>(first), sums_.begin() + static_cast<std::ptrdiff_t>(end),
-              glm::vec4(0));
-    for (const Shown& shown : shown_) {
-      const glm::vec3 gain(shown.gain);
-      auto sample = std::lower_bound(shown.samples.begin(), shown.samples.end(), first, before);
-      for (; sample != shown.samples.end() && sample->vertex < end; ++sample) {
-        sums_[sample->vertex] += weighted(*sample, gain);
-      }
-    }
-  });
-}
-
-void VertexColors::color_marked_blocks() {
-  tbb::parallel_for(std::size_t{0}, marked_.size(), [&](std::size_t block) {
-    if (marked_[block] == 0) return;
-    const std::size_t end = std::min((block + 1) * kBlock, sums_.size());
-    for (std::size_t vertex = block * kBlock; vertex < end; ++vertex) {
-      colors_[vertex] = sums_[vertex].w > 0 ? srgb_of(sums_[vertex]) : own_color(surface_->mesh, vertex);
-    }
-  });
+void VertexColors::color_changed() {
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, sums_.size(), kBlock), [&](const tbb::blocked_range<std::size_t>& range) {
+        for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
+          if (changed_[vertex] == 0) continue;
+          colors_[vertex] = sums_[vertex].w > 0 ? srgb_of(sums_[vertex]) : own_color(surface_->mesh, vertex);
+        }
+      });
 }
 
 // Of the vertices without a colour of their own, changes only those to which another colour than before has spread.
 void VertexColors::spread() {
-  const auto has_none = [](const glm::vec4& sum) { return !(sum.w > 0); };
+  const auto has_none = [](const auto& sum) { return !(sum.w > 0); };
   if (std::none_of(sums_.begin(), sums_.end(), has_none)) {
     spread_.clear();
     return;
   }
   if (!faces_) faces_.emplace(sums_.size(), surface_->mesh.faces);
-  const std::vector<glm::vec4> last = std::exchange(spread_, sums_);
+  const std::vector<glm::vec4> last = std::exchange(spread_, light_of_all(sums_));
   lumatlas::spread(surface_->mesh.faces, *faces_, spread_);
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, sums_.size(), kBlock), [&](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-          if (!has_none(sums_[vertex])) continue;
-          const bool stays = marked_[vertex / kBlock] == 0 && !last.empty() && last[vertex] == spread_[vertex];
-          if (stays) continue;
-          colors_[vertex] = has_none(spread_[vertex]) ? glm::u8vec3(kMidGrey) : srgb_of(spread_[vertex]);
-        }
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kBlock),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
+                        if (!has_none(sums_[vertex])) continue;
+                        const bool stays = changed_[vertex] == 0 && !last.empty() && last[vertex] == spread_[vertex];
+                        if (stays) continue;
+                        colors_[vertex] = has_none(spread_[vertex]) ? glm::u8vec3(kMidGrey) : srgb_of(spread_[vertex]);
+                      }
+                    });
 }
 
 }  // namespace lumatlas

@@ -19,6 +19,11 @@
 
 namespace lumatlas {
 
+// Sums over views at a vertex: red, green and blue in linear light times weight, and weight. Whole numbers, so that the
+// sum does not depend on the order, and what was added can be taken away again: light in steps of 2^-20, what is above
+// 2^10 counts as that; validity times 1000, or times 1 at rims. They hold 65,536 views.
+using ColorSum = glm::u64vec4;
+
 // The mean over views, in linear light, of the colours that they show at each vertex, weighted by validity, and by a
 // thousandth of it where the vertex is at the rim of what the view sees; a view that does not see the vertex (its depth
 // there is nearer by over 2%) does not count.
@@ -35,7 +40,7 @@ class VertexColorMean {
 
  private:
   const Mesh& mesh_;
-  std::vector<glm::vec4> sums_;  // weighted linear colour, weight
+  std::vector<ColorSum> sums_;
 };
 
 // What a view shows at a vertex.
@@ -46,17 +51,19 @@ struct VertexSample {
   std::uint8_t validity;  // >= 1
 };
 
-// The same colours, to the bit, as a VertexColorMean to which all views were added by ascending slot, for a store that
-// changes: a view is projected onto the vertices once, 8 bytes are kept for each that it shows, and sums are made again
-// only where a view came, went or has another gain.
+// The same colours, to the bit, as a VertexColorMean to which all views were added, for a store that changes: a view is
+// projected onto the vertices once, and 8 bytes are kept for each that it shows. A view that comes, goes or has another
+// gain is added to the sums, or taken away from them, and no other view is looked at.
 class VertexColors {
  public:
-  // Views and gains by slot, null where there is none; the views pass check(). Sums are made anew where these differ
-  // from those of the call before. Throws std::invalid_argument for a surface that is null, and unless there are as
-  // many gains as views.
+  // Views and gains by slot, null where there is none; the views pass check(). Throws std::invalid_argument for a
+  // surface that is null, and unless there are as many gains as views.
   [[nodiscard]] const std::vector<glm::u8vec3>& of(const std::shared_ptr<const Surface>& surface,
                                                    std::span<const std::shared_ptr<const StoredView>> views,
                                                    std::span<const glm::dvec3> gains);
+
+  // How many samples were added to sums or taken away from them, by all calls together.
+  [[nodiscard]] std::uint64_t samples_counted() const { return samples_counted_; }
 
  private:
   struct Shown {
@@ -67,18 +74,20 @@ class VertexColors {
 
   void begin(const std::shared_ptr<const Surface>& surface);
   void follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains);
-  void mark_blocks_of(const Shown& shown);
-  void sum_marked_blocks();
-  void color_marked_blocks();
+  enum class Count { add, take_away };
+  void count(const Shown& shown, Count how);
+  void color_changed();
   void spread();
 
   std::shared_ptr<const Surface> surface_;
-  std::vector<Shown> shown_;          // by slot
-  std::vector<std::uint8_t> marked_;  // by block of vertices: 1 if its sums must be made again
-  std::vector<glm::vec4> sums_;       // by vertex: weighted linear colour, weight
-  std::vector<glm::vec4> spread_;     // the same with colours that were spread, of a mesh without colours
+  std::vector<Shown> shown_;           // by slot
+  std::vector<ColorSum> sums_;         // by vertex
+  std::vector<std::uint8_t> changed_;  // by vertex: 1 if its sum has changed
+  bool any_changed_ = false;
+  std::vector<glm::vec4> spread_;     // by vertex: weighted linear colour, weight, with colours that were spread
   std::vector<glm::u8vec3> colors_;   // by vertex
   std::optional<VertexFaces> faces_;  // made when colours are spread for the first time
+  std::uint64_t samples_counted_ = 0;
 };
 
 }  // namespace lumatlas

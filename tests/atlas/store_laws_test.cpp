@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/vertex_colors.h"
 #include "tests/support/wall_scenes.h"
 
 namespace {
@@ -264,6 +265,42 @@ TEST_CASE("a tile policy is shown no tiles of a view that is gone") {
   CHECK(gone.empty());
   REQUIRE(resident.size() == 2);
   CHECK((resident[0].view == 1 && resident[1].view == 2));
+}
+
+TEST_CASE("a snapshot costs what has changed: a moved view looks at no other view's samples") {
+  constexpr std::size_t kViews = 40;
+  const auto surface = wall_and_panel(kCells);
+  const std::size_t vertices = surface->mesh.positions.size();
+  std::vector<std::shared_ptr<const StoredView>> views;
+  std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
+  for (std::uint32_t slot = 0; slot < kViews; ++slot) {
+    views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
+  }
+  VertexColors colors;
+  (void)colors.of(surface, views, gains);
+  std::uint64_t counted = colors.samples_counted();
+  CHECK(counted <= kViews * vertices);
+  const auto steps = [&] {
+    (void)colors.of(surface, views, gains);
+    return colors.samples_counted() - std::exchange(counted, colors.samples_counted());
+  };
+  views[7] = std::make_shared<const StoredView>(
+      traced_view(*surface, "a", forward_camera(24, 16, {0.2, 0, 0}), position_photograph(24, 16, 7)));
+  CHECK(steps() <= 2 * vertices);  // taken away, and added
+  gains[3] = {2, 1, 1};
+  CHECK(steps() <= 2 * vertices);
+  views[11].reset();
+  CHECK(steps() <= vertices);
+  CHECK(steps() == 0);
+
+  // The sums are those of the views that are there, to the bit, in any order.
+  VertexColorMean forward(surface->mesh), backward(surface->mesh);
+  for (std::size_t slot = 0; slot < kViews; ++slot) {
+    if (views[slot]) forward.add(*views[slot], gains[slot]);
+    if (views[kViews - 1 - slot]) backward.add(*views[kViews - 1 - slot], gains[kViews - 1 - slot]);
+  }
+  CHECK(colors.of(surface, views, gains) == forward.colors());
+  CHECK(forward.colors() == backward.colors());
 }
 
 }  // namespace
