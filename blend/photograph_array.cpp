@@ -7,6 +7,7 @@
 #include <string>
 
 #include "atlas/compressed_texels.h"
+#include "atlas/content_digest.h"
 #include "atlas/image_levels.h"
 #include "blend/egl_context.h"
 
@@ -225,7 +226,7 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   measure_depths(snapshot);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   std::vector<Upload> missing = missing_tiles(snapshot, slots);
-  uploaded_ = static_cast<std::uint32_t>(missing.size());
+  uploaded_ = 0;
   // On all processors, but so many at a time that they take little memory. GL takes them from this thread.
   const std::size_t at_once =
       std::max<std::size_t>(kBytesAtOnce / (4 * std::size_t{shape.slot_width} * shape.slot_height), 1);
@@ -234,7 +235,8 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
     tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });
     for (std::size_t i = first; i < end; ++i) {
       copy(missing[i]);
-      held_[missing[i].slot] = {snapshot.views[missing[i].view], missing[i].tile};
+      held_[missing[i].slot] = {snapshot.views[missing[i].view], missing[i].tile, missing[i].color_digest,
+                                missing[i].depth_digest};
       missing[i] = {};
     }
   }
@@ -255,7 +257,7 @@ std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapsh
       const std::uint32_t tile = number - first_tile_[view];
       const Held& held = held_[slots[number]];
       if (same(held.view, snapshot.views[view]) && held.tile == tile) continue;
-      missing.push_back({slots[number], view, tile, {}, {}});
+      missing.push_back({slots[number], view, tile, 0, 0, {}, {}});
     }
   }
   return missing;
@@ -274,6 +276,22 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
   const std::uint32_t left = upload.tile % columns * tile_width_, top = upload.tile / columns * tile_height_;
   const ImageRect rect{std::int64_t{left} - gutter_, std::int64_t{top} - gutter_, shape_.slot_width,
                        shape_.slot_height};
+  prepare_levels(upload, view, rect);
+  for (std::uint32_t row = 0; row < shape_.depth_rows; ++row) {
+    for (std::uint32_t column = 0; column < shape_.depth_columns; ++column) {
+      upload.depth.push_back(
+          depth_block(view, left + kDepthBlockSide * column, top + kDepthBlockSide * row, scaled_[upload.view].scale));
+    }
+  }
+  upload.depth_digest = content_digest(std::as_bytes(std::span<const DepthBlock>(upload.depth)));
+  if (held_[upload.slot].depth == upload.depth_digest) upload.depth.clear();
+}
+
+// All levels follow from the finest.
+void PhotographArray::prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const {
+  upload.color_digest =
+      content_digest(std::as_bytes(std::span<const std::uint8_t>(image_levels(view, rect, 1).front().rgba)));
+  if (held_[upload.slot].color == upload.color_digest) return;
   for (ImageLevel& level : image_levels(view, rect, shape_.levels)) {
     if (stored_format_ == TexelFormat::rgb8) {
       upload.levels.push_back(std::move(level.rgba));
@@ -283,15 +301,10 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
     const bool as_they_are = shape_.format == stored_format_;
     upload.levels.push_back(as_they_are ? std::move(blocks) : decompressed(level.width, level.height, blocks).rgba);
   }
-  for (std::uint32_t row = 0; row < shape_.depth_rows; ++row) {
-    for (std::uint32_t column = 0; column < shape_.depth_columns; ++column) {
-      upload.depth.push_back(
-          depth_block(view, left + kDepthBlockSide * column, top + kDepthBlockSide * row, scaled_[upload.view].scale));
-    }
-  }
 }
 
-void PhotographArray::copy(const Upload& upload) const {
+void PhotographArray::copy(const Upload& upload) {
+  uploaded_ += upload.levels.empty() && upload.depth.empty() ? 0 : 1;
   const std::uint32_t in_page = shape_.columns * shape_.rows;
   const auto page = static_cast<GLint>(upload.slot / in_page);
   const std::uint32_t column = upload.slot % in_page % shape_.columns, row = upload.slot % in_page / shape_.columns;
@@ -299,6 +312,7 @@ void PhotographArray::copy(const Upload& upload) const {
   glBindTexture(GL_TEXTURE_2D_ARRAY, photographs_.get());
   for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
     const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
+    color_bytes_ += level.size();
     const auto width = static_cast<GLsizei>(shape_.slot_width >> number);
     const auto height = static_cast<GLsizei>(shape_.slot_height >> number);
     if (shape_.format == TexelFormat::bc7) {
@@ -309,6 +323,8 @@ void PhotographArray::copy(const Upload& upload) const {
                       GL_UNSIGNED_BYTE, level.data());
     }
   }
+  if (upload.depth.empty()) return;
+  depth_bytes_ += kDepthBlockBytes * upload.depth.size();
   glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
   glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(column * shape_.depth_columns),
                   static_cast<GLint>(row * shape_.depth_rows), page, static_cast<GLsizei>(shape_.depth_columns),

@@ -9,10 +9,12 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "atlas/depth_blocks.h"
+#include "atlas/image_levels.h"
 #include "atlas/snapshot.h"
 #include "atlas/texel_format.h"
 #include "blend/gl_objects.h"
@@ -62,11 +64,12 @@ struct ArrayLimits {
 
 class PhotographArray {
  public:
-  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched. An
-  // array that becomes too small makes place for one with a quarter more pages, where the driver copies textures.
-  // Throws GlError if a limit of the driver is exceeded, naming the limit, the number and what to do; what was there is
-  // then gone. Where array_shape() has another format than the snapshot, texels are compressed and decompressed again,
-  // so that pictures are the same.
+  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched, and
+  // of one whose view was replaced, only what has other bytes: colours with validity, or depths. An array that becomes
+  // too small makes place for one with a quarter more pages, where the driver copies textures. Throws GlError if a
+  // limit of the driver is exceeded, naming the limit, the number and what to do; what was there is then gone. Where
+  // array_shape() has another format than the snapshot, texels are compressed and decompressed again, so that pictures
+  // are the same.
   void load(const Snapshot& snapshot, bool blocks = true);
 
   // What shaders/photographs.glsl reads: the photographs, their depths in blocks, and by tile where it is.
@@ -83,12 +86,16 @@ class PhotographArray {
   // What a view's stored depths are shares of: a power of two near its median depth.
   [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }  // by the last load()
+  // That were copied to the GPU, by all calls of load().
+  [[nodiscard]] std::uint64_t color_bytes() const { return color_bytes_; }
+  [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
 
  private:
   // What a slot holds. The view may be gone from memory.
   struct Held {
     std::weak_ptr<const StoredView> view;
     std::uint32_t tile = 0;
+    std::optional<std::uint64_t> color, depth;  // digests of the finest level and of the blocks of depth
   };
   struct Scaled {
     std::weak_ptr<const StoredView> view;
@@ -98,15 +105,17 @@ class PhotographArray {
   void allocate(const ArrayShape& shape);
   [[nodiscard]] bool grow(const ArrayShape& needed);
   void measure_depths(const Snapshot& snapshot);
-  // A tile for a slot, and what is copied there.
+  // A tile for a slot, and what is copied there: nothing of what the slot holds already.
   struct Upload {
     std::uint32_t slot, view, tile;
+    std::uint64_t color_digest = 0, depth_digest = 0;
     std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format
     std::vector<DepthBlock> depth;
   };
   [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
   void prepare(Upload& upload, const StoredView& view) const;
-  void copy(const Upload& upload) const;
+  void prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const;
+  void copy(const Upload& upload);
 
   ArrayShape shape_;
   TexelFormat stored_format_ = TexelFormat::rgb8;  // the snapshot's, whatever the driver takes
@@ -115,6 +124,7 @@ class PhotographArray {
   std::vector<Held> held_;                 // by slot
   std::vector<Scaled> scaled_;             // by view
   std::uint32_t uploaded_ = 0;
+  std::uint64_t color_bytes_ = 0, depth_bytes_ = 0;
   GlTexture photographs_, depths_, tile_slots_;
 };
 

@@ -114,6 +114,7 @@ struct Renderer::State {
   std::uint32_t cubic_levels = 0;
   std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
+  std::uint64_t meshes = 0;  // that were loaded
   PictureTargets targets;
 
   void take_tables(const Snapshot& snapshot);
@@ -186,6 +187,7 @@ void Renderer::State::load_zones(double width) {
   vertex_sources = std::move(copy.sources);
   load_references();
   load_mesh(copy);
+  ++meshes;
   border_width = width;
 }
 
@@ -393,6 +395,10 @@ Renderer::Renderer(const RendererOptions& steps) : state_(std::make_unique<State
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
+
+RendererWork Renderer::work() const {
+  return {state_->meshes, state_->photographs.color_bytes(), state_->photographs.depth_bytes()};
+}
 
 void Renderer::take_steps(const RendererOptions& steps) {
   if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();

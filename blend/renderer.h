@@ -31,6 +31,13 @@ struct RendererOptions {
   std::optional<bool> blocks = std::nullopt;
 };
 
+// What a renderer has done since it was made.
+struct RendererWork {
+  std::uint64_t meshes = 0;       // made of a surface and its zones, and copied to the GPU
+  std::uint64_t color_bytes = 0;  // of photographs with their validity, copied to the GPU
+  std::uint64_t depth_bytes = 0;  // of their depths
+};
+
 class Renderer {
  public:
   // Draws in the context that is current on the calling thread, whoever made it: OpenGL ES 3.0 or OpenGL 4.5. That one
@@ -41,14 +48,16 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  // Copies the snapshot to the GPU in place of an earlier one; photographs or tiles that it shares with that one are
-  // not copied again, nor is the mesh of the same surface. Arrays that have become too small grow by a quarter, which
-  // is more than array_bytes() says, and are given back when less than half of them is needed. From the second snapshot
-  // of a surface on, cells are not joined (RendererOptions), so that a store may change as often as it likes. Throws
+  // Copies the snapshot to the GPU in place of an earlier one. Tiles whose colours and validity, or whose depths, are
+  // the same bytes as before in their slot are not copied again, nor is the mesh of the same surface. Arrays that have
+  // become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than half
+  // of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), so that a store may change as often as it likes. Throws
   // std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if the driver's limits
   // (layers, texture size, buffer size) or its free memory, where it tells that, are exceeded, naming the limit, the
   // number and what to do; the earlier one is then gone too.
   void load(const Snapshot& snapshot);
+
+  [[nodiscard]] RendererWork work() const;
 
   // Takes effect from the next picture on.
   void take_steps(const RendererOptions& steps);

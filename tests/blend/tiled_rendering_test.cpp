@@ -207,7 +207,7 @@ TEST_CASE("what stays resident is not copied again") {
   CHECK(array.uploaded_slots() == first.tiles.resident_tiles());
   array.load(atlas->snapshot());
   CHECK(array.uploaded_slots() == 0);
-  // Another photograph in the place of one view: its tiles are copied, and no others.
+  // Another photograph in the place of one view: those of its tiles are copied that show something else, and no others.
   StoredView changed = *atlas->view(4);
   changed.photograph.rgb[0] ^= 1;
   const VisibilityBuffer visible = make_ray_visibility(atlas->surface()->mesh)->trace(changed.camera);
@@ -215,12 +215,8 @@ TEST_CASE("what stays resident is not copied again") {
   atlas->replace(4, std::move(changed), std::move(shown));
   const Snapshot second = atlas->snapshot();
   array.load(second);
-  std::uint32_t tiles_of_view = 0;
-  for (std::uint32_t tile = second.tiles.first_tile[4]; tile < second.tiles.first_tile[5]; ++tile) {
-    tiles_of_view += second.tiles.slots[tile] != kNotResident;
-  }
-  CHECK(tiles_of_view > 0);
-  CHECK(array.uploaded_slots() == tiles_of_view);
+  REQUIRE(second.tiles.slots[second.tiles.first_tile[4]] != kNotResident);
+  CHECK(array.uploaded_slots() == 1);
 }
 
 // The first views of a snapshot in tiles.

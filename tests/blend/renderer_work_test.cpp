@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a renderer that follows a store does again, counted. A case with [!shouldfail] names a law that does not hold
+// yet.
+#include <catch2/catch.hpp>
+#include <optional>
+#include <vector>
+
+#include "blend/renderer.h"
+#include "tests/support/gl_test_context.h"
+#include "tests/support/small_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+// A store of a room, and a renderer that follows it.
+struct Followed {
+  explicit Followed(const TileOptions& layout = kWholeViews) : atlas(room_atlas(6, {}, layout)) { show(); }
+
+  // What the renderer has done for the store as it is now.
+  RendererWork show() {
+    const RendererWork before = renderer.work();
+    renderer.load(atlas->snapshot());
+    picture = renderer.render(room_camera(2), {});
+    const RendererWork now = renderer.work();
+    return {now.meshes - before.meshes, now.color_bytes - before.color_bytes, now.depth_bytes - before.depth_bytes};
+  }
+
+  // Takes a view's references out of a cell that has some.
+  void refer_to_less(std::uint32_t cell) const {
+    std::vector<std::uint32_t> slots = atlas->references(cell);
+    if (!slots.empty()) slots.pop_back();
+    atlas->set_references(cell, slots);
+  }
+
+  // The view of slot 4 as `change` leaves it.
+  template <typename Change>
+  void change_view(const Change& change) const {
+    StoredView view = *atlas->view(4);
+    change(view);
+    atlas->replace(4, std::move(view), *atlas->shown(4));
+  }
+
+  // Whether the picture is that of a renderer which has never seen the store before.
+  [[nodiscard]] bool is_exact() const {
+    Renderer fresh({.join_cells = false});
+    fresh.load(atlas->snapshot());
+    return fresh.render(room_camera(2), {}).picture.rgb == picture.picture.rgb;
+  }
+
+  std::unique_ptr<Atlas> atlas;
+  Renderer renderer;
+  Rendering picture;
+};
+
+constexpr TileOptions kTiles{16, 2, 0};
+
+TEST_CASE("a new pose, or new depths, upload no photograph") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Followed followed(kTiles);
+  CHECK(followed.show().color_bytes == 0);
+  followed.change_view([](StoredView& view) { view.camera.cam_from_world_translation.x += 1e-3; });
+  const RendererWork of_pose = followed.show();
+  CHECK(of_pose.color_bytes == 0);
+  CHECK(of_pose.depth_bytes == 0);
+  followed.refer_to_less(0);
+  (void)followed.show();
+  CHECK(followed.is_exact());
+  followed.change_view([](StoredView& view) {
+    for (float& depth : view.depth) depth *= 1.01F;
+  });
+  const RendererWork of_depths = followed.show();
+  CHECK(of_depths.color_bytes == 0);
+  CHECK(of_depths.depth_bytes > 0);
+  CHECK(followed.is_exact());
+}
+
+TEST_CASE("what is in a slot again is known by its bytes") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Followed followed(kTiles);
+  followed.change_view([](StoredView& view) {
+    for (std::uint8_t& value : view.photograph.rgb) value ^= 1;
+  });
+  CHECK(followed.show().color_bytes > 0);
+  followed.change_view([](StoredView& view) { view.name = "the same photograph"; });
+  CHECK(followed.show().color_bytes == 0);
+  followed.refer_to_less(0);
+  (void)followed.show();
+  CHECK(followed.is_exact());
+}
+
+TEST_CASE("a new mask uploads masks and no photograph", "[!shouldfail]") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) {
+    FAIL("cannot be checked here");  // expected to fail, so that it is no failure
+    return;
+  }
+  Followed followed(kTiles);
+  followed.change_view([](StoredView& view) {
+    for (std::size_t pixel = 0; pixel < view.validity.size(); pixel += 2) view.validity[pixel] /= 2;
+  });
+  CHECK(followed.show().color_bytes == 0);
+}
+
+}  // namespace
+}  // namespace lumatlas
