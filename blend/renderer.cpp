@@ -106,7 +106,7 @@ struct Renderer::State {
   std::vector<std::uint8_t> cell_seen;
   ReferenceTable references;
   // Of the mesh that is loaded, for stores that change. Which cells may be joined changes with every view, and with it
-  // the mesh: once a store has changed under its surface, none are joined any more.
+  // the mesh: once a store has changed under its surface, none are joined any more, under later surfaces neither.
   ZoneCells zone_cells;
   std::vector<std::uint32_t> vertex_sources;
   bool changes = false;
@@ -143,7 +143,7 @@ void Renderer::State::take_tables(const Snapshot& snapshot) {
   const bool same_references = same_surface && references.offsets == snapshot.references.offsets &&
                                references.views == snapshot.references.views && cell_seen == snapshot.cell_seen;
   const bool same_colors = same_surface && vertex_colors == snapshot.vertex_colors;
-  changes = same_surface && (changes || !same_references);
+  changes = changes || (same_surface && !same_references);
   surface = snapshot.surface;
   if (!same_colors) vertex_colors = snapshot.vertex_colors;
   if (!same_references) {

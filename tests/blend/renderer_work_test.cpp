@@ -2,6 +2,7 @@
 // What a renderer that follows a store does again, counted. A case with [!shouldfail] names a law that does not hold
 // yet.
 #include <catch2/catch.hpp>
+#include <numeric>
 #include <optional>
 #include <vector>
 
@@ -32,6 +33,14 @@ struct Followed {
     atlas->set_references(cell, slots);
   }
 
+  // The same surface, which nobody has seen before.
+  void replace_surface() const {
+    const auto next = std::make_shared<const Surface>(*atlas->surface());
+    std::vector<std::uint32_t> same_cells(next->cells.cells.size());
+    std::iota(same_cells.begin(), same_cells.end(), 0);
+    atlas->replace_surface(next, same_cells);
+  }
+
   // The view of slot 4 as `change` leaves it.
   template <typename Change>
   void change_view(const Change& change) const {
@@ -53,6 +62,23 @@ struct Followed {
 };
 
 constexpr TileOptions kTiles{16, 2, 0};
+
+TEST_CASE("the mesh of each later surface is made once, however often the store changes") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Followed followed;
+  followed.refer_to_less(0);
+  CHECK(followed.show().meshes <= 1);  // of the first surface cells may have been joined
+  for (int surface = 0; surface < 2; ++surface) {
+    followed.replace_surface();
+    CHECK(followed.show().meshes == 1);
+    for (std::uint32_t cell = 1; cell < 4; ++cell) {
+      followed.refer_to_less(cell);
+      CHECK(followed.show().meshes == 0);
+    }
+    CHECK(followed.is_exact());
+  }
+}
 
 TEST_CASE("a new pose, or new depths, upload no photograph") {
   const std::optional<EglContext> context = context_or_skip();
