@@ -20,16 +20,16 @@ namespace lumatlas {
 
 inline constexpr const char* kModelFileName = "scene.gltf";
 
-// Writes scene.gltf, scene.bin and images/ into `folder`, which must exist. Where one of them cannot be written, a
-// model that is there already stays as it is; its images of which there is none now are removed. With photographs as
-// PNG, reading the model back gives the same pictures to the bit. Free slots and views without a resident tile are left
-// out: the others keep their order, their slots become consecutive. Vertices are split where cells meet; faces keep
-// their order. Names become Unicode on one line. The mesh's own colours are left out: what is shown of them is in the
-// snapshot's vertex colours. With a texture vertices are there once more for each of its places that a corner has,
-// which reading undoes. A cell size above the diagonal of the mesh's box is written as that. Throws InputError if a file
-// cannot be written, or the model has more than 2^24 cells, or an offset or a camera that is too far from the scene for
-// read_model();
-// std::invalid_argument unless snapshot, options and texture pass check().
+// Writes scene.gltf, scene-X.bin and images/ into `folder`, which must exist; X and the images' names are of the files'
+// content. The model is there whole once scene.gltf is, which comes last. Until then a model that is there already
+// stays as it is, also where the process is killed or a file cannot be written; then its files are removed. With
+// photographs as PNG, reading the model back gives the same pictures to the bit. Free slots and views without a
+// resident tile are left out: the others keep their order, their slots become consecutive. Vertices are split where
+// cells meet; faces keep their order. Names become Unicode on one line. The mesh's own colours are left out: what is
+// shown of them is in the snapshot's vertex colours. With a texture vertices are there once more for each of its places
+// that a corner has, which reading undoes. A cell size above the diagonal of the mesh's box is written as that. Throws
+// InputError if a file cannot be written, or the model has more than 2^24 cells, or an offset or a camera that is too
+// far from the scene for read_model(); std::invalid_argument unless snapshot, options and texture pass check().
 void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
                  const ImageCoding& photographs = {}, const BaseTexture* texture = nullptr);
 

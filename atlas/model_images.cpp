@@ -59,15 +59,16 @@ std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& p
     if (!snapshot.views[slot]) continue;
     const StoredView& view = *snapshot.views[slot];
     const std::string name = numbered(number++);
-    images.push_back({ModelImageKind::photograph, slot, name + ending(photographs.format), photographs});
-    if (!view.photograph.valid.empty()) images.push_back({ModelImageKind::lens_mask, slot, name + "-lens.png", {}});
-    if (!view.trust.empty()) images.push_back({ModelImageKind::trust_mask, slot, name + "-trust.png", {}});
+    images.push_back({ModelImageKind::photograph, slot, {name, ending(photographs.format)}, photographs});
+    if (!view.photograph.valid.empty())
+      images.push_back({ModelImageKind::lens_mask, slot, {name + "-lens", ".png"}, {}});
+    if (!view.trust.empty()) images.push_back({ModelImageKind::trust_mask, slot, {name + "-trust", ".png"}, {}});
   }
   return images;
 }
 
-std::string texture_name(const ImageCoding& coding) {
-  return std::string(kImageFolder) + "/texture" + ending(coding.format);
+ModelFileName texture_name(const ImageCoding& coding) {
+  return {std::string(kImageFolder) + "/texture", ending(coding.format)};
 }
 
 std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snapshot) {

@@ -6,9 +6,11 @@
 #include <cstring>
 #include <fstream>
 #include <glm/glm.hpp>
+#include <iomanip>
 #include <locale>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <span>
 #include <sstream>
 #include <stdexcept>
@@ -16,6 +18,7 @@
 #include <system_error>
 #include <utility>
 
+#include "atlas/content_digest.h"
 #include "atlas/glb_file.h"
 #include "atlas/gltf_cameras.h"
 #include "atlas/json_nesting.h"
@@ -36,7 +39,7 @@ namespace {
 
 using Json = tinygltf::Value;
 
-constexpr const char* kBufferName = "scene.bin";
+constexpr const char* kBufferStem = "scene";
 
 // Appends bytes to the model's only buffer. glTF wants what accessors refer to aligned to its component.
 int add_view(tinygltf::Model& model, const void* first, std::size_t bytes, int target = 0) {
@@ -311,8 +314,24 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Writt
   model.extensionsUsed.emplace_back(kLumigraphExtension);
 }
 
-// The files of a model's folder. All are written into a temporary folder in it before the first takes its place, so
-// that a model that is there already stays as it is if one cannot be written. One folder instead of one pending file
+// The name of a file with these bytes. Files of one name have the same bytes, so that a reader which is still at an
+// earlier model never meets a photograph of a later one.
+std::string name_by_content(const ModelFileName& name, std::span<const std::uint8_t> bytes) {
+  std::ostringstream digits;
+  digits.imbue(std::locale::classic());
+  digits << std::hex << std::setfill('0') << std::setw(16) << content_digest(std::as_bytes(bytes));
+  return name.stem + "-" + digits.str() + name.ending;
+}
+
+// Whether a file's name is one that name_by_content() gives.
+bool is_name_by_content(const std::filesystem::path& file) {
+  static const std::regex by_content(".*-[0-9a-f]{16}\\.(png|jpg|bin)");
+  return std::regex_match(file.filename().string(), by_content);
+}
+
+// The files of a model's folder. All are written into a temporary folder in it before the first takes its place. None
+// of them replaces a file of other content but scene.gltf, which comes last: the folder holds the earlier model until
+// then and the new one from then on, whenever the process or the machine stops. One folder instead of one pending file
 // each: a pending file keeps a descriptor open, and models have more images than a process may have open files.
 class PendingFiles {
  public:
@@ -326,8 +345,44 @@ class PendingFiles {
     }
   }
 
-  // `name` is relative to the folder. Safe from several threads for different numbers.
-  void write(std::size_t number, const std::string& name, std::span<const std::uint8_t> bytes) {
+  // Writes a file under a name of its content, which it returns, relative to the folder. Safe from several threads for
+  // different numbers.
+  std::string write(std::size_t number, const ModelFileName& name, std::span<const std::uint8_t> bytes) {
+    write_as(number, name_by_content(name, bytes), bytes);
+    return names_[number];
+  }
+
+  // Writes scene.gltf, whose number is the last.
+  void write_gltf(std::span<const std::uint8_t> bytes) { write_as(names_.size() - 1, kModelFileName, bytes); }
+
+  // Puts the files into their places in the order of their numbers, once the disk has them all. Throws InputError; the
+  // folder is then as it was.
+  void commit() {
+    require_on_disk(sync_file_system(folder_));
+    const auto paused = removal_paused();
+    std::vector<std::filesystem::path> added;
+    try {
+      for (std::size_t number = 0; number + 1 < names_.size(); ++number) {
+        std::error_code ignored;
+        const std::filesystem::path file = folder_ / names_[number];
+        const bool is_new =
+            std::filesystem::symlink_status(file, ignored).type() == std::filesystem::file_type::not_found;
+        put_in_place(number);
+        if (is_new) added.push_back(file);
+      }
+      require_on_disk(sync_to_disk(folder_ / kImageFolder) && sync_to_disk(folder_));
+      put_in_place(names_.size() - 1);
+    } catch (...) {
+      std::error_code ignored;
+      for (const std::filesystem::path& file : added) std::filesystem::remove(file, ignored);
+      throw;
+    }
+  }
+
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+
+ private:
+  void write_as(std::size_t number, const std::string& name, std::span<const std::uint8_t> bytes) {
     std::ofstream stream(pending(number), std::ios::binary);
     stream.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
     stream.close();
@@ -338,20 +393,16 @@ class PendingFiles {
     names_[number] = name;
   }
 
-  // Puts them into their places in the order of their numbers, once the disk has them all. Throws InputError.
-  void commit() {
-    if (!sync_file_system(folder_)) {
-      throw InputError(folder_.string() + ": cannot be written: check that the disk has room");
-    }
-    const auto paused = removal_paused();
-    for (std::size_t number = 0; number < names_.size(); ++number) {
-      std::error_code error;
-      std::filesystem::rename(pending(number), folder_ / names_[number], error);
-      if (error) throw InputError((folder_ / names_[number]).string() + ": cannot be written: " + error.message());
-    }
+  void put_in_place(std::size_t number) const {
+    std::error_code error;
+    std::filesystem::rename(pending(number), folder_ / names_[number], error);
+    if (error) throw InputError((folder_ / names_[number]).string() + ": cannot be written: " + error.message());
   }
 
- private:
+  void require_on_disk(bool is_on_disk) const {
+    if (!is_on_disk) throw InputError(folder_.string() + ": cannot be written: check that the disk has room");
+  }
+
   [[nodiscard]] std::filesystem::path pending(std::size_t number) const {
     return temporary_->path() / std::to_string(number);
   }
@@ -383,29 +434,55 @@ class ImageFolder {
   bool kept_ = false;
 };
 
-// Of the model that was written into the folder before, as far as it can be read: the names of its images.
-std::vector<std::string> images_of_earlier(const std::filesystem::path& folder) {
+// The files that an object of a glTF file lists, "images" or "buffers", as far as it can be read.
+std::vector<std::string> uris_in(const nlohmann::json& document, const char* list) {
+  std::vector<std::string> uris;
+  if (!document.is_object() || !document.contains(list) || !document[list].is_array()) return uris;
+  for (const nlohmann::json& entry : document[list]) {
+    const nlohmann::json uri = entry.is_object() ? entry.value("uri", nlohmann::json()) : nlohmann::json();
+    if (uri.is_string()) uris.push_back(uri.get<std::string>());
+  }
+  return uris;
+}
+
+// The files of the model that was written into the folder before: those in places where models have theirs.
+std::vector<std::string> files_of_earlier(const std::filesystem::path& folder) {
   std::vector<std::string> names;
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(folder / kModelFileName, ignored)) return names;
   std::ifstream file(folder / kModelFileName);
   const nlohmann::json document = nlohmann::json::parse(file, nullptr, false);
-  if (!document.is_object() || !document.contains("images") || !document["images"].is_array()) return names;
-  for (const nlohmann::json& image : document["images"]) {
-    const nlohmann::json uri = image.is_object() ? image.value("uri", nlohmann::json()) : nlohmann::json();
-    if (!uri.is_string()) continue;
-    const std::filesystem::path name = uri.get<std::string>();
+  for (const std::string& uri : uris_in(document, "images")) {
+    const std::filesystem::path name = uri;
     if (name.parent_path() == kImageFolder && name.has_filename()) names.push_back(name.string());
+  }
+  for (const std::string& uri : uris_in(document, "buffers")) {
+    if (uri == std::string(kBufferStem) + ".bin") names.push_back(uri);  // of models that were not named by content
   }
   return names;
 }
 
-// Of a model that showed more, images would stay that nobody refers to.
+// Files with names by content, which a save leaves behind that is cut off before its end.
+std::vector<std::string> files_named_by_content(const std::filesystem::path& folder) {
+  std::vector<std::string> names;
+  for (const std::filesystem::path& part : {std::filesystem::path(), std::filesystem::path(kImageFolder)}) {
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(folder / part, error), end; !error && entry != end;
+         entry.increment(error)) {
+      const std::filesystem::path name = part / entry->path().filename();
+      const bool is_buffer_or_image = !part.empty() || name.string().starts_with(kBufferStem);
+      if (is_buffer_or_image && is_name_by_content(name)) names.push_back(name.string());
+    }
+  }
+  return names;
+}
+
+// Removes the files of earlier saves that the model which is there now does not refer to.
 void remove_unused(const std::filesystem::path& folder, const std::vector<std::string>& earlier,
-                   const std::vector<std::string>& images) {
+                   const std::vector<std::string>& names) {
   for (const std::string& name : earlier) {
     std::error_code ignored;
-    if (std::find(images.begin(), images.end(), name) == images.end() &&
+    if (std::find(names.begin(), names.end(), name) == names.end() &&
         std::filesystem::symlink_status(folder / name, ignored).type() == std::filesystem::file_type::regular) {
       std::filesystem::remove(folder / name, ignored);
     }
@@ -512,30 +589,28 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   const Snapshot snapshot = checked(given);
   if (texture) check(*texture, snapshot.surface->mesh.faces.size());
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
-  std::vector<std::string> names;
+  std::vector<ModelFileName> names;
   for (const ModelImage& image : images) names.push_back(image.name);
   if (texture) names.push_back(texture_name(texture->coding));
   tinygltf::Model model = model_of(snapshot, images, validity, texture);
-  for (const std::string& name : names) {
-    model.images.emplace_back();
-    model.images.back().uri = name;
-  }
   const std::vector<unsigned char> buffer = std::exchange(model.buffers[0].data, {});
-  const std::string json =
-      json_of(model, snapshot, {{"byteLength", buffer.size()}, {"uri", kBufferName}}).dump(2) + "\n";
-  const std::vector<std::string> earlier = images_of_earlier(folder);
+  const std::vector<std::string> earlier = files_of_earlier(folder);
   ImageFolder image_folder(folder / kImageFolder);
   PendingFiles files(folder, names.size() + 2);
+  model.images.resize(names.size());
   tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t index) {
     const bool of_view = index < images.size();
-    files.write(index, names[index],
-                of_view ? encoded(images[index], snapshot) : encode_image(texture->image, texture->coding));
+    model.images[index].uri =
+        files.write(index, names[index],
+                    of_view ? encoded(images[index], snapshot) : encode_image(texture->image, texture->coding));
   });
-  files.write(names.size(), kBufferName, buffer);
-  files.write(names.size() + 1, kModelFileName, bytes_of(json));
+  const std::string buffer_name = files.write(names.size(), {kBufferStem, ".bin"}, buffer);
+  files.write_gltf(
+      bytes_of(json_of(model, snapshot, {{"byteLength", buffer.size()}, {"uri", buffer_name}}).dump(2) + "\n"));
   files.commit();
   image_folder.keep();
-  remove_unused(folder, earlier, names);
+  remove_unused(folder, earlier, files.names());
+  remove_unused(folder, files_named_by_content(folder), files.names());
 }
 
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,

@@ -143,8 +143,8 @@ struct Reached {
   double share;
 };
 
-// How many cells may share a vertex on average, with each of its neighbours counted, before all but the nearest ones are
-// left out. Cells of even size share a vertex with about ten others where the fade is as wide as a cell.
+// How many cells may share a vertex on average, with each of its neighbours counted, before all but the nearest ones
+// are left out. Cells of even size share a vertex with about ten others where the fade is as wide as a cell.
 constexpr std::uint64_t kMostCellsPerVertex = 64;
 // How many of the cells that are nearest to a vertex share it then. It is more than a zone holds.
 constexpr std::size_t kNearestCells = 2 * kCellsPerZone;

@@ -18,6 +18,7 @@
 #include "atlas/model_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
@@ -34,6 +35,7 @@ class DamagedModel {
     good.cell_coverage.assign(good.cell_seen.size(), 0.5f);
     const BaseTexture texture = small_texture(*good.surface);
     write_model(folder_.path(), good, {}, {}, textured ? &texture : nullptr);
+    give_plain_names(folder_.path());
     gltf_ = json::parse(bytes_of(file()));
   }
 

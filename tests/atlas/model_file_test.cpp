@@ -28,6 +28,7 @@
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
@@ -221,7 +222,7 @@ TEST_CASE("a model is written and read the same by any number of threads") {
   const Snapshot by_all = read_model(folder.path()).snapshot;
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   write_model(alone.path(), snapshot, {}, {}, given);
-  CHECK(bytes_of(folder / "scene.bin") == bytes_of(alone / "scene.bin"));
+  CHECK(bytes_of(file_of_model(folder.path(), "scene.bin")) == bytes_of(file_of_model(alone.path(), "scene.bin")));
   CHECK(bytes_of(folder / "scene.gltf") == bytes_of(alone / "scene.gltf"));
   check_same(read_model(folder.path()).snapshot, by_all);
 }
@@ -304,8 +305,8 @@ TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact
   const Snapshot written = compacted(small_snapshot(kValidity, {tile_px, 2, 0}));
   const ImageCoding coding{ImageFormat::jpeg, 95};
   write_model(folder.path(), written, kValidity, coding);
-  CHECK(fs::exists(folder / "images/00001.jpg"));
-  CHECK(fs::exists(folder / "images/00001-trust.png"));
+  CHECK(fs::exists(file_of_model(folder.path(), "images/00001.jpg")));
+  CHECK(fs::exists(file_of_model(folder.path(), "images/00001-trust.png")));
   const Snapshot read = read_model(folder.path()).snapshot;
   check_same(read_model(written_glb(alone, written, coding)).snapshot, read);
   for (std::uint32_t view = 0; view < 3; ++view) {
@@ -479,7 +480,7 @@ TEST_CASE("the file is glTF with a mesh that any viewer shows") {
   CHECK(gltf.at("asset").at("version") == "2.0");
   CHECK(gltf.at("extensionsUsed") == nlohmann::json{"KHR_materials_unlit", "LUMATLAS_lumigraph"});
   CHECK_FALSE(gltf.contains("extensionsRequired"));
-  CHECK(gltf.at("buffers").at(0).at("byteLength") == fs::file_size(folder / "scene.bin"));
+  CHECK(gltf.at("buffers").at(0).at("byteLength") == fs::file_size(file_of_model(folder.path(), "scene.bin")));
   const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
   const auto& positions = gltf.at("accessors").at(primitive.at("attributes").at("POSITION").get<std::size_t>());
   CHECK(positions.at("min") == nlohmann::json{-2.0, -2.0, 2.0});
@@ -593,7 +594,8 @@ TEST_CASE("a view has the masks that it needs in the file, and no others") {
   const nlohmann::json gltf = json_of(folder / "scene.gltf");
   const auto& views = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views");
   const auto uri = [&](std::size_t view, const char* mask) {
-    return gltf.at("images").at(views.at(view).at(mask).get<std::size_t>()).at("uri").get<std::string>();
+    const auto image = views.at(view).at(mask).get<std::size_t>();
+    return without_content(gltf.at("images").at(image).at("uri").get<std::string>());
   };
   CHECK_FALSE(views.at(0).contains("lensMask"));
   CHECK_FALSE(views.at(0).contains("trustMask"));
@@ -682,8 +684,8 @@ TEST_CASE("a photograph without a resident tile is not written") {
   const Model model = read_model(folder.path());
   REQUIRE(model.snapshot.views.size() == 2);
   CHECK(model.snapshot.views[0]->name == "left/b.jpg");
-  CHECK(fs::exists(folder / "images/00001.png"));
-  CHECK_FALSE(fs::exists(folder / "images/00002.png"));
+  CHECK(fs::exists(file_of_model(folder.path(), "images/00001.png")));
+  CHECK_FALSE(fs::exists(file_of_model(folder.path(), "images/00002.png")));
   for (const std::uint32_t slot : model.snapshot.references.views) CHECK(slot < 2);
   CHECK_NOTHROW(check(model.snapshot));
 }
@@ -724,7 +726,7 @@ TEST_CASE("a base texture lies in the file where it was given, for any viewer, i
   const BaseTexture texture = small_texture(*snapshot.surface);
   write_model(folder.path(), snapshot, {}, {}, &texture);
   const nlohmann::json gltf = json_of(folder / "scene.gltf");
-  const std::string buffer = bytes_of(folder / "scene.bin");
+  const std::string buffer = bytes_of(file_of_model(folder.path(), "scene.bin"));
   const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
   CHECK_FALSE(primitive.at("attributes").contains("COLOR_0"));
   const auto& material = gltf.at("materials").at(primitive.at("material").get<std::size_t>());
@@ -829,12 +831,12 @@ TEST_CASE("a photograph without a resident tile is not opened") {
   const nlohmann::json& extension = gltf["extensions"]["LUMATLAS_lumigraph"];
   const auto accessor = extension["tiles"]["resident"].get<std::size_t>();
   const auto& view = gltf["bufferViews"][gltf["accessors"][accessor]["bufferView"].get<std::size_t>()];
-  std::string buffer = bytes_of(folder / "scene.bin");
+  std::string buffer = bytes_of(file_of_model(folder.path(), "scene.bin"));
   const std::size_t tiles_of_first = 3 * 2;  // 24 x 16 pixels
   std::fill_n(buffer.begin() + static_cast<std::ptrdiff_t>(view.value("byteOffset", std::size_t{0})), tiles_of_first,
               0);
-  (void)folder.with_file("scene.bin", buffer);
-  fs::remove(folder / "images/00000.png");
+  (void)folder.with_file(gltf["buffers"][0]["uri"].get<std::string>(), buffer);
+  REQUIRE(fs::remove(file_of_model(folder.path(), "images/00000.png")));
   const Model model = read_model(folder.path());
   REQUIRE(model.snapshot.views.size() == 3);
   CHECK(model.snapshot.views[0] == nullptr);

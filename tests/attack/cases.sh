@@ -318,7 +318,7 @@ case_locale() {
   judge
   if [ "$status" -ne 0 ]; then
     complain "surroundings that are none of its business stop it"
-  elif ! cmp -s "$target/scene.bin" "$work/base/model/scene.bin"; then
+  elif ! cmp -s "$target"/scene-*.bin "$work"/base/model/scene-*.bin; then
     complain "another model than elsewhere"
   fi
 }

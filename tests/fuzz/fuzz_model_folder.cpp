@@ -6,11 +6,13 @@
 
 #include "atlas/model_file.h"
 #include "tests/fuzz/sentence_laws.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/wall_scenes.h"
 
 extern "C" int LLVMFuzzerInitialize(int* /*argument_count*/, char*** /*arguments*/) {
   std::filesystem::create_directories("model");
   lumatlas::write_model("model", lumatlas::small_snapshot(), {});
+  lumatlas::give_plain_names("model");
   return 0;
 }
 

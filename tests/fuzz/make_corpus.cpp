@@ -13,6 +13,7 @@
 #include <string>
 
 #include "atlas/model_file.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/wall_scenes.h"
 #include "tools/scene/colmap_writer.h"
 
@@ -24,11 +25,6 @@ using namespace lumatlas;
 void write_bytes(const fs::path& file, const std::string& bytes) {
   fs::create_directories(file.parent_path());
   if (!(std::ofstream(file, std::ios::binary) << bytes)) throw std::runtime_error(file.string() + ": not written");
-}
-
-std::string bytes_of(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 struct ImageKind {
@@ -79,6 +75,7 @@ void write_models(const fs::path& folder) {
   fs::create_directories(scratch);
   const Snapshot snapshot = small_snapshot();
   write_model(scratch, snapshot, {});
+  give_plain_names(scratch);
   write_bytes(folder / "model_folder" / "small",
               bytes_of(scratch / "scene.gltf") + '\0' + bytes_of(scratch / "scene.bin"));
   fs::create_directories(folder / "model");

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "mesh/mesh_file.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/cli/program.h"
@@ -708,7 +709,7 @@ TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
     std::ofstream(photograph, std::ios::binary) << bytes;
     check_failure(lumatlas_here({"build", scene, "-o", out, "--quiet"}), photograph.string() + ": ");
     check_failure(lumatlas_here({"inspect", scene, "--quiet"}), photograph.string() + ": ");
-    const fs::path stored = fs::path(model) / "images/00001.png";
+    const fs::path stored = file_of_model(model, "images/00001.png");
     std::ofstream(stored, std::ios::binary) << bytes;
     check_failure(lumatlas_here({"render", model, "--orbit", "--mode", "depth", "-o", out, "--quiet"}),
                   stored.string());

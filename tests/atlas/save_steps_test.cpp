@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A save is whole or absent: it is looked at before each of its steps, where it may be killed, and each of them fails
+// once. The steps are the calls by which files appear, change their names and go: this program has its own of them.
+#include <fcntl.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <catch2/catch.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atlas/model_file.h"
+#include "mesh/base/errors.h"
+#include "tests/support/plain_model.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/support/wall_scenes.h"
+
+namespace {
+
+// Called before each step; false: the step fails.
+std::function<bool()> before_step;
+
+bool may_go_on() {
+  if (!before_step || before_step()) return true;
+  errno = EIO;
+  return false;
+}
+
+}  // namespace
+
+// What std::filesystem calls.
+extern "C" int rename(const char* from, const char* to) noexcept {
+  if (!may_go_on()) return -1;
+  return static_cast<int>(syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
+}
+
+extern "C" int remove(const char* path) noexcept {
+  if (!may_go_on()) return -1;
+  if (unlink(path) == 0) return 0;
+  return errno == EISDIR || errno == EPERM ? rmdir(path) : -1;
+}
+
+namespace lumatlas {
+namespace {
+
+namespace fs = std::filesystem;
+
+// While it lives, steps are observed.
+class Observed {
+ public:
+  explicit Observed(std::function<bool()> observer) { before_step = std::move(observer); }
+  ~Observed() { before_step = nullptr; }
+  Observed(const Observed&) = delete;
+  Observed& operator=(const Observed&) = delete;
+};
+
+std::map<std::string, std::string> contents(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    const std::string name = entry.path().lexically_relative(folder).string();
+    const bool is_temporary = name.starts_with(".lumatlas-");
+    if (entry.is_regular_file() && !is_temporary) files[name] = bytes_of(entry.path());
+  }
+  return files;
+}
+
+// The photographs, masks and gains of a model, which say which one it is.
+struct Shown {
+  std::vector<std::vector<std::uint8_t>> photographs, trust;
+  std::vector<glm::dvec3> gains;
+  std::vector<glm::u8vec3> colors;
+  bool operator==(const Shown&) const = default;
+};
+
+Shown shown(const Snapshot& snapshot) {
+  Shown all;
+  all.gains = snapshot.gains;
+  all.colors = snapshot.vertex_colors;
+  for (const auto& view : snapshot.views) {
+    all.photographs.push_back(view->photograph.rgb);
+    all.trust.push_back(view->trust);
+  }
+  return all;
+}
+
+Shown read_back(const fs::path& folder) {
+  return shown(read_model(folder).snapshot);
+}
+
+// The small model, or, with another number, one with other photographs, masks and colours at the same places.
+Snapshot model_number(std::uint8_t number) {
+  Snapshot snapshot = small_snapshot();
+  for (auto& view : snapshot.views) {
+    if (!view) continue;
+    auto other = std::make_shared<StoredView>(*view);
+    for (std::uint8_t& value : other->photograph.rgb) value = static_cast<std::uint8_t>(value ^ number);
+    for (std::uint8_t& value : other->trust) value = static_cast<std::uint8_t>(value ^ number);
+    view = other;
+  }
+  for (glm::u8vec3& color : snapshot.vertex_colors) color.r = static_cast<std::uint8_t>(color.r ^ number);
+  return snapshot;
+}
+
+TEST_CASE("killed between any two steps, a save leaves the earlier model or the new one, whole") {
+  const TemporaryFolder folder, moments, fresh;
+  write_model(folder.path(), model_number(0), {});
+  const Shown earlier = read_back(folder.path());
+  const bool of_earlier_version = GENERATE(false, true);
+  if (of_earlier_version) give_plain_names(folder.path());
+  write_model(fresh.path(), model_number(1), {});
+  const Shown later = read_back(fresh.path());
+  REQUIRE(earlier != later);
+
+  std::size_t steps = 0;
+  {
+    const Observed observed([&] {
+      fs::copy(folder.path(), moments / std::to_string(steps++), fs::copy_options::recursive);
+      return true;
+    });
+    write_model(folder.path(), model_number(1), {});
+  }
+  fs::copy(folder.path(), moments / std::to_string(steps), fs::copy_options::recursive);
+  const std::map<std::string, std::string> whole = contents(fresh.path());
+  REQUIRE(steps >= whole.size());  // each file is put into its place
+
+  std::optional<std::size_t> committed;
+  for (std::size_t moment = 0; moment <= steps; ++moment) {
+    CAPTURE(moment);
+    const fs::path at = moments / std::to_string(moment);
+    const Shown read = read_back(at);
+    const bool is_later = read == later;
+    CHECK((is_later || read == earlier));
+    if (committed) CHECK(is_later);
+    if (is_later && !committed) committed = moment;
+    // The next save removes what was left behind, but for files that do not tell whose they are.
+    write_model(at, model_number(1), {});
+    std::map<std::string, std::string> left = contents(at);
+    if (of_earlier_version)
+      std::erase_if(left, [](const auto& file) { return without_content(file.first) == file.first; });
+    std::map<std::string, std::string> expected = whole;
+    if (of_earlier_version) expected.erase("scene.gltf");
+    CHECK(left == expected);
+    CHECK(read_back(at) == later);
+  }
+  REQUIRE(committed);
+  CHECK(*committed > 0);
+  CHECK(contents(folder.path()) == whole);
+}
+
+TEST_CASE("a save that fails at any step leaves the folder as it was") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), model_number(0), {});
+  const std::map<std::string, std::string> before = contents(folder.path());
+  bool is_written = false;
+  std::size_t failing = 0;
+  for (; !is_written; ++failing) {
+    CAPTURE(failing);
+    std::size_t step = 0;
+    try {
+      const Observed observed([&] { return step++ != failing; });
+      write_model(folder.path(), model_number(1), {});
+      is_written = true;
+    } catch (const InputError& error) {
+      CHECK_THAT(error.what(), Catch::Contains("cannot be written"));
+      CHECK(contents(folder.path()) == before);
+    }
+  }
+  CHECK(failing > before.size());  // each file once
+  const TemporaryFolder fresh;
+  write_model(fresh.path(), model_number(1), {});
+  CHECK(read_back(folder.path()) == read_back(fresh.path()));
+}
+
+TEST_CASE("a reader that is still at an earlier model never meets a photograph of a later one") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), model_number(0), {});
+  const std::string earlier = bytes_of(folder / "scene.gltf");
+  for (const std::uint8_t number : std::vector<std::uint8_t>{1, 2, 3}) {
+    write_model(folder.path(), model_number(number), {});
+    const std::string later = bytes_of(folder / "scene.gltf");
+    (void)folder.with_file("scene.gltf", earlier);  // as the reader has it
+    CHECK_THROWS_WITH(read_model(folder.path()), Catch::Contains("no such file"));
+    (void)folder.with_file("scene.gltf", later);
+  }
+}
+
+}  // namespace
+}  // namespace lumatlas
