@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The laws of the store: what any way to build one must keep.
+// The laws of the store: what any way to build one must keep. A case with [!shouldfail] names a law that does not hold
+// yet.
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
@@ -11,7 +12,9 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/model_file.h"
 #include "atlas/vertex_colors.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
 namespace {
@@ -301,6 +304,27 @@ TEST_CASE("a snapshot costs what has changed: a moved view looks at no other vie
   }
   CHECK(colors.of(surface, views, gains) == forward.colors());
   CHECK(forward.colors() == backward.colors());
+}
+
+// What a view takes in memory.
+std::size_t bytes_of(const StoredView& view) {
+  return view.photograph.rgb.size() + view.photograph.valid.size() + sizeof(float) * view.depth.size() +
+         view.trust.size() + view.validity.size() + view.rim.size();
+}
+
+TEST_CASE("memory follows resident tiles", "[!shouldfail]") {
+  const auto surface = wall_and_panel(kCells);
+  constexpr TileOptions kLayout{64, 2, 0};
+  Atlas atlas(surface, 1, kLayout);
+  const Camera camera = forward_camera(512, 512);
+  atlas.insert(traced_view(*surface, "a", camera, position_photograph(512, 512)), {{9, 0, 1}});
+  atlas.set_references(0, {0});
+  const TemporaryFolder folder;
+  write_model(folder.path(), atlas.snapshot(), {});
+  const Snapshot read = read_model(folder.path()).snapshot;
+  REQUIRE(read.tiles.resident_tiles() == 1);
+  const std::size_t texels = kLayout.slot_px() * kLayout.slot_px();
+  CHECK(bytes_of(*read.views[0]) <= 16 * texels);  // twice what a texel takes; a tile is a 64th of the view
 }
 
 }  // namespace
