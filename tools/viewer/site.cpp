@@ -58,12 +58,6 @@ std::vector<std::uint8_t> bytes_of_text(std::string_view text) {
   return {text.begin(), text.end()};
 }
 
-std::string replaced(std::string text, std::string_view place, std::string_view by) {
-  const std::size_t at = text.find(place);
-  if (at == std::string::npos) throw std::logic_error("the page has no place for " + std::string(place));
-  return text.replace(at, place.size(), by);
-}
-
 // Without white space, which would be a third of a scene's bytes.
 SiteFile compact_json(std::string name, const json& value) {
   return {std::move(name), "application/json",
@@ -496,14 +490,27 @@ constexpr std::string_view kOnePagePolicy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'";
 
-std::string page(const SiteOptions& options, std::string_view policy, std::string_view style, std::string_view script) {
-  std::string html(k_page_html);
-  html = replaced(std::move(html), "{{generator}}", kSiteGenerator);
-  html = replaced(std::move(html), "{{policy}}", policy);
-  html = replaced(std::move(html), "{{script}}", script);
-  html = replaced(std::move(html), "{{style}}", style);
-  html = replaced(std::move(html), "{{live}}", options.live ? " data-live=\"live.json\"" : "");
-  return replaced(std::move(html), "{{title}}", html_escaped(options.title));
+// A page's HTML before and after its script.
+struct PageHtml {
+  std::string before, after;
+};
+
+PageHtml page_html(const SiteOptions& options, std::string_view policy, const std::string& style) {
+  constexpr std::string_view kScript = "{{script}}";
+  const std::size_t script = k_page_html.find(kScript);
+  if (script == std::string_view::npos) throw std::logic_error("the page has no place for its script");
+  return {filled_template(k_page_html.substr(0, script), {{"generator", kSiteGenerator},
+                                                          {"policy", std::string(policy)},
+                                                          {"style", style},
+                                                          {"live", options.live ? " data-live=\"live.json\"" : ""},
+                                                          {"title", html_escaped(options.title)}}),
+          filled_template(k_page_html.substr(script + kScript.size()), {})};
+}
+
+SiteFile index_file(const SiteOptions& options) {
+  const PageHtml html = page_html(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)");
+  return {"index.html", "text/html; charset=utf-8",
+          bytes_of_text(html.before + R"(<script type="module" src="viewer.js"></script>)" + html.after)};
 }
 
 }  // namespace
@@ -518,9 +525,7 @@ bool same_mesh(const Surface& a, const Surface& b) {
 }
 
 std::vector<SiteFile> page_files(const SiteOptions& options) {
-  return {{"index.html", "text/html; charset=utf-8",
-           bytes_of_text(page(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)",
-                              R"(<script type="module" src="viewer.js"></script>)"))},
+  return {index_file(options),
           {"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)},
           {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)},
           shaders_file()};
@@ -565,12 +570,10 @@ std::string title_of(const std::filesystem::path& model) {
 }
 
 SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options, const Tick& tick) {
-  const std::string style = "<style>\n" + std::string(k_page_style) + "</style>";
-  const std::string script = "<script type=\"module\">\n" + std::string(k_page_script) + "</script>";
-  const std::string html = page(options, kOnePagePolicy, style, "{{data}}" + script);
-  const std::size_t place = html.find("{{data}}");
-  file << html.substr(0, place);
-  std::uint64_t page_bytes = html.size();
+  const PageHtml html = page_html(options, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>");
+  const std::string end = "<script type=\"module\">\n" + std::string(k_page_script) + "</script>" + html.after;
+  file << html.before;
+  std::uint64_t page_bytes = html.before.size() + end.size();
   const auto put = [&file](const SiteFile& part) {
     file << "<script type=\"application/octet-stream\" data-file=\"" << html_escaped(part.name) << "\" data-type=\""
          << html_escaped(part.type) << "\">";
@@ -581,7 +584,7 @@ SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const Sit
   page_bytes += shaders.bytes.size();
   put(shaders);
   SiteFacts facts = SiteWriter(snapshot, options, put, tick).write();
-  file << html.substr(place + 8);
+  file << end;
   facts.page_bytes = page_bytes;
   return facts;
 }
