@@ -21,6 +21,7 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/next_steps.h"
 #include "tools/cli/option_rules.h"
+#include "tools/cli/print_address.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/lens_notes.h"
@@ -310,16 +311,14 @@ std::string skipped_text(const BuildResult& result) {
 class Shown {
  public:
   explicit Shown(const BuildFlags& flags)
-      : flags_(flags),
-        server_(flags.server),
-        site_(server_, title_of(flags.output)),
-        serving_([this] { server_.serve([this] { return stop_.load(); }); }) {
+      : flags_(flags), server_(flags.server), site_(server_, title_of(flags.output)) {
     if (!flags.quiet) {
       std::cerr << "see it: " << server_.address() << '\n';
     } else if (!flags.json_output) {
-      std::cout << server_.address() << std::endl;  // whoever reads it waits for it
+      print_address(server_.address(), false);
     }
     if (!flags.no_browser) open_browser(server_.address());
+    serving_ = std::thread([this] { server_.serve([this] { return stop_.load(); }); });
   }
   ~Shown() {
     stop_ = true;

@@ -125,6 +125,13 @@ CLI::Validator file_name() {
   return {check, ""};
 }
 
+CLI::Validator host_name() {
+  const auto check = [](std::string& text) {
+    return std::string(text.empty() ? "is empty, must be a name or an address of this machine" : "");
+  };
+  return {check, ""};
+}
+
 CLI::Validator model_name() {
   const auto check = [](std::string& text) -> std::string {
     std::string ending = std::filesystem::path(text).extension().string();

@@ -40,6 +40,9 @@ namespace lumatlas {
 // The name of a file or folder: not "". Help says nothing of it.
 [[nodiscard]] CLI::Validator file_name();
 
+// The name or address of a host: not "", which stands for every address. Help says nothing of it.
+[[nodiscard]] CLI::Validator host_name();
+
 // The name of a model to write: a folder's or one that ends in .glb, and not one that ends as what `export` makes of a
 // model. Help says nothing of it.
 [[nodiscard]] CLI::Validator model_name();

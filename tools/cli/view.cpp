@@ -2,7 +2,6 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 
@@ -10,7 +9,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/json_output.h"
+#include "tools/cli/print_address.h"
 #include "tools/viewer/live_site.h"
 #include "tools/viewer/open_browser.h"
 #include "tools/viewer/site.h"
@@ -84,12 +83,7 @@ void write_once(const ViewFlags& flags, SiteServer& server) {
 }
 
 void show(const ViewFlags& flags, const SiteServer& server) {
-  if (flags.json_output) {
-    print_json({{"address", server.address()}});
-  } else {
-    std::cout << server.address() << '\n';
-  }
-  std::cout.flush();  // whoever reads it waits for it
+  print_address(server.address(), flags.json_output);
   if (!flags.quiet) {
     for (const std::string& other : server.addresses_for_others())
       std::cerr << "from other machines: " << other << '\n';
@@ -131,7 +125,8 @@ void add_view_command(CLI::App& program) {
   command->add_flag("--follow", flags->follow, "Show what becomes of it: each time that it is replaced, what changed");
   begin_group(*command, "Server");
   command->add_option("--host", flags->server.host, "Listen at another address; then others may see the model")
-      ->type_name("ADDRESS");
+      ->type_name("ADDRESS")
+      ->check(host_name());
   command->add_option("--port", flags->server.port, "Listen at this port; 0: any that is free")
       ->type_name("N")
       ->transform(whole_number(0, 65535));

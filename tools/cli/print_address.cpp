@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/cli/print_address.h"
+
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "mesh/base/errors.h"
+#include "tools/base/interrupt.h"
+#include "tools/cli/json_output.h"
+
+namespace lumatlas {
+
+void print_address(const std::string& address, bool as_json) {
+  if (as_json) {
+    print_json({{"address", address}});
+  } else {
+    std::cout << address << '\n';
+  }
+  if (std::cout.flush()) return;
+  throw_if_interrupted();
+  throw InputError("the page's address cannot be written to standard output, is the disk full?");
+}
+
+}  // namespace lumatlas
