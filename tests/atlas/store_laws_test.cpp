@@ -306,6 +306,23 @@ TEST_CASE("a snapshot costs what has changed: a moved view looks at no other vie
   CHECK(forward.colors() == backward.colors());
 }
 
+TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of that vertex", "[!shouldfail]") {
+  constexpr std::size_t kViews = 5;
+  const auto surface = wall_and_panel(kCells);
+  std::vector<std::shared_ptr<const StoredView>> views;
+  const std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
+  for (std::uint32_t slot = 0; slot < kViews; ++slot) {
+    views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
+  }
+  VertexColors colors;
+  (void)colors.of(surface, views, gains);
+  const std::uint64_t counted = colors.samples_counted();
+  const auto moved = std::make_shared<Surface>(*surface);
+  moved->mesh.positions[0].x += 0.01F;
+  (void)colors.of(moved, views, gains);
+  CHECK(colors.samples_counted() - counted <= 2 * kViews);  // taken away, and added
+}
+
 // What a view takes in memory.
 std::size_t bytes_of(const StoredView& view) {
   return view.photograph.rgb.size() + view.photograph.valid.size() + sizeof(float) * view.depth.size() +
