@@ -6,7 +6,7 @@
 
 namespace lumatlas {
 
-extern const std::string_view k_page_html;  // with places for live, policy, generator, title, style and script
+extern const std::string_view k_page_html;  // with places for attributes, policy, generator, title, style and script
 extern const std::string_view k_page_style;
 extern const std::string_view k_page_script;  // one module: all of page/*.js
 

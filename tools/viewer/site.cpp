@@ -24,6 +24,7 @@
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
+#include "tools/viewer/content_tag.h"
 #include "tools/viewer/packed_arrays.h"
 #include "tools/viewer/page_assets.h"
 #include "tools/viewer/scaled_view.h"
@@ -103,6 +104,13 @@ SiteFile shaders_file() {
   return compact_json("shaders.json", {{"definitions", shared_definitions()}, {"sources", sources}});
 }
 
+// The file under a name that says what it holds, so that no cache takes one version of a file for another.
+SiteFile named_by_content(SiteFile file) {
+  const std::size_t dot = file.name.rfind('.');
+  file.name.insert(dot, '-' + content_tag(file.bytes));
+  return file;
+}
+
 SiteFile binary(std::string name, std::vector<std::uint8_t> bytes) {
   return {std::move(name), "application/octet-stream", std::move(bytes)};
 }
@@ -134,11 +142,7 @@ class SiteWriter {
   }
 
   // The page's own files are the caller's.
-  SiteFacts write() {
-    write_surface();
-    write_views();
-    return facts_;
-  }
+  SiteFacts write();
 
   // With a history: what is new, and the names of all files but the scene's own.
   std::vector<std::string> write_version();
@@ -147,6 +151,13 @@ class SiteWriter {
   void put(SiteFile file, std::uint64_t& bytes) {
     bytes += file.bytes.size();
     put_(std::move(file));
+  }
+  // Without a history: returns the name, which says what the file holds.
+  std::string put_named(SiteFile file, std::uint64_t& bytes) {
+    file = named_by_content(std::move(file));
+    std::string name = file.name;
+    put(std::move(file), bytes);
+    return name;
   }
   void step() const {
     if (tick_) tick_();
@@ -157,26 +168,33 @@ class SiteWriter {
   }
   void note(std::string name) { names_.push_back(std::move(name)); }
 
-  void write_surface();
+  // What a scene says of its files.
+  struct Described {
+    json mesh, coarse, tables, colors, poster;
+  };
+  // Names of a view's files.
+  struct ViewNames {
+    std::string photograph, mask, thumbnail;
+  };
+
+  [[nodiscard]] Described write_surface();
+  [[nodiscard]] std::string write_poster();
   void write_mesh_version();
   json write_arrays_version(const std::string& name, const PackedArrays& arrays);
   [[nodiscard]] std::vector<std::uint32_t> resident_tiles() const;
   [[nodiscard]] PackedArrays tables(const ZoneCells& zones) const;
   void note_view_version(std::size_t slot);
-  [[nodiscard]] SiteFile scene_file(const json& mesh, const json& coarse, const json& tables, const json& colors) const;
+  [[nodiscard]] SiteFile scene_file(const Described& described) const;
   void write_views();
   void write_view(std::size_t slot, const StoredView& view);
+  void write_view_version(std::size_t slot, const StoredView& view);
   [[nodiscard]] json view_json(std::size_t slot) const;
   // Where a visitor begins: at the photograph that most cells refer to, which gives the widest view.
   [[nodiscard]] std::size_t first_view() const;
   [[nodiscard]] std::string stem(std::size_t slot) const;
-  [[nodiscard]] std::string photograph_name(std::size_t slot) const;
-  [[nodiscard]] std::string mask_name(std::size_t slot) const;
-  [[nodiscard]] std::string thumbnail_name(std::size_t slot) const;
-  // The name of a file that was written in a version; of a site that stays, it has no number.
-  [[nodiscard]] std::string versioned(const std::string& name, std::uint64_t version, const char* ending) const {
-    return history_ ? name + '-' + std::to_string(version) + ending : name + ending;
-  }
+  [[nodiscard]] SiteFile thumbnail_file(std::size_t slot) const;
+  // With a history, names by the versions in which the files changed.
+  [[nodiscard]] ViewNames version_names(std::size_t slot) const;
 
   const Snapshot& snapshot_;
   const SiteOptions& options_;
@@ -184,6 +202,7 @@ class SiteWriter {
   const Tick& tick_;
   SiteHistory* history_;            // null: the site is written once
   std::vector<std::string> names_;  // with a history, of all files of its version
+  std::vector<ViewNames> views_;    // without a history, of those that were written, by slot
   std::uint32_t tile_px_ = 0, scaled_tile_px_ = 0;
   SiteFacts facts_;
 };
@@ -210,17 +229,16 @@ std::string SiteWriter::stem(std::size_t slot) const {
   return std::string(5 - std::min<std::size_t>(number.size(), 5), '0') + number;
 }
 
-std::string SiteWriter::photograph_name(std::size_t slot) const {
-  return versioned("views/" + stem(slot), history_ ? history_->views[slot].photograph : 0,
-                   ending(options_.photographs.format));
+// The name of a file that changed in a version.
+std::string versioned(const std::string& name, std::uint64_t version, const char* ending) {
+  return name + '-' + std::to_string(version) + ending;
 }
 
-std::string SiteWriter::mask_name(std::size_t slot) const {
-  return versioned("views/" + stem(slot), history_ ? history_->views[slot].mask : 0, ".bin");
-}
-
-std::string SiteWriter::thumbnail_name(std::size_t slot) const {
-  return versioned("thumbnails/" + stem(slot), history_ ? history_->views[slot].photograph : 0, ".jpg");
+SiteWriter::ViewNames SiteWriter::version_names(std::size_t slot) const {
+  const SiteHistory::View& known = history_->views[slot];
+  return {versioned("views/" + stem(slot), known.photograph, ending(options_.photographs.format)),
+          versioned("views/" + stem(slot), known.mask, ".bin"),
+          versioned("thumbnails/" + stem(slot), known.photograph, ".jpg")};
 }
 
 json SiteWriter::view_json(std::size_t slot) const {
@@ -233,10 +251,11 @@ json SiteWriter::view_json(std::size_t slot) const {
     for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
   }
   const double depth = median_depth(view);
+  const ViewNames names = history_ ? version_names(slot) : views_[slot];
   return {{"name", view.name},
-          {"photograph", photograph_name(slot)},
-          {"mask", mask_name(slot)},
-          {"thumbnail", thumbnail_name(slot)},
+          {"photograph", names.photograph},
+          {"mask", names.mask},
+          {"thumbnail", names.thumbnail},
           {"width", camera.width * scale},
           {"height", camera.height * scale},
           {"fx", camera.fx * scale},
@@ -299,7 +318,21 @@ json mesh_json(const PackedMesh& mesh, const std::string& file) {
           {"step", mesh.grid.step}};
 }
 
-void SiteWriter::write_surface() {
+SiteFacts SiteWriter::write() {
+  const Described described = write_surface();
+  write_views();
+  put(scene_file(described), facts_.scene_bytes);
+  return facts_;
+}
+
+std::string SiteWriter::write_poster() {
+  const std::size_t first = first_view();
+  const Photograph poster =
+      small_picture(*snapshot_.views[first], kPosterPx, tiles_there(snapshot_, first, tile_px_), tile_px_);
+  return put_named({"poster.jpg", "image/jpeg", encode_image(poster, kSmallPictures)}, facts_.scene_bytes);
+}
+
+SiteWriter::Described SiteWriter::write_surface() {
   const Surface& surface = *snapshot_.surface;
   const double width = options_.blend.border_width;
   CellShares shares = share_cells(surface, width * surface.cells.size);
@@ -308,19 +341,17 @@ void SiteWriter::write_surface() {
   const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
   const PackedArrays tables = this->tables(mesh.zone_cells);
   const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
-  const bool has_coarse = coarse.corner_counts[0] > 0;
-  const json described{{"file", "tables.bin"}, {"arrays", tables.description()}};
-  put(scene_file(mesh_json(packed, "mesh.bin"), has_coarse ? mesh_json(coarse, "coarse.bin") : json(), described,
-                 json()),
-      facts_.scene_bytes);
-  const std::size_t first = first_view();
-  const Photograph poster =
-      small_picture(*snapshot_.views[first], kPosterPx, tiles_there(snapshot_, first, tile_px_), tile_px_);
-  put({"poster.jpg", "image/jpeg", encode_image(poster, kSmallPictures)}, facts_.scene_bytes);
-  if (has_coarse) put(binary("coarse.bin", coarse.arrays.deflated()), facts_.scene_bytes);
-  put(binary("mesh.bin", packed.arrays.deflated()), facts_.mesh_bytes);
-  put(binary("tables.bin", tables.deflated()), facts_.table_bytes);
+  Described described;
+  described.poster = write_poster();
+  if (coarse.corner_counts[0] > 0) {
+    const std::string name = put_named(binary("coarse.bin", coarse.arrays.deflated()), facts_.scene_bytes);
+    described.coarse = mesh_json(coarse, name);
+  }
+  described.mesh = mesh_json(packed, put_named(binary("mesh.bin", packed.arrays.deflated()), facts_.mesh_bytes));
+  const std::string name = put_named(binary("tables.bin", tables.deflated()), facts_.table_bytes);
+  described.tables = {{"file", name}, {"arrays", tables.description()}};
   step();
+  return described;
 }
 
 // Cells that refer to the same views are not joined, so that the mesh stays as it is when these change.
@@ -391,14 +422,14 @@ std::vector<std::string> SiteWriter::write_version() {
     } else {
       note_view_version(slot);
     }
-    if (is_known(slot)) write_view(slot, *snapshot_.views[slot]);
+    if (is_known(slot)) write_view_version(slot, *snapshot_.views[slot]);
   }
-  const json described = write_arrays_version("tables", tables(history_->zone_cells));
-  put(scene_file(history_->mesh, json(), described, described_colors), facts_.scene_bytes);
+  const json described_tables = write_arrays_version("tables", tables(history_->zone_cells));
+  put(scene_file({history_->mesh, {}, described_tables, described_colors, {}}), facts_.scene_bytes);
   return std::move(names_);
 }
 
-SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json& tables, const json& colors) const {
+SiteFile SiteWriter::scene_file(const Described& described) const {
   const Surface& surface = *snapshot_.surface;
   const Bounds box = bounds(surface.mesh);
   const SceneExtent extent = scene_extent(surface.mesh);
@@ -412,10 +443,10 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
       {"title", options_.title},
       {"blend", json_of(options_.blend)},
       {"version", history_ ? json(history_->version) : json()},
-      {"mesh", mesh},
-      {"coarse", coarse},
-      {"tables", tables},
-      {"colors", colors},
+      {"mesh", described.mesh},
+      {"coarse", described.coarse},
+      {"tables", described.tables},
+      {"colors", described.colors},
       {"tile", scaled_tile_px_},
       {"levels", levels_of(tiles)},
       {"cubic_levels", cubic_levels(tiles)},
@@ -426,12 +457,13 @@ SiteFile SiteWriter::scene_file(const json& mesh, const json& coarse, const json
        {{"cosine", kPhotographedCosine}, {"enlargement", kPhotographedEnlargement}, {"share", kCoveredShare}}},
       {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
       {"first_view", first_view()},
-      {"poster", history_ ? json() : json("poster.jpg")},
+      {"poster", described.poster},
       {"views", std::move(views)}};
   return compact_json("scene.json", scene);
 }
 
 void SiteWriter::write_views() {
+  views_.resize(snapshot_.views.size());
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
     if (!snapshot_.views[slot]) continue;
     write_view(slot, *snapshot_.views[slot]);
@@ -455,30 +487,47 @@ std::vector<std::uint8_t> mask_file(const ScaledView& view, DeflateEffort effort
   mask.add("rim", bits_of(view.rim), 1, PackedCoding::plain);
   const json description = mask.description();
   const std::vector<std::uint8_t> packed = mask.deflated(effort);
-  std::vector<std::uint8_t> file{static_cast<std::uint8_t>(description[0]["bytes"].get<int>()),
-                                 static_cast<std::uint8_t>(description[1]["bytes"].get<int>())};
-  file.insert(file.end(), packed.begin(), packed.end());
+  std::vector<std::uint8_t> file(2 + packed.size());
+  file[0] = static_cast<std::uint8_t>(description[0]["bytes"].get<int>());
+  file[1] = static_cast<std::uint8_t>(description[1]["bytes"].get<int>());
+  std::copy(packed.begin(), packed.end(), file.begin() + 2);
   return file;
 }
 
-// With a history, what of it is new.
+SiteFile SiteWriter::thumbnail_file(std::size_t slot) const {
+  const Photograph picture =
+      small_picture(*snapshot_.views[slot], kThumbnailPx, tiles_there(snapshot_, slot, tile_px_), tile_px_);
+  return {"thumbnails/" + stem(slot) + ".jpg", "image/jpeg", encode_image(picture, kSmallPictures)};
+}
+
 void SiteWriter::write_view(std::size_t slot, const StoredView& view) {
-  const bool photograph = !history_ || history_->views[slot].photograph == history_->version;
-  const bool mask = !history_ || history_->views[slot].mask == history_->version;
-  for (const auto& name : {thumbnail_name(slot), photograph_name(slot), mask_name(slot)}) note(name);
+  const ScaledView scaled = scaled_view(view, facts_.scale);
+  const ImageCoding& coding = options_.photographs;
+  ViewNames& names = views_[slot];
+  names.thumbnail = put_named(thumbnail_file(slot), facts_.photograph_bytes);
+  names.photograph = put_named({"views/" + stem(slot) + ending(coding.format), mime_type(coding.format),
+                                encode_image(scaled.photograph, coding)},
+                               facts_.photograph_bytes);
+  names.mask =
+      put_named(binary("views/" + stem(slot) + ".bin", mask_file(scaled, DeflateEffort::most)), facts_.mask_bytes);
+}
+
+// What of it is new.
+void SiteWriter::write_view_version(std::size_t slot, const StoredView& view) {
+  const bool photograph = history_->views[slot].photograph == history_->version;
+  const bool mask = history_->views[slot].mask == history_->version;
+  const ViewNames names = version_names(slot);
+  for (const auto& name : {names.thumbnail, names.photograph, names.mask}) note(name);
   if (!photograph && !mask) return;
   const ScaledView scaled = scaled_view(view, facts_.scale);
   const ImageCoding& coding = options_.photographs;
   if (photograph) {
-    put({thumbnail_name(slot), "image/jpeg",
-         encode_image(small_picture(view, kThumbnailPx, tiles_there(snapshot_, slot, tile_px_), tile_px_),
-                      kSmallPictures)},
-        facts_.photograph_bytes);
-    put({photograph_name(slot), mime_type(coding.format), encode_image(scaled.photograph, coding)},
-        facts_.photograph_bytes);
+    SiteFile thumbnail = thumbnail_file(slot);
+    thumbnail.name = names.thumbnail;
+    put(std::move(thumbnail), facts_.photograph_bytes);
+    put({names.photograph, mime_type(coding.format), encode_image(scaled.photograph, coding)}, facts_.photograph_bytes);
   }
-  const DeflateEffort effort = history_ ? DeflateEffort::least : DeflateEffort::most;
-  if (mask) put(binary(mask_name(slot), mask_file(scaled, effort)), facts_.mask_bytes);
+  if (mask) put(binary(names.mask, mask_file(scaled, DeflateEffort::least)), facts_.mask_bytes);
 }
 
 // Of scripts and pictures of the site's own alone.
@@ -495,22 +544,44 @@ struct PageHtml {
   std::string before, after;
 };
 
-PageHtml page_html(const SiteOptions& options, std::string_view policy, const std::string& style) {
+// `attributes`: of the <html> element.
+PageHtml page_html(const SiteOptions& options, std::string_view policy, const std::string& style,
+                   const std::string& attributes) {
   constexpr std::string_view kScript = "{{script}}";
   const std::size_t script = k_page_html.find(kScript);
   if (script == std::string_view::npos) throw std::logic_error("the page has no place for its script");
   return {filled_template(k_page_html.substr(0, script), {{"generator", kSiteGenerator},
                                                           {"policy", std::string(policy)},
                                                           {"style", style},
-                                                          {"live", options.live ? " data-live=\"live.json\"" : ""},
+                                                          {"attributes", attributes},
                                                           {"title", html_escaped(options.title)}}),
           filled_template(k_page_html.substr(script + kScript.size()), {})};
 }
 
-SiteFile index_file(const SiteOptions& options) {
-  const PageHtml html = page_html(options, kFolderPolicy, R"(<link rel="stylesheet" href="viewer.css">)");
+// The page, with the names of its other files.
+SiteFile index_file(const SiteOptions& options, const std::string& style, const std::string& script,
+                    const std::string& attributes) {
+  const PageHtml html =
+      page_html(options, kFolderPolicy, "<link rel=\"stylesheet\" href=\"" + style + "\">", attributes);
   return {"index.html", "text/html; charset=utf-8",
-          bytes_of_text(html.before + R"(<script type="module" src="viewer.js"></script>)" + html.after)};
+          bytes_of_text(html.before + "<script type=\"module\" src=\"" + script + "\"></script>" + html.after)};
+}
+
+SiteFile style_file() {
+  return {"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)};
+}
+
+SiteFile script_file() {
+  return {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)};
+}
+
+// What a browser asks for when it opens index.html, named by content but for that.
+std::vector<SiteFile> lasting_page_files(const SiteOptions& options) {
+  std::vector<SiteFile> files{named_by_content(style_file()), named_by_content(script_file()),
+                              named_by_content(shaders_file())};
+  const std::string shaders = " data-shaders=\"" + files[2].name + "\"";
+  files.insert(files.begin(), index_file(options, files[0].name, files[1].name, shaders));
+  return files;
 }
 
 }  // namespace
@@ -525,22 +596,26 @@ bool same_mesh(const Surface& a, const Surface& b) {
 }
 
 std::vector<SiteFile> page_files(const SiteOptions& options) {
-  return {index_file(options),
-          {"viewer.css", "text/css; charset=utf-8", bytes_of_text(k_page_style)},
-          {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)},
-          shaders_file()};
+  const std::string live = options.live ? " data-live=\"live.json\"" : "";
+  return {index_file(options, "viewer.css", "viewer.js", live), style_file(), script_file(), shaders_file()};
 }
 
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick) {
   SiteWriter writer(snapshot, options, put, tick);
-  std::uint64_t page_bytes = 0;
-  for (SiteFile& file : page_files(options)) {
-    page_bytes += file.bytes.size();
-    put(std::move(file));
-  }
+  const auto put_all = [&put](std::vector<SiteFile> files) {
+    std::uint64_t bytes = 0;
+    for (SiteFile& file : files) {
+      bytes += file.bytes.size();
+      put(std::move(file));
+    }
+    return bytes;
+  };
+  const std::uint64_t page_bytes = put_all(lasting_page_files(options));
+  const std::uint64_t other_page_bytes = put_all({script_file(), shaders_file()});
   SiteFacts facts = writer.write();
   facts.page_bytes = page_bytes;
+  facts.other_page_bytes = other_page_bytes;
   return facts;
 }
 
@@ -570,7 +645,7 @@ std::string title_of(const std::filesystem::path& model) {
 }
 
 SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options, const Tick& tick) {
-  const PageHtml html = page_html(options, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>");
+  const PageHtml html = page_html(options, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>", "");
   const std::string end = "<script type=\"module\">\n" + std::string(k_page_script) + "</script>" + html.after;
   file << html.before;
   std::uint64_t page_bytes = html.before.size() + end.size();

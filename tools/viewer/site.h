@@ -41,8 +41,9 @@ struct SiteFile {
 
 // What became of a model.
 struct SiteFacts {
-  std::uint64_t page_bytes = 0;   // HTML, script, style, shaders
-  std::uint64_t scene_bytes = 0;  // what the scene says of itself, and a coarse mesh: the first picture
+  std::uint64_t page_bytes = 0;        // HTML, script, style, shaders
+  std::uint64_t other_page_bytes = 0;  // script and shaders under the names that other pages know
+  std::uint64_t scene_bytes = 0;       // what the scene says of itself, and a coarse mesh: the first picture
   std::uint64_t mesh_bytes = 0;
   std::uint64_t table_bytes = 0;       // references
   std::uint64_t photograph_bytes = 0;  // photographs and thumbnails
@@ -51,19 +52,21 @@ struct SiteFacts {
   double scale = 1;  // of the photographs, where one was longer than a texture of every browser may be
 
   [[nodiscard]] std::uint64_t bytes() const {
-    return page_bytes + scene_bytes + mesh_bytes + table_bytes + photograph_bytes + mask_bytes;
+    return page_bytes + other_page_bytes + scene_bytes + mesh_bytes + table_bytes + photograph_bytes + mask_bytes;
   }
 };
 
 // How many ticks write_site() gives.
 [[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
 
-// Hands each file of the site to `put`, in the order in which a page asks for them, one at a time. Throws
-// std::invalid_argument unless the snapshot passes check() and holds a view.
+// Hands each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others, whose
+// names hold a tag of their bytes: a file of that name is the same in every version of every site, so that no cache
+// mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
 
-// The page's own files, of all models alike but for the title: HTML, script, style, shaders.
+// The page's own files under names that stay, for a server that lets nobody keep them: HTML, script, style, shaders. They
+// are alike for all models but for the title.
 [[nodiscard]] std::vector<SiteFile> page_files(const SiteOptions& options);
 
 // The rest of the site, as far as it is not as it was written last; the scene's own file, which names the others, comes

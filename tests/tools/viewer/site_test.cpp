@@ -1,40 +1,123 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a site is written as.
+// The files of a site: their names, and what the names promise.
 #include "tools/viewer/site.h"
 
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/small_scenes.h"
+#include "tools/viewer/content_tag.h"
 
 namespace lumatlas {
 namespace {
 
-Snapshot small_room() { return room_snapshot(3, {}, {16, 2, 0}); }
+using nlohmann::json;
+using Files = std::map<std::string, std::vector<std::uint8_t>>;
 
-TEST_CASE(
-    "a title that looks like a place in the page's template stays a title") {
+Snapshot small_room() {
+  return room_snapshot(3, {}, {16, 2, 0});
+}
+
+Files files_of_site(const Snapshot& snapshot, const std::string& title) {
+  Files files;
+  SiteOptions options;
+  options.title = title;
+  write_site(snapshot, options, [&](SiteFile file) {
+    INFO(file.name);
+    CHECK(files.emplace(file.name, std::move(file.bytes)).second);
+  });
+  return files;
+}
+
+// All texts in a JSON value.
+void collect_texts(const json& value, std::set<std::string>& texts) {
+  if (value.is_string()) texts.insert(value.get<std::string>());
+  if (value.is_structured()) {
+    for (const json& part : value) collect_texts(part, texts);
+  }
+}
+
+bool is_named_by_content(const std::string& name) {
+  return std::regex_search(name, std::regex("-[0-9a-f]{16}\\.[a-z]+$"));
+}
+
+// Names that index.html or scene.json give to files named by content.
+std::set<std::string> names_given(const Files& files) {
+  std::set<std::string> names;
+  collect_texts(json::parse(files.at("scene.json")), names);
+  const std::string html(files.at("index.html").begin(), files.at("index.html").end());
+  const std::regex attribute("\"([^\"]*)\"");
+  for (std::sregex_iterator found(html.begin(), html.end(), attribute), end; found != end; ++found) {
+    names.insert((*found)[1]);
+  }
+  std::erase_if(names, [](const std::string& name) { return !is_named_by_content(name); });
+  return names;
+}
+
+TEST_CASE("a site's files are named by what they hold, and index.html and scene.json name them all") {
+  const Files files = files_of_site(small_room(), "room");
+  std::set<std::string> tagged;
+  for (const auto& [name, bytes] : files) {
+    INFO(name);
+    if (!is_named_by_content(name)) continue;
+    CHECK(name.find('-' + content_tag(bytes) + '.') != std::string::npos);
+    tagged.insert(name);
+  }
+  CHECK(tagged.size() == files.size() - 4);
+  for (const char* name : {"index.html", "scene.json", "viewer.js", "shaders.json"}) CHECK(files.contains(name));
+  CHECK(names_given(files) == tagged);
+  CHECK(tagged.size() >= 3 + 3 + 3 * 3);  // page; poster, mesh, tables; three files a view
+}
+
+TEST_CASE("no name of a site means one thing in one version and another in the next") {
+  const Snapshot first = small_room();
+  Snapshot second = first;
+  auto other = std::make_shared<StoredView>(*first.views[1]);
+  for (std::uint8_t& value : other->photograph.rgb) value ^= 0x40;
+  second.views[1] = other;
+  auto surface = std::make_shared<Surface>(*first.surface);
+  surface->mesh.positions.front() += glm::vec3(0.01F);
+  second.surface = surface;
+  const Files before = files_of_site(first, "room"), after = files_of_site(second, "room");
+  std::size_t alike = 0;
+  for (const auto& [name, bytes] : before) {
+    INFO(name);
+    const auto found = after.find(name);
+    if (found == after.end() || name == "scene.json") continue;
+    CHECK(found->second == bytes);
+    ++alike;
+  }
+  CHECK(alike > 0);
+  const json scene = json::parse(before.at("scene.json")), next = json::parse(after.at("scene.json"));
+  CHECK(next["mesh"]["file"] != scene["mesh"]["file"]);
+  CHECK(next["views"][1]["photograph"] != scene["views"][1]["photograph"]);
+  CHECK(next["views"][2]["photograph"] == scene["views"][2]["photograph"]);
+}
+
+TEST_CASE("a title that looks like a place in the page's template stays a title") {
   SiteOptions options;
   options.title = "a{{data}}b{{script}}{{style}}{{title}}{{x";
   std::ostringstream page;
   write_one_page(page, small_room(), options);
   const std::string html = page.str();
   CHECK(html.find("<title>" + options.title + "</title>") != std::string::npos);
-  // The data stands in the body, where the page looks for it, and the page's
-  // script after it.
-  const std::size_t first =
-      html.find("<script type=\"application/octet-stream\"");
+  // The data stands in the body, where the page looks for it, and the page's script after it.
+  const std::size_t first = html.find("<script type=\"application/octet-stream\"");
   REQUIRE(first != std::string::npos);
   CHECK(first > html.find("<main>"));
-  CHECK(html.find("<script type=\"module\">") >
-        html.rfind("<script type=\"application/octet-stream\""));
+  CHECK(html.find("<script type=\"module\">") > html.rfind("<script type=\"application/octet-stream\""));
   const std::vector<std::uint8_t> index = page_files(options).front().bytes;
-  CHECK(std::string(index.begin(), index.end())
-            .find("<title>" + options.title + "</title>") != std::string::npos);
+  CHECK(std::string(index.begin(), index.end()).find("<title>" + options.title + "</title>") != std::string::npos);
 }
 
-} // namespace
-} // namespace lumatlas
+}  // namespace
+}  // namespace lumatlas

@@ -19,9 +19,9 @@ export async function loadScene(files, anew = false) {
   return scene;
 }
 
-// The page's own, whatever becomes of the scene.
+// The page's own, whatever becomes of the scene. index.html says under which name.
 /** @param {SiteFiles} files @returns {Promise<Shaders>} */
-export const loadShaders = (files) => files.json('shaders.json');
+export const loadShaders = (files) => files.json(document.documentElement.dataset.shaders ?? 'shaders.json');
 
 // Arrays as the renderer takes them. `mesh`: the scene's own, or its coarse one.
 /** @param {SiteFiles} files @param {MeshFile} mesh @returns {Promise<Mesh>} */
