@@ -6,7 +6,6 @@
 #include <cstring>
 #include <fstream>
 #include <glm/glm.hpp>
-#include <iomanip>
 #include <locale>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -317,10 +316,7 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Writt
 // The name of a file with these bytes. Files of one name have the same bytes, so that a reader which is still at an
 // earlier model never meets a photograph of a later one.
 std::string name_by_content(const ModelFileName& name, std::span<const std::uint8_t> bytes) {
-  std::ostringstream digits;
-  digits.imbue(std::locale::classic());
-  digits << std::hex << std::setfill('0') << std::setw(16) << content_digest(std::as_bytes(bytes));
-  return name.stem + "-" + digits.str() + name.ending;
+  return name.stem + "-" + content_digits(std::as_bytes(bytes)) + name.ending;
 }
 
 // Whether a file's name is one that name_by_content() gives.

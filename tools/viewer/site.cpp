@@ -9,9 +9,11 @@
 #include <glm/glm.hpp>
 #include <iterator>
 #include <ostream>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
+#include "atlas/content_digest.h"
 #include "blend/cell_shares.h"
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
@@ -24,7 +26,6 @@
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
-#include "tools/viewer/content_tag.h"
 #include "tools/viewer/packed_arrays.h"
 #include "tools/viewer/page_assets.h"
 #include "tools/viewer/scaled_view.h"
@@ -107,7 +108,7 @@ SiteFile shaders_file() {
 // The file under a name that says what it holds, so that no cache takes one version of a file for another.
 SiteFile named_by_content(SiteFile file) {
   const std::size_t dot = file.name.rfind('.');
-  file.name.insert(dot, '-' + content_tag(file.bytes));
+  file.name.insert(dot, '-' + content_digits(std::as_bytes(std::span(file.bytes))));
   return file;
 }
 
