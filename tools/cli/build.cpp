@@ -331,11 +331,11 @@ class Shown {
     return [this](const Atlas& atlas) {
       return show_while_it_changes(
           site_,
-          [this, &atlas]() -> const Snapshot* {
-            Snapshot next = atlas.snapshot();
-            if (look_alike(next, snapshot_)) return nullptr;
-            snapshot_ = std::move(next);
-            return &snapshot_;
+          [this, &atlas]() -> std::shared_ptr<const Snapshot> {
+            auto next = std::make_shared<const Snapshot>(atlas.snapshot());
+            if (snapshot_ && look_alike(*next, *snapshot_)) return nullptr;
+            snapshot_ = next;
+            return next;
           },
           [this](const std::string& why) {
             if (!flags_.quiet) std::cerr << "warning: the page is not up to date: " << why << '\n';
@@ -352,7 +352,7 @@ class Shown {
   const BuildFlags& flags_;
   SiteServer server_;
   LiveSite site_;
-  Snapshot snapshot_;
+  std::shared_ptr<const Snapshot> snapshot_;  // the last one that was to be shown
   std::atomic<bool> stop_ = false;
   std::thread serving_;
 };

@@ -36,19 +36,18 @@ class FollowedModel {
   // Throws InputError.
   void read() {
     const auto written = last_written();
-    model_ = std::make_unique<Model>(read_model(path_));
+    unseen_ = std::make_shared<const Model>(read_model(path_));
     written_ = written;
   }
-  // The model where it was replaced since the last call; null: it was not. Throws InputError, once for each bad model.
-  const Snapshot* changed() {
+  // Returns the model if it was replaced since the last call, otherwise null. Throws InputError, once for each bad model.
+  std::shared_ptr<const Snapshot> changed() {
     const auto written = last_written();
     if (written != written_) {
       written_ = written;
-      model_ = std::make_unique<Model>(read_model(path_));  // the one before is shown as long as this takes
-      given_ = false;
+      unseen_ = std::make_shared<const Model>(read_model(path_));
     }
-    if (!model_ || std::exchange(given_, true)) return nullptr;
-    return &model_->snapshot;
+    const std::shared_ptr<const Model> model = std::exchange(unseen_, nullptr);
+    return model ? std::shared_ptr<const Snapshot>(model, &model->snapshot) : nullptr;
   }
 
  private:
@@ -62,8 +61,7 @@ class FollowedModel {
 
   std::filesystem::path path_;
   std::filesystem::file_time_type written_;
-  std::unique_ptr<Model> model_;
-  bool given_ = false;
+  std::shared_ptr<const Model> unseen_;  // read, and returned to nobody yet
 };
 
 // Photographs are in the page as they are in the model, for nobody waits for a network.

@@ -16,9 +16,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// After that a version appears with the views that it has; the others come in the next.
-constexpr std::chrono::seconds kTimeForViews{3};
-
 SiteFile json_file(const std::string& name, const nlohmann::json& value) {
   const std::string text = value.dump();
   return {name, "application/json", {text.begin(), text.end()}};
@@ -66,15 +63,14 @@ class Shower {
   }
   // False: there was nothing to show.
   bool show_next() {
-    if (const Snapshot* next = source_(); next && holds_view(*next)) {
-      current_ = next;
-      complete_ = false;
-    }
-    if (complete_) return false;
-    complete_ = true;  // also if it fails, for it would again
-    complete_ = site_.update(*current_, false, [this] {
+    if (std::shared_ptr<const Snapshot> next = source_(); next && holds_view(*next)) unfinished_ = std::move(next);
+    if (!unfinished_) return false;
+    std::shared_ptr<const Snapshot> shown =
+        std::exchange(unfinished_, nullptr);  // also if it fails, for it would again
+    const bool complete = site_.update(*shown, false, [this] {
       if (!rested(Clock::duration(0))) throw Stopped();
     });
+    if (!complete) unfinished_ = std::move(shown);
     return true;
   }
   // False: it is to end.
@@ -89,15 +85,15 @@ class Shower {
   std::mutex mutex_;
   std::condition_variable stopped_;
   bool stop_ = false;
-  const Snapshot* current_ = nullptr;
-  bool complete_ = true;
-  std::size_t shown_ = 0;  // versions
-  std::thread thread_;     // the last, for it uses the others
+  std::shared_ptr<const Snapshot> unfinished_;  // of which the page lacks some views; null: it has all
+  std::size_t shown_ = 0;                       // versions
+  std::thread thread_;                          // the last, for it uses the others
 };
 
 }  // namespace
 
-LiveSite::LiveSite(SiteServer& server, const std::string& title) : server_(server) {
+LiveSite::LiveSite(SiteServer& server, const std::string& title, std::chrono::seconds time_for_views)
+    : server_(server), time_for_views_(time_for_views) {
   options_.title = title;
   options_.live = true;
   for (SiteFile& file : page_files(options_)) server_.add(std::move(file));
@@ -112,7 +108,7 @@ bool LiveSite::update(const Snapshot& snapshot, bool last, const Tick& tick) {
   const bool has_view = holds_view(snapshot);
   if (has_view) {
     // The last one takes its time.
-    options_.time_for_views = last ? SiteOptions().time_for_views : kTimeForViews;
+    options_.time_for_views = last ? SiteOptions().time_for_views : time_for_views_;
     std::vector<std::string> names = write_site_version(
         snapshot, options_, history_, [this](SiteFile file) { server_.add(std::move(file)); }, tick);
     // A page may still be fetching what the version before had.

@@ -3,6 +3,7 @@
 // changed since its own.
 #pragma once
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,8 +20,9 @@ namespace lumatlas {
 class LiveSite {
  public:
   // Puts the page on the server, which must outlive this and may be serving; the page waits for a model. Photographs
-  // are coded for speed.
-  LiveSite(SiteServer& server, const std::string& title);
+  // are coded for speed. `time_for_views`: after that a version appears with the photographs that it has, at least one
+  // more than the version before; the others come in the next.
+  LiveSite(SiteServer& server, const std::string& title, std::chrono::seconds time_for_views = std::chrono::seconds(3));
 
   // The model as it is now; `last`: nothing will follow. Without a view it changes nothing but that. False: there was
   // no time for all of its photographs, which another call with the same model goes on with. Throws
@@ -32,6 +34,7 @@ class LiveSite {
   void say_version(bool last);
 
   SiteServer& server_;
+  std::chrono::seconds time_for_views_;
   SiteOptions options_;
   SiteHistory history_;
   std::vector<std::string> names_, older_names_;  // of the files of the last version, and of the one before
@@ -40,8 +43,9 @@ class LiveSite {
 // Whether two snapshots of one atlas show the same: the same surface and views, by their addresses, and equal tables.
 [[nodiscard]] bool look_alike(const Snapshot& a, const Snapshot& b);
 
-// Gives what is to be shown next, good until it gives another; null: nothing new.
-using SnapshotSource = std::function<const Snapshot*()>;
+// Returns the next snapshot to show, or null: nothing new. The snapshot is kept until the page has all of it, or another
+// one that holds a view takes its place.
+using SnapshotSource = std::function<std::shared_ptr<const Snapshot>()>;
 
 // Asks for what changed and shows it, on a thread of its own, until what this gives is destroyed, which takes a moment:
 // at most a fifth of the time goes into it. `failed` is told on that thread why a version is not shown.

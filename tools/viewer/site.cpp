@@ -415,13 +415,15 @@ std::vector<std::string> SiteWriter::write_version() {
   colors.add("colors", values, 3, PackedCoding::difference);
   const json described_colors = write_arrays_version("colors", colors);
   const auto until = std::chrono::steady_clock::now() + options_.time_for_views;
+  bool has_more = false;  // than the version before
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
     step();
     const bool changed = snapshot_.views[slot] != history_->views[slot].view;
-    if (changed && snapshot_.views[slot] && std::chrono::steady_clock::now() > until) {
+    if (changed && snapshot_.views[slot] && has_more && std::chrono::steady_clock::now() > until) {
       history_->complete = false;
     } else {
       note_view_version(slot);
+      has_more = has_more || (changed && snapshot_.views[slot]);
     }
     if (is_known(slot)) write_view_version(slot, *snapshot_.views[slot]);
   }

@@ -29,7 +29,7 @@ struct SiteOptions {
   ImageCoding photographs{ImageFormat::jpeg, 90};
   BlendOptions blend;
   std::uint32_t most_side_px = kMostSidePx;                      // photographs with a longer side are scaled, all alike
-  std::chrono::seconds time_for_views = std::chrono::hours(24);  // of a version; at least one is written
+  std::chrono::seconds time_for_views = std::chrono::hours(24);  // of a version; at least one that is new is written
   bool live = false;  // the page asks again and again for what changed: see live_site.h
 };
 
