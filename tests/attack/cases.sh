@@ -2,7 +2,7 @@
 # One function for each kind of attack. Each has an empty folder, $case_folder.
 
 kinds=(scene_files kill text_scene model_files limits model_json streams notes_json full_disk options glb locale
-  file_size kill_picture small_disk capture export points kill_export view)
+  file_size kill_picture small_disk capture export points kill_export view server web_names)
 
 # use_scene FOLDER: what people do with a scene.
 use_scene() {
@@ -138,6 +138,140 @@ case_view() {
   run "" view "$case_folder/model" "${options[@]}"
   how=(timeout -k 5 60)
   judge_loud "$sent"
+  no_leftovers "$case_folder"
+}
+
+# ask PORT REQUEST [SECONDS]: sends the bytes that printf makes of REQUEST, and leaves what is answered within that time
+# in `answer` in the case's folder.
+ask() {
+  timeout "${3:-2}" bash -c 'exec 3<>"/dev/tcp/127.0.0.1/$0" && printf %b "$1" >&3 && cat <&3' "$1" "$2" \
+    >"$case_folder/answer" 2>/dev/null
+}
+
+# The answer to the last ask is a whole one, to a GET.
+judge_answer() {
+  local answer=$case_folder/answer head length
+  head=$(head -c 2000 "$answer" | tr -d '\0' | sed '/^\r$/q')
+  if ! head -n 1 "$answer" | grep -qaE $'^HTTP/1\\.[01] [2-5][0-9]{2} [A-Za-z -]*\r$'; then
+    complain "no well-formed answer to $1: $(head -c 200 "$answer")"
+    return
+  fi
+  length=$(sed -n $'s/^Content-Length: \\([0-9]*\\)\r$/\\1/p' <<<"$head")
+  if [ "$(($(wc -c <"$answer") - ${#head} - 1))" -ne "${length:--1}" ]; then
+    complain "another length than it says, to $1: $head"
+  fi
+}
+
+body_of_answer() { tail -c +$(($(sed $'/^\r$/q' "$case_folder/answer" | wc -c) + 1)) "$case_folder/answer"; }
+
+# A request that a browser would not send. It is left in `request`, for printf.
+strange_request() {
+  local host="Host: localhost\\r\\n" end="Connection: close\\r\\n\\r\\n" method=GET path=/scene.json line value
+  one_of $'Range: bytes=' Host: Content-Length: Transfer-Encoding: Expect: X: $'Range: bytes=0-1,' Connection:
+  line=$chosen
+  one_of "${hostile_numbers[@]}" 0-0 5-1 -1 0- 99999999999- '0-0,0-0' 18446744073709551615-18446744073709551616 \
+    evil.example 127.0.0.1 chunked 100-continue close keep-alive "$(printf 'x%.0s' {1..9000})" '\\0' '\\n' ' ' ''
+  value=$chosen
+  below 4
+  case $chosen in
+    0) one_of POST PUT DELETE OPTIONS TRACE PATCH CONNECT PRI get '' '\\x16\\x03\\x01' "$(printf 'G%.0s' {1..20000})"; method=$chosen ;;
+    1) one_of /../../etc/passwd /%2e%2e/etc/passwd //etc/passwd http://evil.example/ '*' '' '/\\0' '/?a=b' "/$(printf 'x%.0s' {1..20000})"; path=$chosen ;;
+  esac
+  request="$method $path HTTP/1.1\\r\\n$host$line $value\\r\\n$end"
+}
+
+# A range of the file that stands as `whole` in the case's folder is answered with these bytes of it.
+judge_range() {
+  local port=$1 size first last
+  size=$(stat -c %s "$case_folder/whole")
+  below $((size + 10))
+  first=$chosen
+  below $((2 * size))
+  last=$((first + chosen))
+  ask "$port" "GET /scene.json HTTP/1.1\\r\\nHost: localhost\\r\\nRange: bytes=$first-$last\\r\\nConnection: close\\r\\n\\r\\n"
+  judge_answer "a range"
+  if [ "$first" -ge "$size" ]; then
+    if ! head -n 1 "$case_folder/answer" | grep -qa ' 416 '; then complain "a range past the end is answered"; fi
+  elif ! cmp -s <(body_of_answer) <(tail -c +$((first + 1)) "$case_folder/whole" | head -c $((last - first + 1))); then
+    complain "bytes $first-$last of $size are not the file's"
+  fi
+}
+
+# judge_serves PORT: the whole page comes at once.
+judge_serves() {
+  ask "$1" 'GET /scene.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
+  judge_answer "a whole request"
+  if ! cmp -s <(body_of_answer) "$case_folder/whole"; then complain "the server no longer answers as it did"; fi
+}
+
+# The server that `view` is, by clients that no browser is.
+case_server() {
+  local server port halves i
+  printf '%q ' "$program" view "$work/base/model" --no-browser --quiet >"$case_folder/command"
+  "$program" view "$work/base/model" --no-browser --quiet >"$case_folder/out" 2>"$case_folder/err" </dev/null &
+  server=$!
+  for ((i = 0; i < 600; ++i)); do
+    if [ -s "$case_folder/out" ] || ! kill -0 "$server" 2>/dev/null; then break; fi
+    sleep 0.05
+  done
+  port=$(sed -n 's|^http://127.0.0.1:\([0-9]*\)/$|\1|p' "$case_folder/out")
+  ask "${port:-0}" 'GET /scene.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
+  body_of_answer >"$case_folder/whole"
+  if ! [ -s "$case_folder/whole" ]; then complain "the server does not answer"; fi
+  # Connections that stay, with half a request or none.
+  timeout 60 bash -c 'for ((i = 0; i < 40; ++i)); do
+      exec {half}<>"/dev/tcp/127.0.0.1/$0" && if ((i % 2)); then printf "GET /scene.json HT" >&"$half"; fi
+    done
+    read -r -u "$half"' "$port" 2>/dev/null &
+  halves=$!
+  for ((i = 0; i < 6; ++i)); do
+    strange_request
+    ask "$port" "$request" 1
+    if [ -s "$case_folder/answer" ] && [[ $request != HEAD* ]]; then judge_answer "$(head -c 200 <<<"$request")"; fi
+    judge_range "$port"
+  done
+  judge_serves "$port"
+  kill "$halves" 2>/dev/null
+  wait "$halves" 2>/dev/null
+  judge_serves "$port"
+  kill -TERM "$server" 2>/dev/null
+  wait "$server" 2>/dev/null
+  status=$?
+  judge TERM
+  no_leftovers "$case_folder"
+}
+
+# Names that would be something else in HTML, in a URL or in the page's template.
+case_web_names() {
+  local name target page title
+  one_of 'a{{data}}b' '{{script}}' '{{style}}{{title}}' '<script>alert(1)<' '"><b>' "'" '&lt;' $'a\nb' $'\xff\xfe' '%2e%2e' \
+    'a b?c#d' '-x' '$(id)' '`id`' '.' "$(printf 'n%.0s' {1..200})"
+  name=$chosen
+  mkdir "$case_folder/in"
+  cp -r "$work/base/model" "$case_folder/in/$name"
+  if [ "$name" = . ]; then cp -r "$work/base/model/." "$case_folder/in"; fi
+  one_of site.html site
+  target=$case_folder/$chosen
+  if [ "$name" != . ]; then target=$case_folder/$name${chosen#site}; fi
+  run "" export "$case_folder/in/$name" --to web --quiet -o "$target"
+  judge
+  if [ "$status" -ne 0 ]; then
+    complain "a name stops it: $(cat "$case_folder/err")"
+    return
+  fi
+  page=$target
+  if [ -d "$target" ]; then page=$target/index.html; fi
+  title=$(tr '\n' ' ' <"$page" | grep -aoP -m 1 '<title>.*?</title>')
+  if [[ ${title#<title>} == *"<"*"</title>" ]]; then complain "the title is more than a text: ${title:0:300}"; fi
+  if ! grep -qaE '<script type="?module' "$page"; then complain "the page has no script"; fi
+  if [ -d "$target" ]; then
+    # Whatever the page or the scene names is there.
+    while read -r file; do
+      if [ ! -f "$target/$file" ]; then complain "$file is named and not there"; fi
+    done < <(grep -aohE '[a-z0-9/]+-[0-9a-f]{16}\.[a-z]+' "$page" "$target/scene.json" | sort -u)
+  elif [ "$(grep -ac 'data-file="' "$page")" -lt 10 ]; then
+    complain "the page lacks its data"
+  fi
   no_leftovers "$case_folder"
 }
 
