@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "blend/gl_objects.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -42,8 +43,15 @@ std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side, std::
 
 }  // namespace
 
+void check_picture_size(const Camera& camera) {
+  if (std::uint64_t{camera.width} * camera.height <= kMostPicturePixels) return;
+  throw std::invalid_argument("picture: " + size_text(camera.width, camera.height) +
+                              " is more than 2^30 pixels, name a smaller picture");
+}
+
 std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side) {
   check(camera);
+  check_picture_size(camera);
   if (side < 1) throw std::invalid_argument("tiles: side is 0, must be at least 1");
   std::vector<Tile> tiles;
   for (std::uint32_t top = 0; top < camera.height; top += std::min(side, camera.height - top)) {

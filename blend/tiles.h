@@ -14,13 +14,19 @@ namespace lumatlas {
 // most, for where there are more than 2 x 2 samples a pixel tiles are smaller.
 inline constexpr std::uint32_t kTileSide = 3072;  // pixels
 
+// Pixels that a picture may have, which is in memory as a whole with its depth and states.
+inline constexpr std::uint64_t kMostPicturePixels = std::uint64_t{1} << 30;
+
+// Throws std::invalid_argument for a camera whose picture would have more than kMostPicturePixels.
+void check_picture_size(const Camera& camera);
+
 struct Tile {
   std::uint32_t left = 0, top = 0;  // of its first pixel in the whole image
   Camera camera;
 };
 
-// Covers the image row by row, each tile at most `side` wide and high. Throws std::invalid_argument for a side of 0 or
-// a bad camera.
+// Covers the image row by row, each tile at most `side` wide and high. Throws std::invalid_argument for a side of 0, a
+// bad camera or a picture of more than kMostPicturePixels.
 [[nodiscard]] std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side);
 
 // What the renderer's functions of these names give, of pictures of any size that a camera may have; in one piece where

@@ -6,15 +6,13 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "blend/tiles.h"
 #include "tools/cli/option_rules.h"
 #include "tools/paths/camera_tours.h"
 
 namespace lumatlas {
 
 namespace {
-
-// Of a picture, which is in memory as a whole, with its depth and states.
-constexpr std::uint64_t kMostPixels = 1u << 30;
 
 const Names<Mode> kModes{{"picture", Mode::picture},
                          {"coverage", Mode::coverage},
@@ -129,7 +127,7 @@ void RenderFlags::check() const {
   if (mode == Mode::error && views.empty()) {
     throw CLI::ValidationError("--mode", "error needs the photographs of --views");
   }
-  if (std::uint64_t{width} * height > kMostPixels) {
+  if (std::uint64_t{width} * height > kMostPicturePixels) {
     throw CLI::ValidationError("--width", std::to_string(width) + " times --height " + std::to_string(height) +
                                               " is more than 2^30 pixels, name a smaller picture");
   }

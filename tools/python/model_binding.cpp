@@ -39,6 +39,7 @@ Model::~Model() {
 }
 
 Rendering Model::render(const Camera& camera) {
+  check_picture_size(camera);
   const std::lock_guard lock(drawing_);
   if (!context_) context_.emplace(EglContext::Options{.stays_current = false});
   const CurrentContext current(*context_);
@@ -51,6 +52,7 @@ Rendering Model::render(const Camera& camera) {
 }
 
 VisibilityBuffer Model::trace(const Camera& camera) {
+  check_picture_size(camera);
   {
     const std::lock_guard lock(drawing_);
     if (!visibility_) visibility_ = make_ray_visibility(model_.snapshot.surface->mesh);

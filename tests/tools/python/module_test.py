@@ -7,6 +7,7 @@ import io
 import json
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -153,6 +154,14 @@ class Module(unittest.TestCase):
         with self.assertRaisesRegex(RuntimeError, "was built from every photograph"):
             lumatlas.validate(everything, self.scene)
         self.assertFalse(Path("other").exists())
+
+    def test_a_picture_of_more_pixels_than_the_program_draws_is_refused_before_memory_is_taken(self):
+        huge = lumatlas.Camera(65536, 65536, 30000)
+        for function in (self.model.render, self.model.render_with_state, self.model.depth):
+            with self.assertRaisesRegex(ValueError, "65536x65536 is more than 2\\^30 pixels"):
+                function(huge)
+        peak_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        self.assertLess(peak_kib, 3 << 20)  # the states alone of such a picture would be 4 GiB
 
     def test_a_build_can_be_stopped(self):
         with self.assertRaisesRegex(RuntimeError, "stopped by its caller"):
