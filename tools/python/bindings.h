@@ -12,6 +12,7 @@
 #include <string>
 
 #include "mesh/camera.h"
+#include "tools/python/initialised_caster.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas::python {
@@ -39,3 +40,12 @@ struct Scene {
 [[nodiscard]] std::optional<HoldOut> protocol_of(std::optional<std::size_t> hold, std::size_t block);
 
 }  // namespace lumatlas::python
+
+namespace pybind11::detail {
+
+template <>
+class type_caster<lumatlas::Camera> : public lumatlas::python::InitialisedCaster<lumatlas::Camera> {};
+template <>
+class type_caster<lumatlas::python::Scene> : public lumatlas::python::InitialisedCaster<lumatlas::python::Scene> {};
+
+}  // namespace pybind11::detail

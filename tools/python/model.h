@@ -12,6 +12,7 @@
 #include "blend/renderer.h"
 #include "mesh/visibility.h"
 #include "tools/pipeline/model_output.h"
+#include "tools/python/initialised_caster.h"
 
 namespace lumatlas::python {
 
@@ -45,3 +46,10 @@ class Model {
 [[nodiscard]] std::shared_ptr<Model> open_model(const std::filesystem::path& path);
 
 }  // namespace lumatlas::python
+
+namespace pybind11::detail {
+
+template <>
+class type_caster<lumatlas::python::Model> : public lumatlas::python::InitialisedCaster<lumatlas::python::Model> {};
+
+}  // namespace pybind11::detail

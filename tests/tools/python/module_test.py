@@ -3,6 +3,7 @@
 
 import ast
 import contextlib
+import copy
 import io
 import json
 import os
@@ -162,6 +163,33 @@ class Module(unittest.TestCase):
                 function(huge)
         peak_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         self.assertLess(peak_kib, 3 << 20)  # the states alone of such a picture would be 4 GiB
+
+    def test_objects_without_init_are_refused_wherever_they_are_given(self):
+        camera, scene, model = (kind.__new__(kind) for kind in (lumatlas.Camera, lumatlas.Scene, lumatlas.Model))
+        kinds = [kind for kind in vars(lumatlas).values() if isinstance(kind, type)]
+        self.assertEqual(set(kinds), {lumatlas.Camera, lumatlas.Scene, lumatlas.Model})
+        for made in (camera, scene, model):
+            for name, member in vars(type(made)).items():
+                if isinstance(member, property):
+                    with self.assertRaisesRegex(TypeError, "without __init__", msg=name):
+                        getattr(made, name)
+        for call in (
+            lambda: camera.scaled_to(8, 8),
+            lambda: repr(camera),
+            lambda: copy.copy(self.camera()).width,
+            lambda: self.model.render(camera),
+            lambda: model.render(self.camera()),
+            lambda: model.depth(self.camera()),
+            lambda: len(scene),
+            lambda: scene.held_out(4),
+            lambda: scene.photograph("0000.png"),
+            lambda: lumatlas.build(scene, "other"),
+            lambda: lumatlas.make_mesh(scene, "other.ply"),
+            lambda: lumatlas.validate(model, self.scene),
+            lambda: lumatlas.validate(self.model, scene),
+        ):
+            with self.assertRaises(TypeError):
+                call()
 
     def test_a_build_can_be_stopped(self):
         with self.assertRaisesRegex(RuntimeError, "stopped by its caller"):
