@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "mesh/base/errors.h"
+#include "planner/photometry.h"
 #include "tests/extremes/extreme_scenes.h"
 #include "tests/support/gl_test_context.h"
 #include "tools/score/report.h"
@@ -57,6 +58,25 @@ TEST_CASE("held-out views of nothing and of a single pixel leave the means finit
     REQUIRE(means[method].aligned);
     CHECK(std::isfinite(means[method].aligned->psnr));
     CHECK(std::isfinite(means[method].textured));
+  }
+}
+
+TEST_CASE("methods whose poses differ are compared on the same pixels, and the frame counts what shows nothing") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  EdgeScene scene = court_scene(7);
+  const Camera taken_at = scene.views[2].camera;
+  scene.views[2].camera = moved(taken_at, glm::dvec3(0.01, -0.02, 0.005), glm::dvec3(0.02, 0.01, 0));
+  const Report report = validated(scene, *context);
+  for (const ReportView& view : report.views) {
+    CAPTURE(view.name);
+    for (const ReportRendering& rendering : view.renderings) {
+      CHECK(rendering.scores.aligned_pixels == view.renderings[0].scores.aligned_pixels);
+      CHECK(rendering.scores.aligned_pixels > 0);
+      CHECK(rendering.scores.aligned_pixels <= rendering.scores.pixels);
+      CHECK(rendering.scores.frame_pixels == std::size_t{view.width} * view.height);
+      CHECK(rendering.scores.frame_textured <= rendering.scores.textured);
+    }
   }
 }
 

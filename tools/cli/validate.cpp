@@ -112,7 +112,8 @@ void print_table(const Report& report) {
   } else {
     std::cout << " views of " << report.test << '\n';
   }
-  std::cout << "                raw            fitted           aligned      textured    seams  flicker\n"
+  std::cout << "                                                                 textured\n"
+            << "                raw            fitted           aligned       of mesh  of frame    seams  flicker\n"
             << std::fixed;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const MethodScores& m = means[i];
@@ -126,7 +127,8 @@ void print_table(const Report& report) {
     } else {
       std::cout << std::setw(18) << "";
     }
-    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setprecision(2);
+    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setw(8)
+              << 100 * m.frame_textured << " %" << std::setprecision(2);
     std::cout << std::setw(9) << report.methods[i].seams.value_or(std::numeric_limits<double>::quiet_NaN());
     if (report.methods[i].flicker) std::cout << std::setw(9) << report.methods[i].flicker->rms;
     std::cout << '\n';

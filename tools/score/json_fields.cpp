@@ -13,7 +13,8 @@ template <typename AnyScores>
 nlohmann::json common_scores(const AnyScores& scores) {
   nlohmann::json json = {{"raw", json_scores(scores.raw)},
                          {"fitted", json_scores(scores.fitted)},
-                         {"textured", json_number(scores.textured)}};
+                         {"textured", json_number(scores.textured)},
+                         {"frame_textured", json_number(scores.frame_textured)}};
   if (scores.aligned) {
     json["aligned"] = json_scores(*scores.aligned);
   }
@@ -39,6 +40,8 @@ nlohmann::json json_scores(const ViewScores& scores) {
   nlohmann::json json = common_scores(scores);
   json["gain"] = json_number(scores.gain);
   json["pixels"] = scores.pixels;
+  json["frame_pixels"] = scores.frame_pixels;
+  if (scores.aligned) json["aligned_pixels"] = scores.aligned_pixels;
   return json;
 }
 

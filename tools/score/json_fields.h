@@ -15,7 +15,9 @@ namespace lumatlas {
 // average it like any other, and null always means that there was nothing to score.
 [[nodiscard]] nlohmann::json json_scores(const Scores& scores);
 
-[[nodiscard]] nlohmann::json json_scores(const MethodScores& scores);  // raw, fitted, aligned if measured, textured
-[[nodiscard]] nlohmann::json json_scores(const ViewScores& scores);    // as well as gain and pixels
+// "raw", "fitted", "aligned" if measured, "textured", "frame_textured".
+[[nodiscard]] nlohmann::json json_scores(const MethodScores& scores);
+// As well as "gain", "pixels", "frame_pixels", and "aligned_pixels" if measured.
+[[nodiscard]] nlohmann::json json_scores(const ViewScores& scores);
 
 }  // namespace lumatlas

@@ -75,7 +75,9 @@ std::string score_sentences(bool aligned) {
          "photograph "
          "that was held out; " +
          std::string(aligned ? "<b>aligned</b> is after its camera's pose, too, has been refined; " : "") +
-         "<b>textured</b> is the share of those pixels that a photograph coloured.</p>\n";
+         "<b>textured</b> is the share that a photograph coloured, of those pixels (<b>of mesh</b>) and of the whole "
+         "frame "
+         "(<b>of frame</b>): where no mesh is seen, nothing is shown.</p>\n";
 }
 
 std::string shortfall_paragraph(const Report& report) {
@@ -132,15 +134,18 @@ std::vector<double> figures(const MethodScores& scores, bool aligned) {
     const Scores values = scores.aligned.value_or(Scores{kNaN, kNaN});
     row.insert(row.end(), {values.psnr, values.ssim});
   }
-  row.push_back(scores.textured);
+  row.insert(row.end(), {scores.textured, scores.frame_textured});
   return row;
 }
 
-// Columns alternate between PSNR and SSIM; the last is the share.
+// Columns alternate between PSNR and SSIM; the last two are shares.
 std::string cell(double value, std::size_t column, std::size_t columns, bool best) {
-  const std::string text = column + 1 == columns ? percent(value) : (column % 2 == 0 ? db(value) : similarity(value));
+  const std::string text = column + 2 >= columns ? percent(value) : (column % 2 == 0 ? db(value) : similarity(value));
   return (best ? "<td class=\"best\">" : "<td>") + text + "</td>";
 }
+
+const std::string kSharesAbove = "<th class=\"group\" colspan=\"2\">textured</th>";
+const std::string kSharesBelow = "<th>of mesh</th><th>of frame</th>";
 
 std::string table_head(bool aligned, const std::string& end_above, const std::string& end_below) {
   std::string above = "<thead><tr><th></th>";
@@ -161,7 +166,7 @@ std::string summary_table(const Report& report, const std::vector<MethodScores>&
     rows.push_back(figures(scores, aligned));
   }
   std::string html = "<div class=\"scroll\"><table class=\"summary\">\n" +
-                     table_head(aligned, "<th></th><th></th>", "<th>textured</th><th></th>") + "<tbody>\n";
+                     table_head(aligned, kSharesAbove + "<th></th>", kSharesBelow + "<th></th>") + "<tbody>\n";
   for (std::size_t method = 0; method < rows.size(); ++method) {
     html += "<tr><th>" + html_escaped(report.methods[method].name) + "</th>";
     for (std::size_t column = 0; column < rows[method].size(); ++column) {
@@ -306,7 +311,8 @@ std::string bar(const Report& report) {
       "<option value=\"best\">best first</option><option value=\"name\">by name</option></select></label>\n"
       "<label class=\"needs-script\">by <select id=\"score\"><option value=\"fitted\">fitted PSNR</option>"
       "<option value=\"raw\">raw PSNR</option><option value=\"ssim\">fitted SSIM</option>"
-      "<option value=\"textured\">textured share</option></select></label>\n";
+      "<option value=\"textured\">textured share of the mesh</option>"
+      "<option value=\"frame\">textured share of the frame</option></select></label>\n";
   return html + legend() + "</div>\n";
 }
 
@@ -345,10 +351,11 @@ std::string pictures(const Report& report, const ReportView& view, std::size_t m
 
 std::string view_table(const Report& report, const ReportView& view, bool aligned) {
   std::string html = "<div class=\"scroll\"><table>\n" +
-                     table_head(aligned, "<th></th><th></th>", "<th>textured</th><th>gain</th>") + "<tbody>\n";
+                     table_head(aligned, kSharesAbove + "<th></th>", kSharesBelow + "<th>gain</th>") + "<tbody>\n";
   for (std::size_t method = 0; method < report.methods.size(); ++method) {
     const ViewScores& scores = view.renderings[method].scores;
-    const std::vector<double> row = figures({1, scores.raw, scores.fitted, scores.aligned, scores.textured}, aligned);
+    const std::vector<double> row =
+        figures({1, scores.raw, scores.fitted, scores.aligned, scores.textured, scores.frame_textured}, aligned);
     html +=
         "<tr data-method=\"" + std::to_string(method) + "\"><th>" + html_escaped(report.methods[method].name) + "</th>";
     for (std::size_t column = 0; column < row.size(); ++column) {
@@ -376,7 +383,8 @@ std::string article(const Report& report, std::size_t index, bool aligned) {
                      data_attribute("fitted", view, [](const ViewScores& s) { return s.fitted.psnr; }) +
                      data_attribute("raw", view, [](const ViewScores& s) { return s.raw.psnr; }) +
                      data_attribute("ssim", view, [](const ViewScores& s) { return s.fitted.ssim; }) +
-                     data_attribute("textured", view, [](const ViewScores& s) { return s.textured; }) + ">\n";
+                     data_attribute("textured", view, [](const ViewScores& s) { return s.textured; }) +
+                     data_attribute("frame", view, [](const ViewScores& s) { return s.frame_textured; }) + ">\n";
   html += "<h3><a href=\"#" + id + "\">" + html_escaped(view.name) + "</a></h3>\n" + view_table(report, view, aligned);
   for (std::size_t method = 0; method < report.methods.size(); ++method) {
     html += pictures(report, view, method);

@@ -192,7 +192,8 @@ Photograph through_table(const Photograph& image, const LevelTable& table) {
   return result;
 }
 
-double share(std::span<const std::uint8_t> textured, const CountedPixels& counted) {
+// Of the pixels that count, those that are textured.
+double textured_share(std::span<const std::uint8_t> textured, const CountedPixels& counted) {
   std::size_t pixels = 0;
   std::size_t covered = 0;
   for (std::size_t i = 0; i < counted.size(); ++i) {
@@ -253,30 +254,38 @@ ViewScores score_view(const Photograph& rendering, const Photograph& photograph,
     const LevelTable table = gain_table(scores.gain);
     scores.fitted = {psnr_of(sums, table), ssim(through_table(rendering, table), photograph, counted)};
   }
-  scores.textured = share(textured, counted);
+  scores.textured = textured_share(textured, counted);
+  const CountedPixels frame = counted_pixels(rendering, photograph, {});
+  scores.frame_pixels = std::accumulate(frame.begin(), frame.end(), std::size_t{0});
+  scores.frame_textured = textured_share(textured, frame);
   return scores;
 }
 
 MethodScores mean_scores(std::span<const ViewScores> views) {
   std::vector<Scores> raw, fitted, aligned;
-  double pixels = 0;
-  double textured = 0;
+  bool all_aligned = true;
+  double pixels = 0, frame_pixels = 0;
+  double textured = 0, frame_textured = 0;
   for (const ViewScores& view : views) {
+    if (view.frame_pixels > 0) {
+      frame_pixels += static_cast<double>(view.frame_pixels);
+      frame_textured += view.frame_textured * static_cast<double>(view.frame_pixels);
+    }
     if (view.pixels == 0) {
       continue;
     }
     raw.push_back(view.raw);
     fitted.push_back(view.fitted);
-    if (view.aligned) {
+    all_aligned = all_aligned && view.aligned;
+    if (view.aligned && view.aligned_pixels > 0) {
       aligned.push_back(*view.aligned);
     }
     pixels += static_cast<double>(view.pixels);
     textured += view.textured * static_cast<double>(view.pixels);
   }
-  MethodScores mean{raw.size(), mean_of(raw), mean_of(fitted), {}, raw.empty() ? kNaN : textured / pixels};
-  if (!aligned.empty() && aligned.size() == raw.size()) {
-    mean.aligned = mean_of(aligned);
-  }
+  MethodScores mean{raw.size(), mean_of(raw), mean_of(fitted), {}, raw.empty() ? kNaN : textured / pixels, kNaN};
+  if (!raw.empty() && all_aligned) mean.aligned = mean_of(aligned);
+  if (frame_pixels > 0) mean.frame_textured = frame_textured / frame_pixels;
   return mean;
 }
 

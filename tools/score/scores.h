@@ -53,15 +53,20 @@ inline constexpr double kLargestGain = 64;
 
 // One held-out view.
 struct ViewScores {
-  std::size_t pixels = 0;         // that counted
-  Scores raw;                     // the rendering as it is
-  Scores fitted;                  // after `gain`
-  std::optional<Scores> aligned;  // fitted, with the camera's pose refined as well; absent where it was not measured
-  double gain = 1;                // fit_gain
-  double textured = 0;  // share of the pixels that a stored photograph coloured, in [0, 1]; NaN without pixels
+  std::size_t pixels = 0;          // that counted
+  std::size_t frame_pixels = 0;    // inside the lens's image, whether the mesh is seen there or not
+  Scores raw;                      // the rendering as it is
+  Scores fitted;                   // after `gain`
+  std::optional<Scores> aligned;   // fitted, with the camera's pose refined as well; absent where it was not measured
+  std::size_t aligned_pixels = 0;  // that `aligned` is over: those where every method shows the mesh, see README.md
+  double gain = 1;                 // fit_gain
+  // Shares that a stored photograph coloured, in [0, 1], NaN of no pixels.
+  double textured = 0;        // of `pixels`, the mesh's
+  double frame_textured = 0;  // of `frame_pixels`: what the mesh does not cover counts as not textured
 };
 
-// Raw and fitted scores. `textured` has one entry per pixel, not 0 where a stored photograph coloured it; empty: none.
+// All but the aligned scores. `textured` has one entry per pixel, not 0 where a stored photograph coloured it; empty:
+// none.
 [[nodiscard]] ViewScores score_view(const Photograph& rendering, const Photograph& photograph,
                                     std::span<const std::uint8_t> mask, std::span<const std::uint8_t> textured);
 
@@ -75,8 +80,9 @@ struct MethodScores {
   std::size_t views = 0;  // that have pixels
   Scores raw;
   Scores fitted;
-  std::optional<Scores> aligned;  // if every view with pixels has it
-  double textured = 0;            // share of all pixels of all views
+  std::optional<Scores> aligned;  // over the views with aligned_pixels, if every view with pixels was aligned
+  double textured = 0;            // share of the pixels that count in all views
+  double frame_textured = 0;      // share of the whole frames of all views, also of those without pixels that count
 };
 [[nodiscard]] MethodScores mean_scores(std::span<const ViewScores> views);
 

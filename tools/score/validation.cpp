@@ -7,6 +7,7 @@
 #include <memory>
 #include <numeric>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -19,6 +20,7 @@
 #include "tools/base/progress.h"
 #include "tools/scene/photograph_stream.h"
 #include "tools/score/align_to_model.h"
+#include "tools/score/aligned_pictures.h"
 #include "tools/score/error_picture.h"
 #include "tools/score/seam_contrast.h"
 #include "tools/score/textured_picture.h"
@@ -105,13 +107,21 @@ class Scoring {
   Scoring(const Visibility& visibility, const ValidationOptions& options, const std::filesystem::path& folder)
       : visibility_(visibility), options_(options), folder_(folder) {}
 
-  [[nodiscard]] ReportRendering score(Method& method, const Scored& view) const {
-    throw_if_interrupted();
-    Rendering rendering = method.draw(view.camera, options_.blend);
-    method.seams.add(view.visible, rendering.picture, view.photograph);
-    ReportRendering result = as_given(method.report.name, view, rendering);
-    if (options_.aligned) add_aligned(method, view, std::move(rendering.picture), result);
-    return result;
+  // One rendering per method, in their order. One tick of `progress` a method, of this many.
+  [[nodiscard]] std::vector<ReportRendering> score(std::vector<Method>& methods, const Scored& view, std::size_t ticks,
+                                                   Progress& progress) const {
+    std::vector<ReportRendering> results;
+    std::vector<AlignedPicture> aligned;
+    for (Method& method : methods) {
+      throw_if_interrupted();
+      Rendering rendering = method.draw(view.camera, options_.blend);
+      method.seams.add(view.visible, rendering.picture, view.photograph);
+      results.push_back(as_given(method.report.name, view, rendering));
+      if (options_.aligned) aligned.push_back(as_aligned(method, view, std::move(rendering.picture)));
+      progress.tick(ticks);
+    }
+    if (options_.aligned) add_aligned(methods, view, aligned, results);
+    return results;
   }
 
  private:
@@ -132,24 +142,33 @@ class Scoring {
     return result;
   }
 
-  // Where the given pose agrees best, its picture and its score are those of the aligned one too.
-  void add_aligned(const Method& method, const Scored& view, Photograph picture, ReportRendering& result) const {
+  // Where the given pose agrees best, its picture is the aligned one too.
+  [[nodiscard]] AlignedPicture as_aligned(const Method& method, const Scored& view, Photograph picture) const {
     const ModelPictures pictures{
         [&](const Camera& at) { return method.draw(at, options_.blend).picture; },
         [&](const Camera& at) { return method.draw(at, in_less_time(options_.blend)).picture; }, visibility_};
     const Seen at_given{std::move(picture), view.visible};
-    const std::optional<AlignedView> aligned = align_to_model(pictures, view.camera, at_given, view.pyramid);
-    const Seen& seen = aligned ? aligned->seen : at_given;
-    const std::vector<std::uint8_t> mask = seen_mask(seen.visible);
-    const double gain = aligned ? fit_gain(seen.picture, view.photograph, mask) : result.scores.gain;
-    const Photograph fitted = apply_gain(seen.picture, gain);
-    result.scores.aligned = aligned ? Scores{psnr(fitted, view.photograph, mask), ssim(fitted, view.photograph, mask)}
-                                    : result.scores.fitted;
-    if (!options_.pictures) return;
-    result.aligned_picture = folder_name(view.index) + "/" + method.report.name + "-aligned.png";
-    result.aligned_error = folder_name(view.index) + "/" + method.report.name + "-aligned-error.png";
-    write_image(folder_ / result.aligned_picture, fitted);
-    write_image(folder_ / result.aligned_error, error_picture(fitted, view.photograph, mask));
+    std::optional<AlignedView> aligned = align_to_model(pictures, view.camera, at_given, view.pyramid);
+    Seen seen = aligned ? std::move(aligned->seen) : Seen{at_given};
+    return {std::move(seen.picture), seen_mask(seen.visible)};
+  }
+
+  // Over the pixels that all methods have in common.
+  void add_aligned(const std::vector<Method>& methods, const Scored& view, std::span<const AlignedPicture> aligned,
+                   std::vector<ReportRendering>& results) const {
+    const std::vector<std::uint8_t> common = seen_by_all(seen_mask(view.visible), aligned);
+    for (std::size_t i = 0; i < methods.size(); ++i) {
+      ReportRendering& result = results[i];
+      const double gain = fit_gain(aligned[i].picture, view.photograph, common);
+      const Photograph fitted = apply_gain(aligned[i].picture, gain);
+      add_aligned_scores(fitted, view.photograph, common, result.scores);
+      if (!options_.pictures) continue;
+      const std::string name = folder_name(view.index) + "/" + methods[i].report.name;
+      result.aligned_picture = name + "-aligned.png";
+      result.aligned_error = name + "-aligned-error.png";
+      write_image(folder_ / result.aligned_picture, fitted);
+      write_image(folder_ / result.aligned_error, error_picture(fitted, view.photograph, common));
+    }
   }
 
   const Visibility& visibility_;
@@ -266,10 +285,8 @@ void score_views(Methods& methods, const Scoring& scoring, const Visibility& vis
     if (!report[i].photograph.empty()) write_image(folder / report[i].photograph, photograph);
     const Pyramid pyramid(photograph);
     const VisibilityBuffer visible = visibility.trace(camera);
-    for (Method& method : methods.shown) {
-      report[i].renderings.push_back(scoring.score(method, {i, camera, photograph, pyramid, visible}));
-      progress.tick(ticks.scoring);
-    }
+    report[i].renderings =
+        scoring.score(methods.shown, {i, camera, photograph, pyramid, visible}, ticks.scoring, progress);
     if (methods.given) {
       const Rendering rendering = methods.given->draw(camera, blend);
       methods.given->scores.push_back(score_view(rendering.picture, photograph, seen_mask(visible), {}));

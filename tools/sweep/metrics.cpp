@@ -34,6 +34,8 @@ std::vector<Source> sources_of_method(const std::string& method) {
         {{"ssim." + kind + suffix, "MSSIM " + kind + of, Better::more, 4}, true, at + "/" + kind + "/ssim", 1});
   }
   sources.push_back({{"textured" + suffix, "textured" + of + ", %", Better::more, 1}, true, at + "/textured", 100});
+  sources.push_back(
+      {{"frame_textured" + suffix, "frame textured" + of + ", %", Better::more, 1}, true, at + "/frame_textured", 100});
   sources.push_back({{"seams" + suffix, "seams" + of + ", levels", Better::less, 2}, true, at + "/seams", 1});
   sources.push_back({{"flicker" + suffix, "flicker" + of + ", levels", Better::less, 2}, true, at + "/flicker/rms", 1});
   return sources;

@@ -25,6 +25,8 @@ ReportRendering rendering(double psnr, const std::string& name) {
   made.scores.fitted = {psnr, 0.625};
   made.scores.gain = 1.25;
   made.scores.textured = 0.75;
+  made.scores.frame_textured = 0.5;
+  made.scores.frame_pixels = made.scores.pixels + 100;
   made.picture = "renderings/" + name + ".png";
   made.error = "errors/" + name + ".png";
   return made;
@@ -94,7 +96,8 @@ TEST_CASE("the summary shows the means and marks the best of each column") {
   CHECK(holds(page, "<tr><th>store</th><td class=\"best\">24.00</td>"));
   CHECK(holds(page, "<td class=\"best\">25.00</td>"));
   CHECK(holds(page, "<tr><th>vertex</th><td>18.67</td>"));
-  CHECK(holds(page, "75.0 %"));
+  CHECK(holds(page, "75.0 %</td><td class=\"best\">50.0 %"));
+  CHECK(holds(page, "of mesh</th><th>of frame</th>"));
   CHECK_FALSE(holds(page, "aligned</th>"));
 }
 
@@ -103,6 +106,7 @@ TEST_CASE("aligned scores appear once every view has them") {
   for (ReportView& view : report.views) {
     for (ReportRendering& rendering : view.renderings) {
       rendering.scores.aligned = Scores{33.3, 0.9};
+      rendering.scores.aligned_pixels = 100;
     }
   }
   const std::string page = report_page(report);
@@ -230,6 +234,7 @@ TEST_CASE("the JSON has the keys that scripts rely on") {
   CHECK(store["fitted"]["psnr"].get<double>() == Approx(25));
   CHECK(store["fitted"]["ssim"].get<double>() == Approx(0.625));
   CHECK(store["textured"].get<double>() == Approx(0.75));
+  CHECK(store["frame_textured"].get<double>() == Approx(0.5));
   CHECK_FALSE(store.contains("aligned"));
   CHECK(json["views"][1]["name"] == "b");
   CHECK(json["views"][1]["methods"]["vertex"]["fitted"]["psnr"].get<double>() == Approx(21));

@@ -265,9 +265,29 @@ TEST_CASE("the textured share counts masked pixels only") {
   CHECK(score_view(photograph, photograph, kEverywhere, kEverywhere).textured == 0);
 }
 
+TEST_CASE("a frame that is mostly empty does not read as textured, however well the mesh is") {
+  const Photograph photograph = pattern(40, 20);
+  const ViewScores scores = score_view(photograph, photograph, left_half(40, 20), left_half(40, 20));
+  CHECK(scores.textured == 1);
+  CHECK(scores.frame_textured == Approx(0.5));
+  CHECK(scores.frame_pixels == 800);
+  Photograph undistorted = photograph;  // the frame is what the lens shows
+  undistorted.valid.assign(800, 255);
+  std::fill_n(undistorted.valid.begin(), 400, std::uint8_t{0});
+  CHECK(score_view(undistorted, undistorted, kEverywhere, left_half(40, 20)).frame_pixels == 400);
+  CHECK(score_view(undistorted, undistorted, kEverywhere, left_half(40, 20)).frame_textured == Approx(0.5));
+  const ViewScores unseen = score_view(photograph, photograph, Mask(800, 0), Mask(800, 0));
+  CHECK(std::isnan(unseen.textured));
+  CHECK(unseen.frame_textured == 0);
+  const MethodScores mean = mean_scores(std::vector<ViewScores>{scores, unseen});
+  CHECK(mean.textured == 1);
+  CHECK(mean.frame_textured == Approx(0.25));
+}
+
 ViewScores view_of(std::size_t pixels, double raw_psnr, double textured) {
   ViewScores view;
   view.pixels = pixels;
+  view.aligned_pixels = pixels;
   view.raw = {raw_psnr, 0.5};
   view.fitted = {raw_psnr + 1, 0.6};
   view.textured = textured;
@@ -288,6 +308,16 @@ TEST_CASE("means are over views, the textured share over pixels, aligned only if
   REQUIRE(mean.aligned);
   CHECK(mean.aligned->psnr == Approx(27));
   CHECK(mean.aligned->ssim == Approx(0.8));
+}
+
+TEST_CASE("a view whose aligned pictures share no pixel leaves the mean of the others") {
+  std::vector<ViewScores> views = {view_of(100, 20, 1.0), view_of(300, 30, 0.0)};
+  views[0].aligned = Scores{22, 0.7};
+  views[1].aligned = Scores{std::nan(""), std::nan("")};
+  views[1].aligned_pixels = 0;
+  const MethodScores mean = mean_scores(views);
+  REQUIRE(mean.aligned);
+  CHECK(mean.aligned->psnr == Approx(22));
 }
 
 TEST_CASE("one identical view does not make a mean infinite, only all of them do") {

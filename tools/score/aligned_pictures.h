@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Scores of pictures whose poses were refined, over the same pixels for every method.
+//
+// Each method has a pose of its own, from which the mesh covers other pixels of the photograph. Scored each on its own
+// pixels, a method would gain by a pose that leaves out what it shows badly.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "atlas/photograph.h"
+#include "tools/score/scores.h"
+
+namespace lumatlas {
+
+// What a method shows of a photograph from its refined pose.
+struct AlignedPicture {
+  Photograph picture;
+  std::vector<std::uint8_t> seen;  // one entry per pixel: not 0 where the mesh is seen
+};
+
+// 1 where the mesh is seen from the given pose and in every picture, so that these pixels are some of those that the
+// other scores are over. Throws std::invalid_argument unless all have as many pixels.
+[[nodiscard]] std::vector<std::uint8_t> seen_by_all(std::span<const std::uint8_t> at_given,
+                                                    std::span<const AlignedPicture> pictures);
+
+// Sets `aligned` and `aligned_pixels`. `fitted` is an aligned picture after its gain. Throws as scores.h does.
+void add_aligned_scores(const Photograph& fitted, const Photograph& photograph, std::span<const std::uint8_t> common,
+                        ViewScores& scores);
+
+}  // namespace lumatlas
