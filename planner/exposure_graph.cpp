@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "planner/exposure_graph.h"
 
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
+#include <Eigen/Core>
 #include <cmath>
-#include <limits>
+#include <utility>
 
 #include "mesh/base/requirement.h"
 
@@ -12,9 +11,11 @@ namespace lumatlas {
 
 namespace {
 
-constexpr int kReweightings = 4;
 constexpr double kOutlierLog = 0.1;  // ratios off by more than this (a sixth of a stop) lose their say
 constexpr double kAnchor = 1e-3;     // e, as a share of a view's own weight of ratios
+// Of a system that is solved: the residual, as a share of each slot's diagonal, ln gain. The anchors make an error of the
+// solution at most 1 / kAnchor times as large.
+constexpr double kTolerance = 1e-9;
 
 constexpr Requirement exposure_graph_requires{"exposure graph"};
 
@@ -23,32 +24,70 @@ struct Edge {
   double log_ratio, weight;
 };
 
-// Normal equations of the edges, each weighted by how well the last solution fits it.
-Eigen::VectorXd solve_once(const std::vector<Edge>& edges, const Eigen::VectorXd& last, double outlier, int slots) {
-  std::vector<Eigen::Triplet<double>> entries;
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(slots);
-  for (const Edge& edge : edges) {
-    const auto i = static_cast<int>(edge.from);
-    const auto j = static_cast<int>(edge.to);
-    const double misfit = (last[i] - last[j] - edge.log_ratio) / outlier;
-    const double weight = edge.weight / (1 + misfit * misfit);
-    const double anchor = kAnchor * edge.weight;
-    entries.insert(entries.end(), {{i, i, weight + anchor}, {j, j, weight + anchor}, {i, j, -weight}, {j, i, -weight}});
-    right[i] += weight * edge.log_ratio;
-    right[j] -= weight * edge.log_ratio;
+// Normal equations of the edges, each weighted by how well a solution fits it.
+class NormalEquations {
+ public:
+  // Every edge counts in full without a solution.
+  NormalEquations(const std::vector<Edge>& edges, const Eigen::VectorXd* fitted, Eigen::Index slots)
+      : edges_(edges), diagonal_(Eigen::VectorXd::Zero(slots)), right_(Eigen::VectorXd::Zero(slots)) {
+    weights_.reserve(edges.size());
+    for (const Edge& edge : edges) {
+      const double misfit =
+          fitted == nullptr ? 0 : ((*fitted)[edge.from] - (*fitted)[edge.to] - edge.log_ratio) / kOutlierLog;
+      const double weight = edge.weight / (1 + misfit * misfit);
+      weights_.push_back(weight);
+      for (const std::uint32_t slot : {edge.from, edge.to}) diagonal_[slot] += weight + kAnchor * edge.weight;
+      right_[edge.from] += weight * edge.log_ratio;
+      right_[edge.to] -= weight * edge.log_ratio;
+    }
+    for (double& value : diagonal_) value = value > 0 ? value : 1;  // of a slot without ratios, whose gain is 1
   }
-  for (int slot = 0; slot < slots; ++slot) entries.emplace_back(slot, slot, 1e-9);
-  Eigen::SparseMatrix<double> matrix(slots, slots);
-  matrix.setFromTriplets(entries.begin(), entries.end());
-  return Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>(matrix).solve(right);
-}
 
-Eigen::VectorXd log_gains(const std::vector<Edge>& edges, int slots) {
-  // Without a solution yet, every edge counts in full.
-  Eigen::VectorXd gains =
-      solve_once(edges, Eigen::VectorXd::Zero(slots), std::numeric_limits<double>::infinity(), slots);
-  for (int round = 0; round < kReweightings; ++round) gains = solve_once(edges, gains, kOutlierLog, slots);
-  return gains;
+  [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& logs) const {
+    Eigen::VectorXd product = diagonal_.cwiseProduct(logs);
+    for (std::size_t i = 0; i < edges_.size(); ++i) {
+      product[edges_[i].from] -= weights_[i] * logs[edges_[i].to];
+      product[edges_[i].to] -= weights_[i] * logs[edges_[i].from];
+    }
+    return product;
+  }
+
+  // Conjugate gradients, preconditioned by the diagonal (Shewchuk 1994, B3). Improves `logs` and returns the number of
+  // products that it took.
+  std::uint64_t solve(Eigen::VectorXd& logs) const {
+    Eigen::VectorXd residual = right_ - times(logs);
+    Eigen::VectorXd direction = residual.cwiseQuotient(diagonal_);
+    Eigen::VectorXd scaled = direction;
+    double now = residual.dot(scaled);
+    const auto most = static_cast<std::uint64_t>(4 * logs.size() + 20);  // exact arithmetic needs one for each slot
+    std::uint64_t products = 1;
+    while (scaled.lpNorm<Eigen::Infinity>() > kTolerance && products < most) {
+      const Eigen::VectorXd along = times(direction);
+      ++products;
+      const double step = now / direction.dot(along);
+      logs += step * direction;
+      residual -= step * along;
+      scaled = residual.cwiseQuotient(diagonal_);
+      const double next = residual.dot(scaled);
+      direction = scaled + (next / now) * direction;
+      now = next;
+    }
+    return products;
+  }
+
+ private:
+  const std::vector<Edge>& edges_;
+  std::vector<double> weights_;
+  Eigen::VectorXd diagonal_, right_;
+};
+
+// Those of a slot without ratios are 0.
+void forget_without_ratios(const std::vector<Edge>& edges, Eigen::VectorXd& logs) {
+  Eigen::VectorXd kept = Eigen::VectorXd::Zero(logs.size());
+  for (const Edge& edge : edges) {
+    for (const std::uint32_t slot : {edge.from, edge.to}) kept[slot] = logs[slot];
+  }
+  logs = std::move(kept);
 }
 
 }  // namespace
@@ -76,19 +115,33 @@ void ExposureGraph::erase(std::uint32_t slot) {
   }
 }
 
-std::vector<glm::dvec3> ExposureGraph::solve(bool white_balance) const {
+const std::vector<double>& ExposureGraph::log_gains(bool white_balance, int channel) {
+  std::vector<Edge> edges;
+  for (std::uint32_t slot = 0; slot < ratios_.size(); ++slot) {
+    for (const ExposureRatio& ratio : ratios_[slot]) {
+      edges.push_back({slot, ratio.slot, (white_balance ? ratio.log_ratio : ratio.log_luminance)[channel],
+                       std::sqrt(static_cast<double>(ratio.points))});
+    }
+  }
+  const auto slots = static_cast<Eigen::Index>(ratios_.size());
+  Solutions& solutions = solutions_[white_balance ? static_cast<std::size_t>(channel) : 3];
+  Eigen::VectorXd logs = Eigen::VectorXd::Zero(slots);  // of the system before
+  for (std::size_t system = 0; system < kSystems; ++system) {
+    const NormalEquations equations(edges, system == 0 ? nullptr : &logs, slots);
+    if (!solutions[system].empty()) logs = Eigen::Map<const Eigen::VectorXd>(solutions[system].data(), slots);
+    forget_without_ratios(edges, logs);
+    looks_ += edges.size() * equations.solve(logs);
+    solutions[system].assign(logs.begin(), logs.end());
+  }
+  return solutions.back();
+}
+
+std::vector<glm::dvec3> ExposureGraph::solve(bool white_balance) {
   std::vector<glm::dvec3> gains(ratios_.size(), glm::dvec3(1.0));
   for (int channel = 0; channel < (white_balance ? 3 : 1); ++channel) {
-    std::vector<Edge> edges;
-    for (std::uint32_t slot = 0; slot < ratios_.size(); ++slot) {
-      for (const ExposureRatio& ratio : ratios_[slot]) {
-        edges.push_back({slot, ratio.slot, (white_balance ? ratio.log_ratio : ratio.log_luminance)[channel],
-                         std::sqrt(static_cast<double>(ratio.points))});
-      }
-    }
-    const Eigen::VectorXd logs = log_gains(edges, static_cast<int>(ratios_.size()));
+    const std::vector<double>& logs = log_gains(white_balance, channel);
     for (std::size_t slot = 0; slot < gains.size(); ++slot) {
-      const double gain = std::exp(logs[static_cast<Eigen::Index>(slot)]);
+      const double gain = std::exp(logs[slot]);
       if (white_balance) {
         gains[slot][channel] = gain;
       } else {
