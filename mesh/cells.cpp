@@ -126,7 +126,10 @@ double size_of_diameter(double diameter) {
 
 double size_for(const Mesh& mesh, std::span<const FaceGeometry> geometry, const CellOptions& options) {
   if (options.size > 0) return options.size;
-  const double size = size_of_diameter(scene_extent(mesh, geometry).diameter);
+  std::vector<double> areas;
+  areas.reserve(geometry.size());
+  for (const FaceGeometry& face : geometry) areas.push_back(face.area);
+  const double size = size_of_diameter(scene_extent(mesh, areas).diameter);
   if (!(size > 0)) {
     throw std::invalid_argument("mesh: its faces have no area, must have some for an automatic cell size");
   }

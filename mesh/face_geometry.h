@@ -16,5 +16,6 @@ struct FaceGeometry {
 };
 
 [[nodiscard]] std::vector<FaceGeometry> face_geometry(const Mesh& mesh);  // one per face
+[[nodiscard]] std::vector<double> face_areas(const Mesh& mesh);           // the same areas alone
 
 }  // namespace lumatlas

@@ -5,10 +5,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <functional>
 #include <utility>
-
-#include "mesh/vertex_faces.h"
 
 namespace lumatlas {
 
@@ -60,26 +57,33 @@ bool is_chain_or_cycle(std::vector<LinkEdge>& link, std::vector<std::uint32_t>& 
   return walked == link.size() && walked >= 3;  // two: the same three vertices twice, facing opposite ways
 }
 
-bool are_fans(std::uint32_t begin, std::uint32_t end, const std::vector<Face>& faces, const VertexFaces& around) {
+void add_without_one_fan(const tbb::blocked_range<std::uint32_t>& range, const std::vector<Face>& faces,
+                         const VertexFaces& around, std::vector<std::uint32_t>& found) {
   std::vector<LinkEdge> link;
   std::vector<std::uint32_t> ends;
-  for (std::uint32_t vertex = begin; vertex < end; ++vertex) {
+  for (std::uint32_t vertex = range.begin(); vertex < range.end(); ++vertex) {
     link.clear();
     for (const std::uint32_t face : around[vertex]) link.push_back(opposite_edge(faces[face], vertex));
-    if (!link.empty() && !is_chain_or_cycle(link, ends)) return false;
+    if (!link.empty() && !is_chain_or_cycle(link, ends)) found.push_back(vertex);
   }
-  return true;
 }
 
 }  // namespace
 
-bool is_oriented_manifold(std::size_t vertices, const std::vector<Face>& faces) {
-  const VertexFaces around(vertices, faces);
-  const auto check_range = [&](const tbb::blocked_range<std::uint32_t>& range, bool so_far) {
-    return so_far && are_fans(range.begin(), range.end(), faces, around);
-  };
+std::vector<std::uint32_t> vertices_without_one_fan(std::size_t vertices, const std::vector<Face>& faces,
+                                                    const VertexFaces& around) {
+  using Found = std::vector<std::uint32_t>;
   const tbb::blocked_range<std::uint32_t> all(0, static_cast<std::uint32_t>(vertices), 4096);
-  return tbb::parallel_reduce(all, true, check_range, std::logical_and<>());
+  return tbb::parallel_reduce(
+      all, Found(),
+      [&](const tbb::blocked_range<std::uint32_t>& range, Found found) {
+        add_without_one_fan(range, faces, around, found);
+        return found;
+      },
+      [](Found first, const Found& second) {
+        first.insert(first.end(), second.begin(), second.end());
+        return first;
+      });
 }
 
 }  // namespace lumatlas

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
+#include <compare>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <iterator>
@@ -16,12 +18,14 @@
 #include <numeric>
 #include <optional>
 #include <stdexcept>
+#include <unordered_map>
 #include <unordered_set>
 #include <utility>
 #include <vector>
 
 #include "mesh/base/number_text.h"
-#include "mesh/opposite_halfedges.h"
+#include "mesh/polygons.h"
+#include "mesh/vertex_faces.h"
 
 namespace lumatlas {
 
@@ -31,6 +35,14 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;  // vertices, in the direction that the faces of a patch have along it
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+// Up to so many vertices a loop is filled by the best of all triangles where those of a Delaunay triangulation do not
+// fill it: time grows with the cube of their number.
+constexpr std::size_t kMostForAllTriangles = 250;
+// Larger loops are filled by triangles of a Delaunay triangulation alone, and only where few of its edges need be looked
+// at for each of the loop's: some six where it has the loop's edges, as many as the loop has where it has not.
+constexpr std::size_t kMostEdgesLookedAt = 10;
+constexpr std::size_t kMostForDelaunay = 3000;  // for the depth of CGAL's recursion grows with them
+constexpr std::size_t kStepsBetweenTicks = 256;
 constexpr double kRimShare = 0.5;  // of its component's diagonal, from which on a loop is taken for its rim
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
@@ -45,22 +57,55 @@ double diagonal(const Bounds& box) {
   return box.empty() ? 0 : glm::length(box.max - box.min);
 }
 
+// The other ends of the edges at a vertex along which the surface ends, for the faces that run towards it. It ends where
+// no other face runs the other way, and where an edge has more than two.
+class BoundaryEdges {
+ public:
+  explicit BoundaryEdges(const Mesh& mesh) : mesh_(mesh), around_(mesh.positions.size(), mesh.faces) {}
+
+  // Good until the next call.
+  [[nodiscard]] const std::vector<std::uint32_t>& towards(std::uint32_t vertex) {
+    uses_.clear();
+    for (const std::uint32_t face : around_[vertex]) {
+      const glm::uvec3& corners = mesh_.faces[face];
+      for (int i = 0; i < 3; ++i) {
+        const std::uint32_t from = corners[i], to = corners[(i + 1) % 3];
+        if (to == vertex) uses_.push_back({from, true});
+        if (from == vertex) uses_.push_back({to, false});
+      }
+    }
+    std::sort(uses_.begin(), uses_.end());
+    ends_.clear();
+    for (auto first = uses_.begin(); first != uses_.end();) {
+      const auto last = std::find_if(first, uses_.end(), [&](const Use& use) { return use.other != first->other; });
+      const auto towards = std::count_if(first, last, [](const Use& use) { return use.towards; });
+      const bool is_inside = last - first == 2 && towards == 1;
+      if (!is_inside) ends_.insert(ends_.end(), static_cast<std::size_t>(towards), first->other);
+      first = last;
+    }
+    return ends_;
+  }
+
+ private:
+  struct Use {
+    std::uint32_t other;
+    bool towards;
+    auto operator<=>(const Use&) const = default;
+  };
+  const Mesh& mesh_;
+  VertexFaces around_;
+  std::vector<Use> uses_;
+  std::vector<std::uint32_t> ends_;
+};
+
 // Where the surface ends, by vertex: the vertex before it along the faces' direction, kNone where there is no boundary
 // or more than one.
 std::vector<std::uint32_t> boundary_before(const Mesh& mesh) {
-  const std::vector<std::uint32_t> opposite = opposite_halfedges(mesh.positions.size(), mesh.faces);
+  BoundaryEdges edges(mesh);
   std::vector<std::uint32_t> before(mesh.positions.size(), kNone);
-  std::vector<std::uint8_t> branches(mesh.positions.size(), 0);
-  for (std::size_t halfedge = 0; halfedge < opposite.size(); ++halfedge) {
-    if (opposite[halfedge] != kNoHalfedge) continue;
-    const glm::uvec3& face = mesh.faces[halfedge / 3];
-    const std::uint32_t from = face[static_cast<int>(halfedge % 3)];
-    const std::uint32_t to = face[static_cast<int>((halfedge + 1) % 3)];
-    if (before[to] != kNone) branches[to] = 1;
-    before[to] = from;
-  }
-  for (std::size_t vertex = 0; vertex < before.size(); ++vertex) {
-    if (branches[vertex]) before[vertex] = kNone;
+  for (std::uint32_t vertex = 0; vertex < before.size(); ++vertex) {
+    const std::vector<std::uint32_t>& from = edges.towards(vertex);
+    if (from.size() == 1) before[vertex] = from.front();
   }
   return before;
 }
@@ -83,23 +128,32 @@ std::vector<Loop> boundary_loops(const Mesh& mesh) {
   return loops;
 }
 
-// By vertex, the diagonal of the box of all that is connected with it.
-std::vector<double> component_diagonals(const Mesh& mesh) {
+double size_of(const Mesh& mesh, const Loop& loop) {
+  Bounds box;
+  for (const std::uint32_t vertex : loop) box = with(box, glm::dvec3(mesh.positions[vertex]));
+  return diagonal(box);
+}
+
+// By loop, the diagonal of the box of all that is connected with it.
+std::vector<double> component_diagonals(const Mesh& mesh, const std::vector<Loop>& loops) {
   const std::size_t count = mesh.positions.size();
-  std::vector<std::uint32_t> rank(count, 0), parent(count);
-  boost::disjoint_sets<std::uint32_t*, std::uint32_t*> sets(rank.data(), parent.data());
+  std::vector<std::uint8_t> rank(count, 0);
+  std::vector<std::uint32_t> parent(count);
+  boost::disjoint_sets<std::uint8_t*, std::uint32_t*> sets(rank.data(), parent.data());
   for (std::uint32_t vertex = 0; vertex < count; ++vertex) sets.make_set(vertex);
   for (const glm::uvec3& face : mesh.faces) {
     sets.union_set(face.x, face.y);
     sets.union_set(face.y, face.z);
   }
-  std::vector<Bounds> boxes(count);
+  std::unordered_map<std::uint32_t, Bounds> boxes;
+  for (const Loop& loop : loops) boxes[sets.find_set(loop.front())];
   for (std::uint32_t vertex = 0; vertex < count; ++vertex) {
-    Bounds& box = boxes[sets.find_set(vertex)];
-    box = with(box, glm::dvec3(mesh.positions[vertex]));
+    const auto found = boxes.find(sets.find_set(vertex));
+    if (found != boxes.end()) found->second = with(found->second, glm::dvec3(mesh.positions[vertex]));
   }
-  std::vector<double> diagonals(count);
-  for (std::uint32_t vertex = 0; vertex < count; ++vertex) diagonals[vertex] = diagonal(boxes[sets.find_set(vertex)]);
+  std::vector<double> diagonals;
+  diagonals.reserve(loops.size());
+  for (const Loop& loop : loops) diagonals.push_back(diagonal(boxes[sets.find_set(loop.front())]));
   return diagonals;
 }
 
@@ -109,34 +163,79 @@ bool has_area(const Mesh& mesh, const glm::uvec3& face) {
   return glm::dot(normal, normal) > 0;
 }
 
-// None where there is no patch that the mesh can take.
-std::optional<std::vector<glm::uvec3>> patch_for(const Mesh& mesh, const Loop& loop,
-                                                 const std::unordered_set<std::uint64_t>& edges) {
-  std::vector<Kernel::Point_3> points;
-  points.reserve(loop.size());
-  for (const std::uint32_t vertex : loop) {
-    const glm::vec3& position = mesh.positions[vertex];
-    points.emplace_back(position.x, position.y, position.z);
+struct TakesTooLong {};
+
+// Follows CGAL's steps, so that a tick may end them, and ends them itself where they are too many. It is copied.
+struct FillingSteps : CGAL::Polygon_mesh_processing::Hole_filling::Default_visitor {
+  FillingSteps(const Tick& called, TickEvery& among_many, std::size_t& left)
+      : tick(called), ticks(&among_many), steps_left(&left) {}
+  void quadratic_step() const {  // an edge of the Delaunay triangulation, and all triangles at it
+    if (tick) tick();
+    if ((*steps_left)-- == 0) throw TakesTooLong();
   }
+  void cubic_step() const { ticks->step(); }  // one triangle
+  const Tick& tick;
+  TickEvery* ticks;
+  std::size_t* steps_left;
+};
+
+// The faces, as indices into the loop, that are best by CGAL's measures; none where it finds none, or is not tried
+// because it would take too long.
+std::vector<glm::uvec3> best_faces(const std::vector<glm::dvec3>& positions, const Tick& tick) {
+  if (positions.size() > kMostForDelaunay) return {};
+  const bool is_small = positions.size() <= kMostForAllTriangles;
+  std::vector<Kernel::Point_3> points;
+  points.reserve(positions.size());
+  for (const glm::dvec3& position : positions) points.emplace_back(position.x, position.y, position.z);
   using Triangle = CGAL::Triple<int, int, int>;
   std::vector<Triangle> triangles;
-  CGAL::Polygon_mesh_processing::triangulate_hole_polyline(points, std::back_inserter(triangles));
-  if (triangles.size() != loop.size() - 2) return std::nullopt;
+  TickEvery ticks(tick, kStepsBetweenTicks);
+  std::size_t left = is_small ? std::numeric_limits<std::size_t>::max() : kMostEdgesLookedAt * positions.size();
+  FillingSteps steps(tick, ticks, left);
+  try {
+    CGAL::Polygon_mesh_processing::triangulate_hole_polyline(
+        points, std::back_inserter(triangles),
+        CGAL::parameters::do_not_use_cubic_algorithm(!is_small).visitor(std::ref(steps)));
+  } catch (const TakesTooLong&) {
+    return {};
+  }
   // All triangles turn as one; that beside the first edge of the loop tells which way.
   bool along = false;
   for (const Triangle& t : triangles) {
     along =
         along || (t.first == 0 && t.second == 1) || (t.second == 0 && t.third == 1) || (t.third == 0 && t.first == 1);
   }
-  std::vector<glm::uvec3> patch;
+  std::vector<glm::uvec3> faces;
   for (const Triangle& t : triangles) {
-    const auto corner = [&](int i) { return loop[static_cast<std::size_t>(i)]; };
-    const glm::uvec3 face = along ? glm::uvec3(corner(t.first), corner(t.second), corner(t.third))
-                                  : glm::uvec3(corner(t.first), corner(t.third), corner(t.second));
-    if (!has_area(mesh, face)) return std::nullopt;
-    patch.push_back(face);
+    faces.push_back(along ? glm::uvec3(t.first, t.second, t.third) : glm::uvec3(t.first, t.third, t.second));
   }
-  std::unordered_set<std::uint64_t> around;
+  return faces;
+}
+
+// Where there is no best patch, one of the loop as it is seen along an axis.
+std::vector<glm::uvec3> faces_within(const std::vector<glm::dvec3>& positions, const Tick& tick) {
+  std::vector<glm::uvec3> faces = best_faces(positions, tick);
+  if (faces.size() == positions.size() - 2) return faces;
+  std::vector<std::uint32_t> corners(positions.size());
+  std::iota(corners.begin(), corners.end(), 0u);
+  return triangulated(std::move(corners), positions).value_or(std::vector<glm::uvec3>());
+}
+
+using Edges = std::unordered_set<std::uint64_t>;
+
+// None where there is no patch that the mesh can take.
+std::optional<std::vector<glm::uvec3>> patch_for(const Mesh& mesh, const Loop& loop, const Edges& edges,
+                                                 const Tick& tick) {
+  std::vector<glm::dvec3> positions;
+  positions.reserve(loop.size());
+  for (const std::uint32_t vertex : loop) positions.emplace_back(mesh.positions[vertex]);
+  std::vector<glm::uvec3> patch = faces_within(positions, tick);
+  if (patch.size() != loop.size() - 2) return std::nullopt;
+  for (glm::uvec3& face : patch) {
+    face = {loop[face.x], loop[face.y], loop[face.z]};
+    if (!has_area(mesh, face)) return std::nullopt;
+  }
+  Edges around;
   for (std::size_t i = 0; i < loop.size(); ++i) around.insert(edge_key(loop[i], loop[(i + 1) % loop.size()]));
   for (const glm::uvec3& face : patch) {
     for (int i = 0; i < 3; ++i) {
@@ -149,14 +248,28 @@ std::optional<std::vector<glm::uvec3>> patch_for(const Mesh& mesh, const Loop& l
 
 std::vector<Loop> small_loops(const Mesh& mesh, double largest) {
   std::vector<Loop> loops = boundary_loops(mesh);
-  const std::vector<double> diagonals = component_diagonals(mesh);
-  std::erase_if(loops, [&](const Loop& loop) {
-    Bounds box;
-    for (const std::uint32_t vertex : loop) box = with(box, glm::dvec3(mesh.positions[vertex]));
-    const double size = diagonal(box);
-    return size > largest || size >= kRimShare * diagonals[loop.front()];
-  });
+  std::erase_if(loops, [&](const Loop& loop) { return size_of(mesh, loop) > largest; });
+  if (loops.empty()) return loops;
+  const std::vector<double> diagonals = component_diagonals(mesh, loops);
+  std::size_t index = 0;
+  std::erase_if(loops, [&](const Loop& loop) { return size_of(mesh, loop) >= kRimShare * diagonals[index++]; });
   return loops;
+}
+
+// Those of the mesh that a patch may have too: between two vertices of the loops.
+Edges edges_between(const Mesh& mesh, const std::vector<Loop>& loops) {
+  std::vector<bool> on_loop(mesh.positions.size(), false);
+  for (const Loop& loop : loops) {
+    for (const std::uint32_t vertex : loop) on_loop[vertex] = true;
+  }
+  Edges edges;
+  for (const glm::uvec3& face : mesh.faces) {
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = face[i], b = face[(i + 1) % 3];
+      if (on_loop[a] && on_loop[b]) edges.insert(edge_key(a, b));
+    }
+  }
+  return edges;
 }
 
 }  // namespace
@@ -166,25 +279,26 @@ ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick) {
     throw std::invalid_argument("holes: largest is " + number_text(largest) + ", must be finite and not negative");
   }
   check(mesh);
-  ClosedHoles closed{mesh, 0, 0};
-  if (largest == 0) return closed;
-  const std::vector<Loop> loops = small_loops(mesh, largest);
-  if (loops.empty()) return closed;
-  std::unordered_set<std::uint64_t> edges;
-  for (const glm::uvec3& face : mesh.faces) {
-    for (int i = 0; i < 3; ++i) edges.insert(edge_key(face[i], face[(i + 1) % 3]));
-  }
+  ClosedHoles closed;
+  const std::vector<Loop> loops = largest > 0 ? small_loops(mesh, largest) : std::vector<Loop>();
+  Edges edges = edges_between(mesh, loops);
+  std::vector<glm::uvec3> added;
   for (const Loop& loop : loops) {
     if (tick) tick();
-    const auto patch = patch_for(mesh, loop, edges);
+    const auto patch = patch_for(mesh, loop, edges, tick);
     if (!patch) continue;
     for (const glm::uvec3& face : *patch) {
-      closed.mesh.faces.push_back(face);
       for (int i = 0; i < 3; ++i) edges.insert(edge_key(face[i], face[(i + 1) % 3]));
     }
+    added.insert(added.end(), patch->begin(), patch->end());
     ++closed.holes;
-    closed.faces += patch->size();
   }
+  closed.faces = added.size();
+  closed.mesh.positions = mesh.positions;
+  closed.mesh.colors = mesh.colors;
+  closed.mesh.faces.reserve(mesh.faces.size() + added.size());
+  closed.mesh.faces.insert(closed.mesh.faces.end(), mesh.faces.begin(), mesh.faces.end());
+  closed.mesh.faces.insert(closed.mesh.faces.end(), added.begin(), added.end());
   return closed;
 }
 

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
-#include <optional>
 #include <utility>
 
 namespace lumatlas {
@@ -148,6 +147,16 @@ std::optional<std::vector<glm::uvec3>> triangles_of(const Outline& outline) {
 }
 
 }  // namespace
+
+std::optional<std::vector<glm::uvec3>> triangulated(std::vector<std::uint32_t> corners,
+                                                    const std::vector<glm::dvec3>& positions) {
+  if (corners.size() < 3) return std::nullopt;
+  const std::size_t count = corners.size() - 2;
+  const auto outline = outline_of(std::move(corners), positions);
+  auto triangles = outline ? triangles_of(*outline) : std::nullopt;
+  if (triangles && triangles->size() != count) return std::nullopt;
+  return triangles;
+}
 
 void Polygons::append(std::span<const std::uint32_t> corners, std::vector<glm::uvec3>& faces) {
   if (corners.empty()) return;

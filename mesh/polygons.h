@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,6 +38,12 @@ class Polygons {
   static void triangulate(const Fan& fan, TriangleSoup& soup);
   std::vector<Fan> fans_;
 };
+
+// The triangles that cover a polygon, by constrained Delaunay triangulation along the axis in which its normal is
+// longest; they turn as it does. Nothing if it crosses or touches itself as seen along that axis, or has no area.
+// `corners` are indices into `positions`.
+[[nodiscard]] std::optional<std::vector<glm::uvec3>> triangulated(std::vector<std::uint32_t> corners,
+                                                                  const std::vector<glm::dvec3>& positions);
 
 [[nodiscard]] inline InputError no_faces(const std::string& path) {
   return InputError(path +

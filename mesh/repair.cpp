@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The steps are CGAL's for polygon soups; orienting and splitting follow
-// Gueziec et al., "Cutting and Stitching: Converting Sets of Polygons to Manifold Surfaces", 2001.
 #include "mesh/repair.h"
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -13,17 +10,18 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <boost/pending/disjoint_sets.hpp>
 #include <cmath>
 #include <limits>
-#include <set>
 #include <stdexcept>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "mesh/base/errors.h"
 #include "mesh/fans.h"
 #include "mesh/finite.h"
+#include "mesh/manifold_repair.h"
+#include "mesh/vertex_faces.h"
 
 namespace lumatlas {
 
@@ -42,6 +40,7 @@ struct SourcePoint : Kernel::Point_3 {
 
 struct WorkingSoup {
   std::vector<SourcePoint> points;
+  std::vector<std::uint32_t> copies;  // of points: those that faces name by the numbers after the last point's
   std::vector<Face> faces;
 };
 
@@ -104,19 +103,67 @@ std::uint64_t hash_of(const Kernel::Point_3& point) {
   return hash;
 }
 
-// False only if all positions differ; a collision of hashes costs no more than time.
-bool may_repeat_positions(const std::vector<SourcePoint>& points) {
+// The hashes that more than one point has, ascending. None only if all positions differ.
+std::vector<std::uint64_t> repeated_hashes(const std::vector<SourcePoint>& points) {
   std::vector<std::uint64_t> hashes(points.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, points.size()), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) hashes[i] = hash_of(points[i]);
   });
   tbb::parallel_sort(hashes);
-  return std::adjacent_find(hashes.begin(), hashes.end()) != hashes.end();
+  std::size_t kept = 0;
+  for (std::size_t i = 1; i < hashes.size(); ++i) {
+    const bool is_kept = kept > 0 && hashes[kept - 1] == hashes[i];
+    if (hashes[i] == hashes[i - 1] && !is_kept) hashes[kept++] = hashes[i];
+  }
+  hashes.resize(kept);
+  hashes.shrink_to_fit();
+  return hashes;
 }
 
+// The points that may have the position of another, so sorted that those at one position are neighbours, ascending by
+// index.
+std::vector<std::uint32_t> suspected_of_repeating(const std::vector<SourcePoint>& points,
+                                                  const std::vector<std::uint64_t>& hashes) {
+  std::vector<std::uint32_t> suspects;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (std::binary_search(hashes.begin(), hashes.end(), hash_of(points[i]))) suspects.push_back(i);
+  }
+  tbb::parallel_sort(suspects.begin(), suspects.end(), [&](std::uint32_t a, std::uint32_t b) {
+    const Kernel::Point_3 &p = points[a], &q = points[b];
+    return std::tuple(p.x(), p.y(), p.z(), a) < std::tuple(q.x(), q.y(), q.z(), b);
+  });
+  return suspects;
+}
+
+// Every point at the position of an earlier one gives way to the first; the others keep their order.
 void merge_vertices(WorkingSoup& work, RepairReport& report) {
-  if (!may_repeat_positions(work.points)) return;
-  report.merged_vertices = PMP::merge_duplicate_points_in_polygon_soup(work.points, work.faces);
+  std::vector<SourcePoint>& points = work.points;
+  const std::vector<std::uint64_t> hashes = repeated_hashes(points);
+  if (hashes.empty()) return;
+  constexpr std::uint32_t kFirst = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> now(points.size(), kFirst);  // the first point at its position, or kFirst: it is that one
+  const std::vector<std::uint32_t> suspects = suspected_of_repeating(points, hashes);
+  for (std::size_t i = 1, first = 0; i < suspects.size(); ++i) {
+    if (points[suspects[i]] == points[suspects[first]]) {
+      now[suspects[i]] = suspects[first];
+    } else {
+      first = i;
+    }
+  }
+  std::uint32_t kept = 0;
+  for (std::uint32_t i = 0; i < points.size(); ++i) {
+    if (now[i] == kFirst) {
+      points[kept] = points[i];
+      now[i] = kept++;
+    } else {
+      now[i] = now[now[i]];
+    }
+  }
+  report.merged_vertices = points.size() - kept;
+  points.resize(kept);
+  for (Face& face : work.faces) {
+    for (std::uint32_t& vertex : face) vertex = now[vertex];
+  }
 }
 
 bool is_degenerate(const WorkingSoup& work, const Face& face) {
@@ -140,50 +187,23 @@ void drop_degenerate_faces(WorkingSoup& work, RepairReport& report) {
   work.faces.resize(kept);
 }
 
-// What orient_polygon_soup found and did. It copies its visitor, and reports an edge once for each of its faces.
-struct OrientationLog {
-  std::set<std::pair<std::size_t, std::size_t>> non_manifold_edges;
-  std::uint64_t non_manifold_vertices = 0;
-  std::vector<std::uint8_t> reversed;  // per face
-};
-
-struct OrientationVisitor : PMP::Default_orientation_visitor {
-  explicit OrientationVisitor(OrientationLog& target) : log(&target) {}
-  void non_manifold_edge(std::size_t a, std::size_t b, std::size_t) const {
-    log->non_manifold_edges.insert(std::minmax(a, b));
-  }
-  void non_manifold_vertex(std::size_t, std::size_t) const { ++log->non_manifold_vertices; }
-  void polygon_orientation_reversed(std::size_t face) const { log->reversed[face] ^= 1; }
-  OrientationLog* log;
-};
-
-// CGAL keeps the orientation of a component's first face; turns round the components where most faces had the other.
-void keep_majority_orientation(WorkingSoup& work, std::vector<std::uint8_t>& reversed) {
-  boost::disjoint_sets_with_storage<> components(work.points.size());
-  for (const Face& face : work.faces) {
-    components.union_set(face[0], face[1]);
-    components.union_set(face[0], face[2]);
-  }
-  std::vector<std::int64_t> surplus(work.points.size(), 0);  // reversed faces less the others, at the representative
-  for (std::size_t i = 0; i < work.faces.size(); ++i) {
-    surplus[components.find_set(work.faces[i][0])] += reversed[i] ? 1 : -1;
-  }
-  for (std::size_t i = 0; i < work.faces.size(); ++i) {
-    if (surplus[components.find_set(work.faces[i][0])] <= 0) continue;
-    std::reverse(work.faces[i].begin(), work.faces[i].end());
-    reversed[i] ^= 1;
-  }
+// Returns whether the soup was an oriented manifold all along.
+bool drop_duplicates(WorkingSoup& work, RepairReport& report) {
+  const VertexFaces around(work.points.size(), work.faces);
+  const std::vector<std::uint32_t> suspects = vertices_without_one_fan(work.points.size(), work.faces, around);
+  if (suspects.empty()) return true;
+  report.duplicate_faces = drop_duplicate_faces(work.faces, around, suspects);
+  return false;
 }
 
 void orient(WorkingSoup& work, RepairReport& report) {
-  OrientationLog log;
-  log.reversed.assign(work.faces.size(), 0);
-  PMP::orient_polygon_soup(work.points, work.faces, CGAL::parameters::visitor(OrientationVisitor(log)));
-  const auto is_set = [](std::uint8_t flag) { return flag != 0; };
-  if (std::any_of(log.reversed.begin(), log.reversed.end(), is_set)) keep_majority_orientation(work, log.reversed);
-  report.non_manifold_edges = log.non_manifold_edges.size();
-  report.non_manifold_vertices = log.non_manifold_vertices;
-  report.reversed_faces = std::count_if(log.reversed.begin(), log.reversed.end(), is_set);
+  const VertexFaces around(work.points.size(), work.faces);
+  const std::vector<std::uint32_t> suspects = vertices_without_one_fan(work.points.size(), work.faces, around);
+  OrientedFaces oriented = orient_and_split(work.points.size(), work.faces, around, suspects);
+  work.copies = std::move(oriented.copies);
+  report.non_manifold_edges = oriented.non_manifold_edges;
+  report.non_manifold_vertices = oriented.split_vertices;
+  report.reversed_faces = oriented.reversed_faces;
 }
 
 void require_faces(const TriangleSoup& soup, const WorkingSoup& work, const RepairReport& report) {
@@ -196,11 +216,15 @@ void require_faces(const TriangleSoup& soup, const WorkingSoup& work, const Repa
 
 Mesh to_mesh(const WorkingSoup& work, const TriangleSoup& soup) {
   Mesh mesh;
-  mesh.positions.reserve(work.points.size());
-  for (const SourcePoint& point : work.points) mesh.positions.emplace_back(point.x(), point.y(), point.z());
+  const std::size_t vertices = work.points.size() + work.copies.size();
+  const auto point = [&](std::size_t vertex) -> const SourcePoint& {
+    return work.points[vertex < work.points.size() ? vertex : work.copies[vertex - work.points.size()]];
+  };
+  mesh.positions.reserve(vertices);
+  for (std::size_t i = 0; i < vertices; ++i) mesh.positions.emplace_back(point(i).x(), point(i).y(), point(i).z());
   if (!soup.colors.empty()) {
-    mesh.colors.reserve(work.points.size());
-    for (const SourcePoint& point : work.points) mesh.colors.push_back(soup.colors[point.source]);
+    mesh.colors.reserve(vertices);
+    for (std::size_t i = 0; i < vertices; ++i) mesh.colors.push_back(soup.colors[point(i).source]);
   }
   mesh.faces.reserve(work.faces.size());
   for (const Face& face : work.faces) mesh.faces.emplace_back(face[0], face[1], face[2]);
@@ -222,9 +246,7 @@ RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset, const Ti
   drop_degenerate_faces(work, report);
   require_faces(soup, work, report);
   between_steps();
-  // The costly steps change nothing in an oriented manifold.
-  const bool is_clean = is_oriented_manifold(work.points.size(), work.faces);
-  if (!is_clean) report.duplicate_faces = PMP::merge_duplicate_polygons_in_polygon_soup(work.points, work.faces);
+  const bool is_clean = drop_duplicates(work, report);
   between_steps();
   report.isolated_vertices = PMP::remove_isolated_points_in_polygon_soup(work.points, work.faces);
   between_steps();

@@ -8,10 +8,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <numeric>
-#include <optional>
-#include <utility>
+#include <span>
 #include <vector>
+
+#include "mesh/face_geometry.h"
 
 namespace lumatlas {
 
@@ -25,17 +25,21 @@ struct Slab {
   double low, middle, high, area;
 };
 
-std::vector<Slab> slabs_along(const Mesh& mesh, const std::vector<double>& weights, int axis) {
-  std::vector<Slab> slabs;
-  slabs.reserve(mesh.faces.size());
-  for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
+// The faces of a mesh and the areas that they count for: those at stray vertices, if any are named, for none.
+struct WeighedFaces {
+  const Mesh& mesh;
+  std::span<const double> areas;
+  std::span<const std::uint8_t> left_out;  // by face, or empty
+
+  [[nodiscard]] std::size_t size() const { return mesh.faces.size(); }
+  [[nodiscard]] double area(std::size_t i) const { return left_out.empty() || !left_out[i] ? areas[i] : 0; }
+  [[nodiscard]] Slab slab(std::size_t i, int axis) const {
     const glm::uvec3& face = mesh.faces[i];
     std::array<float, 3> at{mesh.positions[face.x][axis], mesh.positions[face.y][axis], mesh.positions[face.z][axis]};
     std::sort(at.begin(), at.end());
-    slabs.push_back({at[0], at[1], at[2], weights[i]});
+    return {at[0], at[1], at[2], area(i)};
   }
-  return slabs;
-}
+};
 
 // The width of a triangle across an axis grows linearly from its lowest corner to the middle one and falls linearly to
 // the highest, so that the area below t is quadratic in t on both sides of the middle.
@@ -47,18 +51,68 @@ double area_below(const Slab& slab, double t) {
   return slab.area * (1 - (slab.high - t) * (slab.high - t) / ((slab.high - slab.middle) * extent));
 }
 
-// Where the area below reaches `wanted`, by bisection. Faces that the bracket has left behind are dropped on the way,
-// so that the whole search costs little more than one pass.
-double coordinate_with_area_below(std::vector<Slab> slabs, double low, double high, double wanted) {
+// The faces that a bisection still has to look at, in ascending order: a bit for each of the mesh's at first, and their
+// slabs once these take less memory than a byte or two a face.
+class OpenFaces {
+ public:
+  OpenFaces(const WeighedFaces& faces, int axis)
+      : faces_(faces), axis_(axis), open_(faces.size(), true), count_(faces.size()) {}
+
+  template <typename Function>
+  void for_each(const Function& function) const {
+    for (const Slab& slab : slabs_) function(slab);
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      if (open_[i]) function(faces_.slab(i, axis_));
+    }
+  }
+
+  template <typename Predicate>
+  void erase_if(const Predicate& is_done) {
+    std::erase_if(slabs_, is_done);
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      if (!open_[i] || !is_done(faces_.slab(i, axis_))) continue;
+      open_[i] = false;
+      --count_;
+    }
+    if (!open_.empty() && count_ <= faces_.size() / kFacesASlab) keep_slabs();
+  }
+
+ private:
+  static constexpr std::size_t kFacesASlab = 16;  // 2 bytes of slabs a face
+
+  void keep_slabs() {
+    slabs_.reserve(count_);
+    for (std::size_t i = 0; i < open_.size(); ++i) {
+      if (open_[i]) slabs_.push_back(faces_.slab(i, axis_));
+    }
+    open_ = {};
+  }
+
+  const WeighedFaces& faces_;
+  int axis_;
+  std::vector<bool> open_;
+  std::size_t count_;
+  std::vector<Slab> slabs_;
+};
+
+struct Interval {
+  double low = 0, high = 0;
+};
+
+// Where the area below reaches `wanted`, by bisection of `range`. Faces that the bracket has left behind are dropped on
+// the way, so that the whole search costs little more than some passes.
+double coordinate_with_area_below(const WeighedFaces& faces, int axis, const Interval& range, double wanted) {
   constexpr int kMostHalvings = 100;  // enough for the central part to be exact when strays are 1e15 times as far away
-  double settled = 0;                 // area of the faces below the bracket
+  auto [low, high] = range;
+  OpenFaces open(faces, axis);
+  double settled = 0;  // area of the faces below the bracket
   for (int halving = 0; halving < kMostHalvings; ++halving) {
     const double middle = low + (high - low) / 2;
     if (middle <= low || middle >= high) break;
-    const double below = std::accumulate(slabs.begin(), slabs.end(), settled,
-                                         [&](double sum, const Slab& slab) { return sum + area_below(slab, middle); });
+    double below = settled;
+    open.for_each([&](const Slab& slab) { below += area_below(slab, middle); });
     (below < wanted ? low : high) = middle;
-    std::erase_if(slabs, [&](const Slab& slab) {
+    open.erase_if([&, low = low, high = high](const Slab& slab) {
       if (slab.high <= low) settled += slab.area;
       return slab.high <= low || slab.low >= high;
     });
@@ -66,29 +120,24 @@ double coordinate_with_area_below(std::vector<Slab> slabs, double low, double hi
   return low + (high - low) / 2;
 }
 
-struct Interval {
-  double low = 0, high = 0;
-};
-
-Interval core_along(const Mesh& mesh, const std::vector<double>& weights, double total, int axis) {
-  const std::vector<Slab> slabs = slabs_along(mesh, weights, axis);
-  double low = std::numeric_limits<double>::infinity();
-  double high = -low;
-  for (const Slab& slab : slabs) {
-    low = std::min(low, slab.low);
-    high = std::max(high, slab.high);
+Interval core_along(const WeighedFaces& faces, double total, int axis) {
+  Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const Slab slab = faces.slab(i, axis);
+    range.low = std::min(range.low, slab.low);
+    range.high = std::max(range.high, slab.high);
   }
-  const double first = coordinate_with_area_below(slabs, low, high, kOutermostShare * total);
-  const double last = coordinate_with_area_below(slabs, low, high, (1 - kOutermostShare) * total);
+  const double first = coordinate_with_area_below(faces, axis, range, kOutermostShare * total);
+  const double last = coordinate_with_area_below(faces, axis, range, (1 - kOutermostShare) * total);
   return {first, std::max(last, first)};
 }
 
-// `weights` are the areas that the faces count for.
-SceneExtent extent_by(const Mesh& mesh, const std::vector<double>& weights) {
-  const double total = std::accumulate(weights.begin(), weights.end(), 0.0);
+SceneExtent extent_by(const WeighedFaces& faces) {
+  double total = 0;
+  for (std::size_t i = 0; i < faces.size(); ++i) total += faces.area(i);
   SceneExtent extent;
   tbb::parallel_for(0, 3, [&](int axis) {
-    const Interval core = core_along(mesh, weights, total, axis);
+    const Interval core = core_along(faces, total, axis);
     extent.core.min[axis] = core.low;
     extent.core.max[axis] = core.high;
   });
@@ -96,9 +145,10 @@ SceneExtent extent_by(const Mesh& mesh, const std::vector<double>& weights) {
   return extent;
 }
 
-// The corner of a spike that lies far away from the two others; nothing if the face is no spike: if it is not 100 times
-// as high as its shortest edge is long.
-std::optional<std::uint32_t> tip_of(const Mesh& mesh, const glm::uvec3& face, double area) {
+// Which corner of a spike lies far away from the two others, 0 to 2; kNoTip if the face is no spike: if it is not 100
+// times as high as its shortest edge is long.
+constexpr std::uint8_t kNoTip = 3;
+std::uint8_t tip_of(const Mesh& mesh, const glm::uvec3& face, double area) {
   constexpr double kMostArea = 50;        // of the squared shortest edge
   std::array<double, 3> squared_edges{};  // opposite to each corner
   for (int corner = 0; corner < 3; ++corner) {
@@ -107,18 +157,18 @@ std::optional<std::uint32_t> tip_of(const Mesh& mesh, const glm::uvec3& face, do
     squared_edges[static_cast<std::size_t>(corner)] = glm::dot(edge, edge);
   }
   const auto shortest = std::min_element(squared_edges.begin(), squared_edges.end());
-  if (!(area > kMostArea * *shortest)) return std::nullopt;
-  return face[static_cast<int>(shortest - squared_edges.begin())];
+  if (!(area > kMostArea * *shortest)) return kNoTip;
+  return static_cast<std::uint8_t>(shortest - squared_edges.begin());
 }
 
 // The faces at stray vertices: spikes, and those between two stray vertices that are neighbours, which may have any
 // shape. Of a vertex that has strayed every face is such a one.
-std::vector<std::uint8_t> faces_at_strays(const Mesh& mesh, std::span<const FaceGeometry> geometry) {
-  std::vector<std::optional<std::uint32_t>> tips(mesh.faces.size());
+std::vector<std::uint8_t> faces_at_strays(const Mesh& mesh, std::span<const double> areas) {
+  std::vector<std::uint8_t> tips(mesh.faces.size());
   std::vector<std::uint8_t> may_be_stray(mesh.positions.size(), 0);
   for (std::size_t i = 0; i < tips.size(); ++i) {
-    tips[i] = tip_of(mesh, mesh.faces[i], geometry[i].area);
-    if (tips[i]) may_be_stray[*tips[i]] = 1;
+    tips[i] = tip_of(mesh, mesh.faces[i], areas[i]);
+    if (tips[i] != kNoTip) may_be_stray[mesh.faces[i][tips[i]]] = 1;
   }
   const auto strays_of = [&](const glm::uvec3& face) {
     return may_be_stray[face.x] + may_be_stray[face.y] + may_be_stray[face.z];
@@ -128,39 +178,39 @@ std::vector<std::uint8_t> faces_at_strays(const Mesh& mesh, std::span<const Face
     const glm::uvec3& face = mesh.faces[i];
     if (strays_of(face) > 1) continue;
     for (int corner = 0; corner < 3; ++corner) {
-      if (tips[i] != face[corner]) is_stray[face[corner]] = 0;  // a face as others have
+      if (tips[i] == kNoTip || face[tips[i]] != face[corner]) is_stray[face[corner]] = 0;  // a face as others have
     }
   }
-  std::vector<std::uint8_t> chosen(tips.size());
+  std::vector<std::uint8_t>& chosen = tips;  // a tip is looked up once more, for the face that it belongs to
   for (std::size_t i = 0; i < tips.size(); ++i) {
     const glm::uvec3& face = mesh.faces[i];
-    chosen[i] = tips[i] || is_stray[face.x] + is_stray[face.y] + is_stray[face.z] > 1;
+    chosen[i] = tips[i] != kNoTip || is_stray[face.x] + is_stray[face.y] + is_stray[face.z] > 1;
   }
   return chosen;
 }
 
 }  // namespace
 
-SceneExtent scene_extent(const Mesh& mesh, std::span<const FaceGeometry> geometry) {
+SceneExtent scene_extent(const Mesh& mesh, std::span<const double> areas) {
   if (mesh.faces.empty()) return {};
-  std::vector<double> weights(geometry.size());
-  for (std::size_t i = 0; i < weights.size(); ++i) weights[i] = geometry[i].area;
-  const SceneExtent by_area = extent_by(mesh, weights);
-  const std::vector<std::uint8_t> at_strays = faces_at_strays(mesh, geometry);
+  const SceneExtent by_area = extent_by({mesh, areas, {}});
+  const std::vector<std::uint8_t> at_strays = faces_at_strays(mesh, areas);
+  const WeighedFaces others{mesh, areas, at_strays};
   double discounted = 0;
-  for (std::size_t i = 0; i < weights.size(); ++i) {
-    if (at_strays[i]) discounted += std::exchange(weights[i], 0);
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    if (at_strays[i]) discounted += areas[i];
   }
-  const double total = std::accumulate(weights.begin(), weights.end(), discounted);
+  double total = discounted;
+  for (std::size_t i = 0; i < areas.size(); ++i) total += others.area(i);
   if (discounted < 0.1 * kOutermostShare * total) return by_area;  // too little to move any of its sides far
-  const SceneExtent without_strays = extent_by(mesh, weights);
+  const SceneExtent without_strays = extent_by(others);
   return by_area.diameter > kMostStretch * without_strays.diameter && without_strays.diameter > 0 ? without_strays
                                                                                                   : by_area;
 }
 
 SceneExtent scene_extent(const Mesh& mesh) {
   check(mesh);
-  return scene_extent(mesh, face_geometry(mesh));
+  return scene_extent(mesh, face_areas(mesh));
 }
 
 double scene_diameter(const Mesh& mesh) {

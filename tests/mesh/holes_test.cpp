@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <random>
 #include <stdexcept>
 
 #include "mesh/opposite_halfedges.h"
@@ -84,6 +85,50 @@ TEST_CASE("a mesh without boundary, or a size of 0, changes nothing; sizes that 
   for (const double wrong : {-1.0, std::numeric_limits<double>::infinity(), std::nan("")}) {
     CHECK_THROWS_AS(close_holes(holey, wrong), std::invalid_argument);
   }
+}
+
+// A plane with a hole of so many edges, whose border goes to and fro: no Delaunay triangulation of its vertices has all
+// of the border's edges.
+Mesh with_jagged_hole(std::uint32_t edges) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> radius(0.7, 1), height(-0.3, 0.3);
+  Mesh mesh;
+  for (const bool is_hole : {true, false}) {
+    for (std::uint32_t i = 0; i < edges; ++i) {
+      const double angle = 2 * 3.14159265358979 * i / edges;
+      const double r = is_hole ? radius(random) : 3, h = is_hole ? height(random) : 0;
+      mesh.positions.emplace_back(r * std::cos(angle), r * std::sin(angle), h);
+    }
+  }
+  for (std::uint32_t i = 0; i < edges; ++i) {
+    const std::uint32_t next = (i + 1) % edges;
+    mesh.faces.emplace_back(i, edges + i, edges + next);
+    mesh.faces.emplace_back(i, edges + next, next);
+  }
+  return mesh;
+}
+
+TEST_CASE("a jagged hole is closed in a number of steps that does not grow with the cube of its edges") {
+  for (const std::uint32_t edges : {40u, 240u, 1000u, 8000u}) {
+    const Mesh holey = with_jagged_hole(edges);
+    std::size_t ticks = 0;
+    const ClosedHoles closed = close_holes(holey, 3, [&] { ++ticks; });
+    CAPTURE(edges, ticks);
+    CHECK(closed.holes == 1);
+    CHECK(closed.faces == edges - 2);
+    CHECK(open_edges(closed.mesh) == edges);  // the rim
+    CHECK(ticks < 50'000);
+  }
+}
+
+TEST_CASE("the filling of one hole ends when its tick throws") {
+  const Mesh holey = with_jagged_hole(240);  // filled by the best of all triangles, in millions of steps
+  int ticks = 0;
+  const Tick third = [&] {
+    if (++ticks == 3) throw std::runtime_error("enough");
+  };
+  CHECK_THROWS_WITH(close_holes(holey, 3, third), "enough");
+  CHECK(ticks == 3);
 }
 
 }  // namespace
