@@ -71,8 +71,8 @@ struct SceneExtent {
 // that was cut into a fan would else become more faces than memory holds, for no area.
 //
 // Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless max_edge is finite, above 0 and at least
-// four times the resolution, as floats, of the positions of the faces to be split, and if the area of these makes more
-// than four million faces.
+// four times the resolution, as floats, of the positions of the faces to be split, and if these would become more faces
+// than half of the machine's memory holds, at 400 bytes a face.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell

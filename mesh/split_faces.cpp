@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Longest-edge bisection: Rivara, "Algorithms for refining triangular grids suitable for adaptive and multigrid
 // techniques", 1984. It bounds the smallest angle by half of the smallest one before.
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -20,8 +22,10 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kMostFaces = 4e6;  // that area asks for; halving may make four times as many
-constexpr double kHeadroom = 4;     // of kMostFaces
+constexpr double kBytesAFace = 400;  // of the halfedges, the queue and the mesh that is returned
+constexpr double kMemoryShare = 0.5;
+constexpr double kMostFacesOfAMesh = 5e8;  // see mesh.h
+constexpr double kHeadroom = 4;            // halving may make so many times the faces that the area asks for
 
 // A needle is more than this many times as long as high.
 constexpr double kNeedle = 20;
@@ -74,9 +78,16 @@ Forecast forecast(const Mesh& mesh, std::span<const FaceGeometry> geometry, doub
   throw std::invalid_argument(message.str());
 }
 
+// How many faces splitting may come to, by the memory of this machine.
+double most_faces() {
+  const auto memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  return std::min(kMostFacesOfAMesh, kMemoryShare * memory / kBytesAFace);
+}
+
 [[noreturn]] void refuse_count(double max_edge, double faces) {
   std::ostringstream rule;
-  rule << "larger: it would split the mesh into at least " << faces << " faces, the limit is " << kMostFaces;
+  rule << "larger: it would split the mesh into at least " << faces << " faces, and this machine has memory for "
+       << most_faces();
   refuse(max_edge, rule.str());
 }
 
@@ -89,7 +100,7 @@ void check_feasible(const Forecast& forecast, double max_edge) {
     rule << "at least " << 4 * resolution << ", four times the resolution of the positions of the faces to be split";
     refuse(max_edge, rule.str());
   }
-  if (!(forecast.fewest_faces <= kMostFaces)) refuse_count(max_edge, forecast.fewest_faces);
+  if (!(kHeadroom * forecast.fewest_faces <= most_faces())) refuse_count(max_edge, forecast.fewest_faces);
 }
 
 OpenMesh::Vec3d point(const HalfedgeMesh& mesh, OpenMesh::SmartVertexHandle vertex) {
@@ -101,7 +112,7 @@ OpenMesh::Vec3d point(const HalfedgeMesh& mesh, OpenMesh::SmartVertexHandle vert
 class EdgeHalving {
  public:
   EdgeHalving(HalfedgeMesh& mesh, double max_edge)
-      : mesh_(mesh), max_edge_(max_edge), most_faces_(static_cast<double>(mesh.n_faces()) + kHeadroom * kMostFaces) {
+      : mesh_(mesh), max_edge_(max_edge), most_faces_(static_cast<double>(mesh.n_faces()) + most_faces()) {
     for (const auto edge : mesh.edges()) enqueue_if_long(edge);
   }
 

@@ -98,5 +98,14 @@ TEST_CASE("one small hole costs little memory beside the mesh that is returned")
   CHECK(taken < returned + 5);  // what finds the hole takes as much before, and is gone when the copy is made
 }
 
+TEST_CASE("splitting faces takes no more memory than its limit expects") {
+  if (!allocations_are_counted()) return skip("a sanitizer has its own operator new");
+  const Mesh wall = plane(1, 1);
+  std::size_t faces = 0;
+  const double bytes = bytes_a_face(1, [&] { faces = split_large_faces(wall, 0.005).faces.size(); });
+  CAPTURE(faces, bytes / static_cast<double>(faces));
+  CHECK(bytes < 400 * static_cast<double>(faces));
+}
+
 }  // namespace
 }  // namespace lumatlas
