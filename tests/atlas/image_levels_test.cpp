@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/image_levels.h"
 
+#include <OpenImageIO/imagebuf.h>
+#include <OpenImageIO/imagebufalgo.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdlib>
+#include <random>
 #include <stdexcept>
 
 #include "atlas/compressed_texels.h"
 #include "atlas/lower_resolution.h"
+#include "tests/support/allocation_peak.h"
+#include "tests/support/skip.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -174,6 +181,55 @@ TEST_CASE("a mask at lower resolution is the mean of what each pixel covers") {
   const std::vector<std::uint8_t> mask{255, 255, 0, 0, 255, 0, 0, 0};
   CHECK(mask_at_lower_resolution(mask, {4, 2}, {2, 1}) == std::vector<std::uint8_t>{191, 0});
   CHECK(mask_at_lower_resolution({}, {4, 2}, {2, 1}).empty());
+}
+
+// Without bands.
+std::vector<std::uint8_t> mean_mask(const std::vector<std::uint8_t>& mask, ImageSize from, ImageSize to) {
+  std::vector<float> values(mask.begin(), mask.end()), lower(std::size_t{to.width} * to.height);
+  const auto spec = [](ImageSize size) {
+    return OIIO::ImageSpec(static_cast<int>(size.width), static_cast<int>(size.height), 1, OIIO::TypeDesc::FLOAT);
+  };
+  const OIIO::ImageBuf source(spec(from), values.data());
+  OIIO::ImageBuf target(spec(to), lower.data());
+  REQUIRE(OIIO::ImageBufAlgo::resize(target, source, "box"));
+  std::vector<std::uint8_t> result;
+  for (const float value : lower) result.push_back(static_cast<std::uint8_t>(std::lround(value)));
+  return result;
+}
+
+TEST_CASE("a tall picture is made smaller in bands that leave no trace") {
+  constexpr std::uint32_t kWidth = 2000, kHeight = 7001;  // 3 to 14 bands
+  std::vector<std::uint8_t> mask(std::size_t{kWidth} * kHeight);
+  std::mt19937 random(3);
+  for (std::uint8_t& value : mask) value = static_cast<std::uint8_t>(random());
+  for (const ImageSize to : {ImageSize{700, 2333}, ImageSize{1999, 7000}, ImageSize{3, 2}}) {
+    CHECK(mask_at_lower_resolution(mask, {kWidth, kHeight}, to) == mean_mask(mask, {kWidth, kHeight}, to));
+  }
+  Photograph tall{kWidth, kHeight, {}, {}};
+  for (std::uint32_t y = 0; y < kHeight; ++y) {
+    tall.rgb.insert(tall.rgb.end(), 3 * std::size_t{kWidth}, static_cast<std::uint8_t>(y / 32));
+  }
+  constexpr std::uint32_t kLower = 3000;
+  const Photograph lower = at_lower_resolution(tall, 500, kLower);
+  std::size_t wrong = 0;
+  for (std::uint32_t y = 3; y + 3 < kLower; ++y) {
+    const double at = (y + 0.5) * kHeight / kLower;
+    const int value = lower.rgb[3 * std::size_t{500} * y];
+    wrong += value < static_cast<int>((at - 5) / 32) || value > static_cast<int>((at + 5) / 32);
+  }
+  CHECK(wrong == 0);
+}
+
+TEST_CASE("memory for a picture at lower resolution follows from its width and not from its height") {
+  if (!allocations_are_counted()) return skip("a sanitizer has its own operator new");
+  const auto bytes_beside_result = [](std::uint32_t height) {
+    const Photograph photograph = ramp(1000, height);
+    const AllocationPeak peak;
+    const Photograph lower = at_lower_resolution(photograph, 500, height / 2);
+    return static_cast<double>(peak.bytes() - lower.rgb.size());
+  };
+  CHECK(bytes_beside_result(16000) < 1.1 * bytes_beside_result(4000));
+  CHECK(bytes_beside_result(16000) < 40e6);
 }
 
 TEST_CASE("a resolution that is none, or above the photograph's, is refused") {
