@@ -23,7 +23,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(180);
+constexpr auto kPatience = std::chrono::seconds(420);  // a machine that is busy draws slowly
 
 // A program and all that it starts, ended together.
 class ProgramGroup {

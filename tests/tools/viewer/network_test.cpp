@@ -24,11 +24,6 @@ std::string problem_of(const Said& said) {
   return said.contains("problem") ? said.at("problem") : "";
 }
 
-SiteFile in_folder(const std::string& folder, SiteFile file) {
-  file.name.insert(0, folder + "/");
-  return file;
-}
-
 // The site in "good/" and in the other folders, and a test's page.
 std::vector<SiteFile> sites_and_test(const std::string& html, const std::vector<std::string>& folders) {
   std::vector<SiteFile> files = test_page_files(html);

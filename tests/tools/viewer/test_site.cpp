@@ -62,12 +62,17 @@ std::vector<SiteFile> test_page_files(const std::string& html) {
           text_file("test_page.js", "text/javascript", bytes_of(folder + "test_page.js"))};
 }
 
-std::vector<SiteFile> site_files() {
+std::vector<SiteFile> site_files(const Snapshot& model) {
   std::vector<SiteFile> files;
   SiteOptions options;
   options.photographs.format = ImageFormat::png;
-  write_site(site_model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
+  write_site(model, options, [&](SiteFile file) { files.push_back(std::move(file)); });
   return files;
+}
+
+SiteFile in_folder(const std::string& folder, SiteFile file) {
+  file.name.insert(0, folder + "/");
+  return file;
 }
 
 }  // namespace lumatlas

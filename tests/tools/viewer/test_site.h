@@ -30,7 +30,9 @@ inline constexpr std::size_t kNewPoses = 10;     // poses between and beyond the
 // A page of the tests from their folder, and what such pages share: "test.html", "test_page.js".
 [[nodiscard]] std::vector<SiteFile> test_page_files(const std::string& html);
 
-// The site of site_model(), with photographs as PNG, so that pictures can be compared without JPEG's noise.
-[[nodiscard]] std::vector<SiteFile> site_files();
+// The site of a model, with photographs as PNG, so that pictures can be compared without JPEG's noise.
+[[nodiscard]] std::vector<SiteFile> site_files(const Snapshot& model = site_model());
+
+[[nodiscard]] SiteFile in_folder(const std::string& folder, SiteFile file);
 
 }  // namespace lumatlas

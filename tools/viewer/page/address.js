@@ -2,21 +2,24 @@
 // What a link restores, as the address after its '#': where the camera is, how it is turned, its field of view, and
 // what is shown. Printing and parsing undo each other, but for digits beyond the seventh.
 import {quaternionOf, rotationOf} from './camera.js';
+/** @import {Mode, Pose} from './types.d.ts' */
 
+/** @type {Mode[]} */
 export const MODES = ['picture', 'winner', 'weights', 'coverage', 'geometry', 'colours'];
 
-// {pose, fov, mode}
+/** @param {{pose: Pose, fov: number, mode: Mode}} state */
 export function printAddress(state) {
-  const numbers = (list) => list.map((v) => String(Number(v.toPrecision(7)))).join(',');
+  const numbers = (/** @type {number[]} */ list) => list.map((v) => String(Number(v.toPrecision(7)))).join(',');
   let text = `#at=${numbers(state.pose.position)}&turned=${numbers(quaternionOf(state.pose.rotation))}`;
   text += `&fov=${numbers([state.fov])}`;
   return state.mode === 'picture' ? text : `${text}&mode=${state.mode}`;
 }
 
 // Null where the text is none of these.
+/** @param {string} text */
 export function parseAddress(text) {
   const fields = new URLSearchParams(text.replace(/^#/, ''));
-  const numbers = (name, count) => {
+  const numbers = (/** @type {string} */ name, /** @type {number} */ count) => {
     const list = (fields.get(name) ?? '').split(',').map(Number);
     return list.length === count && list.every(Number.isFinite) ? list : null;
   };
@@ -25,6 +28,6 @@ export function parseAddress(text) {
   const fov = numbers('fov', 1);
   if (!position || !quaternion || Math.hypot(...quaternion) < 1e-3) return null;
   if (!fov || !(fov[0] > 0 && fov[0] < 170)) return null;
-  const mode = MODES.includes(fields.get('mode')) ? fields.get('mode') : 'picture';
+  const mode = MODES.find((known) => known === fields.get('mode')) ?? 'picture';
   return {pose: {position, rotation: rotationOf(quaternion)}, fov: fov[0], mode};
 }

@@ -1,21 +1,25 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Compresses photographs on the GPU: a shader draws blocks as whole numbers, which go into a buffer and from there into
 // the compressed texture, without a way over the CPU.
+import {GlObjects} from './gl_objects.js';
 import {BLOCK_SIDE} from './layout.js';
 import {makeTexture} from './tables.js';
+/** @import {Programs} from './programs.js' */
+/** @import {Place, Size, TexelForm} from './types.d.ts' */
 
 const TEXEL_BLOCK_BYTES = 16;
 
 export class BlockCompressor {
   // For images of at most that size, texels. `form`: see photograph_forms.js.
+  /** @param {WebGL2RenderingContext} gl @param {Programs} programs @param {TexelForm} form @param {Size} size */
   constructor(gl, programs, form, [width, height]) {
-    Object.assign(this, {gl, programs, form});
+    this.gl = gl;
+    this.programs = programs;
+    this.form = form;
+    this.objects = new GlObjects(gl);
     const [across, down] = [width, height].map((side) => side / BLOCK_SIDE);
-    this.drawn = makeTexture(gl, gl.RGBA32UI, across, down);
-    this.framebuffer = gl.createFramebuffer();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.drawn, 0);
-    this.buffer = gl.createBuffer();
+    this.framebuffer = this.objects.framebuffer(makeTexture(this.objects, gl.RGBA32UI, across, down));
+    this.buffer = this.objects.buffer();
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, this.buffer);
     gl.bufferData(gl.PIXEL_PACK_BUFFER, TEXEL_BLOCK_BYTES * across * down, gl.STREAM_COPY);
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
@@ -23,12 +27,20 @@ export class BlockCompressor {
   }
 
   // On the GPU: what is drawn, and the buffer.
+  /** @param {Size} size */
   static bytesFor([width, height]) {
     return 2 * TEXEL_BLOCK_BYTES * (width / BLOCK_SIDE) * (height / BLOCK_SIDE);
   }
 
   // The photograph and mask that are bound, at a level of a texture array. `pixels`: of the photograph in a texel,
   // along a side.
+  /**
+   * @param {WebGLTexture} texture
+   * @param {number} level
+   * @param {Place} place
+   * @param {Size} size
+   * @param {number} pixels
+   */
   store(texture, level, {x, y, page}, [width, height], pixels) {
     const {gl} = this;
     const [across, down] = [width, height].map((side) => side / BLOCK_SIDE);
@@ -50,9 +62,6 @@ export class BlockCompressor {
   }
 
   release() {
-    const {gl} = this;
-    gl.deleteTexture(this.drawn);
-    gl.deleteFramebuffer(this.framebuffer);
-    gl.deleteBuffer(this.buffer);
+    this.objects.release();
   }
 }

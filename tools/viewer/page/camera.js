@@ -1,25 +1,37 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Cameras as mesh/camera.h has them: x right, y down, z forward; pixel (0,0) is the top left corner. Here the rotation
 // is nine numbers, row by row, that give camera from world coordinates.
+/** @import {Camera, Pose, Rotation, Vector} from './types.d.ts' */
 
+/** @param {Vector} a @param {Vector} b */
 export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+/** @param {Vector} a @param {Vector} b @returns {Vector} */
 export const add = (a, b, factor = 1) => [a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]];
+/** @param {Vector} a @param {Vector} b */
 export const subtract = (a, b) => add(a, b, -1);
+/** @param {Vector} a @param {number} factor @returns {Vector} */
 export const times = (a, factor) => [a[0] * factor, a[1] * factor, a[2] * factor];
+/** @param {Vector} a @param {Vector} b @returns {Vector} */
 export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+/** @param {Vector} a */
 export const length = (a) => Math.hypot(a[0], a[1], a[2]);
+/** @param {Vector} a */
 export const normalized = (a) => times(a, 1 / (length(a) || 1));
 
+/** @param {Rotation} rotation @param {number} number @returns {Vector} */
 export const row = (rotation, number) => rotation.slice(3 * number, 3 * number + 3);
+/** @param {Rotation} rotation @param {Vector} v @returns {Vector} */
 export const worldFromCam = (rotation, v) => [0, 1, 2].map(
     (i) => rotation[i] * v[0] + rotation[3 + i] * v[1] + rotation[6 + i] * v[2]);
 
-// A pose is where a camera is and how it is turned: {position, rotation}.
+// Where a camera is and how it is turned.
+/** @param {Camera} camera @returns {Pose} */
 export function poseOf(camera) {
   return {position: times(worldFromCam(camera.rotation, camera.translation), -1), rotation: [...camera.rotation]};
 }
 
 // `fov` is the angle from the picture's top to its bottom, degrees.
+/** @param {Pose} pose @param {number} fov @param {number} width @param {number} height @returns {Camera} */
 export function cameraAt(pose, fov, width, height) {
   const focal = height / 2 / Math.tan(fov * Math.PI / 360);
   return {
@@ -29,11 +41,20 @@ export function cameraAt(pose, fov, width, height) {
 }
 
 // The part of a picture that begins at a pixel.
+/**
+ * @param {Camera} camera
+ * @param {number} x
+ * @param {number} y
+ * @param {number} width
+ * @param {number} height
+ * @returns {Camera}
+ */
 export function partOf(camera, x, y, width, height) {
   return {...camera, width, height, cx: camera.cx - x, cy: camera.cy - y};
 }
 
 // The same view with its pixels so many times as large as before, in a picture that holds it.
+/** @param {Camera} camera @param {number} factor @returns {Camera} */
 export function scaledCamera(camera, factor) {
   return {
     ...camera, width: Math.ceil(camera.width * factor - 1e-9), height: Math.ceil(camera.height * factor - 1e-9),
@@ -42,11 +63,13 @@ export function scaledCamera(camera, factor) {
 }
 
 // Turned about an axis of the world, by radians, counterclockwise as seen from the axis' tip.
+/** @param {Rotation} rotation @param {Vector} axis @param {number} angle @returns {Rotation} */
 export function turned(rotation, axis, angle) {
   const rows = [0, 1, 2].map((i) => rotated(row(rotation, i), axis, angle));
   return [...rows[0], ...rows[1], ...rows[2]];
 }
 
+/** @param {Vector} v @param {Vector} axis @param {number} angle */
 export function rotated(v, axis, angle) {
   const c = Math.cos(angle);
   const s = Math.sin(angle);
@@ -54,6 +77,7 @@ export function rotated(v, axis, angle) {
 }
 
 // Rows that are at right angles again after many small turns.
+/** @param {Rotation} rotation @returns {Rotation} */
 export function orthonormal(rotation) {
   const z = normalized(row(rotation, 2));
   const y0 = row(rotation, 1);
@@ -62,6 +86,7 @@ export function orthonormal(rotation) {
 }
 
 // Looks along `forward` with `up` upwards in the picture.
+/** @param {Vector} forward @param {Vector} up @returns {Rotation} */
 export function lookingAlong(forward, up) {
   const z = normalized(forward);
   let x = cross(z, up);
@@ -71,6 +96,7 @@ export function lookingAlong(forward, up) {
 }
 
 // Unit quaternions x, y, z, w, for addresses and for ways between two rotations.
+/** @param {Rotation} r */
 export function quaternionOf(r) {
   const w = Math.sqrt(Math.max(0, 1 + r[0] + r[4] + r[8])) / 2;
   if (w > 0.1) return [(r[7] - r[5]) / (4 * w), (r[2] - r[6]) / (4 * w), (r[3] - r[1]) / (4 * w), w];
@@ -86,6 +112,7 @@ export function quaternionOf(r) {
   return q;
 }
 
+/** @param {number[]} quaternion @returns {Rotation} */
 export function rotationOf(quaternion) {
   const size = Math.hypot(...quaternion) || 1;
   const [x, y, z, w] = quaternion.map((v) => v / size);
@@ -95,6 +122,7 @@ export function rotationOf(quaternion) {
   ];
 }
 
+/** @param {Pose} a @param {Pose} b @param {number} share @returns {Pose} */
 export function between(a, b, share) {
   let q = quaternionOf(b.rotation);
   const p = quaternionOf(a.rotation);

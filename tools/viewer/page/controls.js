@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Mouse, touch and keyboard as movements.
-import {add, normalized} from './camera.js';
+import {normalized} from './camera.js';
+/** @import {Navigation} from './navigation.js' */
+/** @import {Vector} from './types.d.ts' */
 
 const TURN_PER_HEIGHT = 2.2;  // radians for a drag over the window's height
 const WHEEL_SHARE = 0.0012;   // of the way for each unit of a wheel
@@ -8,45 +10,63 @@ const KEY_SPEED = 0.9;        // depths a second
 const KEY_TURN = 1.2;         // radians a second
 const LONGEST_STEP_S = 0.1;   // so that a slow picture is no leap
 
+/** @type {Record<string, Vector>} */
 const MOVES = {
   KeyW: [0, 0, 1], KeyS: [0, 0, -1], KeyA: [-1, 0, 0], KeyD: [1, 0, 0], KeyE: [0, -1, 0], KeyQ: [0, 1, 0],
   PageUp: [0, -1, 0], PageDown: [0, 1, 0],
 };
+/** @type {Record<string, [number, number]>} */
 const TURNS = {ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1]};
+
+/** @typedef {{x: number, y: number, width: number, height: number}} CanvasPlace */
 
 export class Controls {
   // `pick(x, y)`: depth of the surface at a place of the canvas, in its CSS pixels, or 0. `moved()` is called after
   // each change.
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {Navigation} navigation
+   * @param {(x: number, y: number) => number} pick
+   * @param {() => void} moved
+   */
   constructor(canvas, navigation, pick, moved) {
-    Object.assign(this, {canvas, navigation, pick, moved});
+    this.canvas = canvas;
+    this.navigation = navigation;
+    this.pick = pick;
+    this.moved = moved;
+    /** @type {Map<number, CanvasPlace>} */
     this.pointers = new Map();
+    /** @type {Set<string>} */
     this.keys = new Set();
-    const listen = (name, handle, options) => {
-      canvas.addEventListener(name, (event) => handle.call(this, event), options);
-    };
-    listen('pointerdown', this.pressed);
-    listen('pointermove', this.dragged);
-    listen('pointerup', this.released);
-    listen('pointercancel', this.released);
-    listen('wheel', this.wheeled, {passive: false});
-    listen('dblclick', this.doubleClicked);
-    listen('contextmenu', (event) => event.preventDefault());
-    listen('keydown', this.keyPressed);
-    listen('keyup', (event) => this.keys.delete(event.code));
-    listen('blur', () => this.keys.clear());
+    const ending = new AbortController();
+    const options = {signal: ending.signal};
+    this.close = () => ending.abort();
+    canvas.addEventListener('pointerdown', (event) => this.pressed(event), options);
+    canvas.addEventListener('pointermove', (event) => this.dragged(event), options);
+    canvas.addEventListener('pointerup', (event) => this.released(event), options);
+    canvas.addEventListener('pointercancel', (event) => this.released(event), options);
+    canvas.addEventListener('wheel', (event) => this.wheeled(event), {...options, passive: false});
+    canvas.addEventListener('dblclick', (event) => this.doubleClicked(event), options);
+    canvas.addEventListener('contextmenu', (event) => event.preventDefault(), options);
+    canvas.addEventListener('keydown', (event) => this.keyPressed(event), options);
+    canvas.addEventListener('keyup', (event) => this.keys.delete(event.code), options);
+    canvas.addEventListener('blur', () => this.keys.clear(), options);
   }
 
+  /** @param {MouseEvent} event @returns {CanvasPlace} */
   place(event) {
     const box = this.canvas.getBoundingClientRect();
     return {x: event.clientX - box.left, y: event.clientY - box.top, width: box.width, height: box.height};
   }
 
   // In the camera's frame, with z = 1.
+  /** @param {CanvasPlace} place @returns {Vector} */
   ray({x, y, width, height}) {
     const tangent = Math.tan(this.navigation.fov * Math.PI / 360) / (height / 2);
     return [(x - width / 2) * tangent, (y - height / 2) * tangent, 1];
   }
 
+  /** @param {PointerEvent} event */
   pressed(event) {
     this.canvas.focus({preventScroll: true});
     try {
@@ -59,10 +79,12 @@ export class Controls {
     if (this.pointers.size === 1) this.navigation.setDepth(this.pick(place.x, place.y));
   }
 
+  /** @param {PointerEvent} event */
   released(event) {
     this.pointers.delete(event.pointerId);
   }
 
+  /** @param {PointerEvent} event */
   dragged(event) {
     const before = this.pointers.get(event.pointerId);
     if (!before) return;
@@ -72,11 +94,12 @@ export class Controls {
     if (others.length === 1) {
       this.pinched(before, place, others[0]);
     } else if (others.length === 0) {
-      this.dragBy(place.x - before.x, place.y - before.y, place.height, event.buttons & 2 || event.shiftKey);
+      this.dragBy(place.x - before.x, place.y - before.y, place.height, (event.buttons & 2) !== 0 || event.shiftKey);
     }
     this.moved();
   }
 
+  /** @param {number} dx @param {number} dy @param {number} height @param {boolean} pans */
   dragBy(dx, dy, height, pans) {
     if (pans) {
       const share = 2 * Math.tan(this.navigation.fov * Math.PI / 360) / height;
@@ -87,13 +110,15 @@ export class Controls {
   }
 
   // Two fingers: apart is nearer, along is sideways.
+  /** @param {CanvasPlace} before @param {CanvasPlace} place @param {CanvasPlace} other */
   pinched(before, place, other) {
-    const apart = (a) => Math.hypot(a.x - other.x, a.y - other.y);
+    const apart = (/** @type {CanvasPlace} */ a) => Math.hypot(a.x - other.x, a.y - other.y);
     const share = 1 - apart(before) / Math.max(apart(place), 1);
     this.navigation.approach([0, 0, 1], this.navigation.depth, Math.max(-1, Math.min(0.5, share)));
     this.dragBy((place.x - before.x) / 2, (place.y - before.y) / 2, place.height, true);
   }
 
+  /** @param {WheelEvent} event */
   wheeled(event) {
     event.preventDefault();
     const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 30 : 1;
@@ -104,6 +129,7 @@ export class Controls {
   }
 
   // Looks there, and turns about it from then on.
+  /** @param {MouseEvent} event */
   doubleClicked(event) {
     const place = this.place(event);
     const depth = this.pick(place.x, place.y);
@@ -114,6 +140,7 @@ export class Controls {
     this.moved();
   }
 
+  /** @param {KeyboardEvent} event */
   keyPressed(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     if (!(event.code in MOVES) && !(event.code in TURNS)) return;
@@ -123,13 +150,15 @@ export class Controls {
   }
 
   // What keys that are held do within a time, or, with no hand on anything, the hold; false: nothing.
+  /** @param {number} seconds */
   advance(seconds) {
     const step = Math.min(seconds, LONGEST_STEP_S);
     if (this.keys.size === 0) return this.pointers.size === 0 && this.navigation.relax(step);
-    let move = [0, 0, 0];
+    /** @type {[number, number, number]} */
+    const move = [0, 0, 0];
     for (const key of this.keys) {
-      if (key in MOVES) move = add(move, MOVES[key], KEY_SPEED * step);
-      if (key in TURNS) this.navigation.turn(...TURNS[key].map((v) => v * KEY_TURN * step), false);
+      if (key in MOVES) MOVES[key].forEach((v, axis) => move[axis] += v * KEY_SPEED * step);
+      if (key in TURNS) this.navigation.turn(TURNS[key][0] * KEY_TURN * step, TURNS[key][1] * KEY_TURN * step, false);
     }
     this.navigation.move(...move);
     return true;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The exposure of the photographs that were taken near a camera, as blend/exposure.h has it.
 import {add, dot, poseOf, row, subtract, times} from './camera.js';
+/** @import {Camera, Scene} from './types.d.ts' */
 
 const SAME_PLACE = 0.01;  // kSamePlace of blend/exposure.cpp
 
+/** @param {Scene} scene @param {Camera} camera */
 export function nearbyExposure(scene, camera) {
   if (!scene.blend.nearby_exposure) return [1, 1, 1];
   const center = poseOf(camera).position;

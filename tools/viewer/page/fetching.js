@@ -15,11 +15,12 @@ const TRIED_AGAIN = [408, 425, 429];  // other answers from 400 to 499 are final
 
 // A file that could not be had. `gone`: the server says that it has no such file.
 export class FetchFailure extends Error {
-  /** @param {string} name @param {string} why */
-  constructor(name, why, {gone = false, final = gone} = {}) {
+  // `final`: another try at once would end the same way.
+  /** @param {string} name @param {string} why @param {{gone?: boolean, final?: boolean}} [what] */
+  constructor(name, why, {gone = false, final = false} = {}) {
     super(`${name} cannot be loaded: ${why}`);
     this.gone = gone;
-    this.final = final;  // another try at once would end the same way
+    this.final = final;
   }
 }
 
@@ -39,8 +40,8 @@ export class Fetching {
     this.signal = signal;
   }
 
-  // What `decode` makes of a file's bytes. `size`: of the file, bytes, where it is known. `anew`: not from the browser's
-  // cache. Throws FetchFailure after the last try, and the signal's reason once it is aborted.
+  // What `decode` makes of a file's bytes. `size`: of the file, bytes, where it is known. `anew`: not from the
+  // browser's cache. Throws FetchFailure after the last try, and the signal's reason once it is aborted.
   /**
    * @template T
    * @param {string} name

@@ -2,7 +2,11 @@
 // What few pixels of a picture say of it, once the GPU has found out: how much of it was photographed, and which
 // photographs it needs.
 import {scaledCamera} from './camera.js';
+import {Fence, GlObjects} from './gl_objects.js';
 import {bindTexture, makeTexture} from './tables.js';
+/** @import {Sized} from './gl_objects.js' */
+/** @import {Renderer} from './renderer.js' */
+/** @import {Camera, Size, View} from './types.d.ts' */
 
 const READ_AGAIN_MS = 8;
 const GLANCE_PX = 48;  // longer side of what is looked at
@@ -12,19 +16,24 @@ const NO_VIEW = 0xFFFF;
 const SPARE_NEED = 1 / 16;  // of a view that steps in where a better one does not see the place
 
 export class Glances {
+  /** @param {Renderer} renderer */
   constructor(renderer) {
-    Object.assign(this, {renderer, gl: renderer.gl});
+    this.renderer = renderer;
+    this.gl = renderer.gl;
   }
 
   // Of what the middle of a surface's picture shows, as wide as high times `aspect`, the share that was photographed
   // (kept_path.h), in [0, 1]. `camera` is the one that it was drawn for.
+  /** @param {Sized & {surface: WebGLTexture}} target @param {Camera} camera @param {number} aspect */
   async photographedShare({surface, width, height}, camera, aspect) {
     const {gl, renderer} = this;
     const {photographed} = renderer.scene;
     renderer.setState();
     renderer.describe(camera, [1, 1, 1]);
     const size = [Math.min(width, height * aspect), Math.min(height, width / aspect)];
-    const steps = size.map((side) => Math.max(1, Math.round(GLANCE_PX * side / Math.max(...size))));
+    const [across, down] = size.map((side) => Math.max(1, Math.round(GLANCE_PX * side / Math.max(...size))));
+    /** @type {Size} */
+    const steps = [across, down];
     this.begin('glance', gl.RGBA8, steps, surface);
     const program = renderer.programs.use('glance');
     gl.uniform4f(program.uniform('part'), (width - size[0]) / 2, (height - size[1]) / 2,
@@ -39,21 +48,25 @@ export class Glances {
   }
 
   // The same of a stored view's own picture.
+  /** @param {View} view */
   async photographedShareOfView(view) {
     const {camera, surface} = this.smallSurface(view);
     return this.photographedShare(surface, camera, camera.width / camera.height);
   }
 
   // For each view that a camera's picture is made of, by slot, how many of its pixels need it.
+  /** @param {Camera} wanted */
   async neededViews(wanted) {
     const {gl, renderer} = this;
     const {camera, surface} = this.smallSurface(wanted);
+    /** @type {Size} */
     const steps = [camera.width, camera.height];
     this.begin('needs', gl.RGBA32UI, steps, surface.surface);
     renderer.programs.use('needs');
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     const ranked = await this.readLater(
         steps, gl.RGBA_INTEGER, gl.UNSIGNED_INT, new Uint32Array(4 * steps[0] * steps[1]));
+    /** @type {Map<number, number>} */
     const needs = new Map();
     const blended = renderer.scene.blend.views;
     new Uint16Array(ranked.buffer).forEach((slot, i) => {
@@ -63,16 +76,18 @@ export class Glances {
   }
 
   // What a camera sees, in few pixels, as a target that is good until the next one.
+  /** @param {Camera} wanted */
   smallSurface(wanted) {
     const {renderer} = this;
     const camera = scaledCamera(wanted, GLANCE_PX / Math.max(wanted.width, wanted.height));
     renderer.setState();
     renderer.describe(camera, [1, 1, 1]);
-    const surface = renderer.surfaceTarget('small', camera.width, camera.height, false);
+    const surface = renderer.surfaceTarget('small', camera.width, camera.height);
     renderer.drawSurface(surface, false);
     return {camera, surface};
   }
 
+  /** @param {string} use @param {number} format @param {Size} size @param {WebGLTexture} surface */
   begin(use, format, [width, height], surface) {
     const {gl, renderer} = this;
     const target = this.target(use, format, width, height);
@@ -82,42 +97,39 @@ export class Glances {
     bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
   }
 
+  /** @param {string} use @param {number} format @param {number} width @param {number} height */
   target(use, format, width, height) {
-    const {gl} = this;
-    return this.renderer.target(use, width, height, () => {
-      const texture = makeTexture(gl, format, width, height);
-      const framebuffer = gl.createFramebuffer();
-      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
-      return {
-        framebuffer, bytes: (format === gl.RGBA8 ? 4 : 16) * width * height,
-        release: () => {
-          gl.deleteTexture(texture);
-          gl.deleteFramebuffer(framebuffer);
-        },
-      };
-    });
+    const pixelBytes = format === this.gl.RGBA8 ? 4 : 16;
+    return this.renderer.targets.of(use, width, height, pixelBytes, (objects) => ({
+      framebuffer: objects.framebuffer(makeTexture(objects, format, width, height)),
+    }));
   }
 
-  // The current framebuffer, into `pixels`, without waiting for the GPU.
+  // The current framebuffer, into `pixels`, without waiting for the GPU. Throws ContextLost.
+  /**
+   * @template {Uint8Array<ArrayBuffer> | Uint32Array<ArrayBuffer>} Pixels
+   * @param {Size} size
+   * @param {number} format
+   * @param {number} type
+   * @param {Pixels} pixels
+   */
   async readLater([width, height], format, type, pixels) {
     const {gl} = this;
-    const buffer = gl.createBuffer();
+    const objects = new GlObjects(gl);
+    const buffer = objects.buffer();
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
     gl.bufferData(gl.PIXEL_PACK_BUFFER, pixels.byteLength, gl.STREAM_READ);
     gl.pixelStorei(gl.PACK_ALIGNMENT, 1);
     gl.readPixels(0, 0, width, height, format, type, 0);
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    const done = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    gl.flush();
+    const fence = new Fence(gl);
     do {
       await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
-    } while (gl.clientWaitSync(done, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED);
-    gl.deleteSync(done);
+    } while (!fence.passed());
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
     gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    gl.deleteBuffer(buffer);
+    objects.release();
     return pixels;
   }
 }

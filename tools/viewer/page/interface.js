@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What is around the picture: progress, buttons, thumbnails, legend, messages.
+/** @import {SiteFiles} from './site_files.js' */
+/** @import {Actions, Mode, Scene, View} from './types.d.ts' */
 
 const LEGENDS = {
   picture: '',
@@ -10,27 +12,62 @@ const LEGENDS = {
   colours: 'The mean of all photographs, as any other program shows it.',
 };
 
-const element = (id) => document.getElementById(id);
+/**
+ * @template {HTMLElement} T
+ * @param {string} id
+ * @param {new () => T} type
+ * @returns {T}
+ */
+function element(id, type) {
+  const found = document.getElementById(id);
+  if (!(found instanceof type)) throw new Error(`the page has no ${type.name} "${id}"`);
+  return found;
+}
+
+/** @param {string} id */
+const button = (id) => element(id, HTMLButtonElement);
+/** @param {string} id */
+const part = (id) => element(id, HTMLElement);
+
+// Buttons that need a model.
+const OF_A_MODEL = ['walk', 'hold', 'save'];
+
+const GPU_LOST =
+    'The browser has taken the GPU away. The picture comes back with it; if it does not, load the page again.';
 
 export class Interface {
-  // `actions`: {mode(name), quality(name), jump(slot), save(), walk(), hold(), memory()}
+  /** @param {Actions} actions */
   constructor(actions) {
     this.actions = actions;
-    element('mode').addEventListener('change', (event) => actions.mode(event.target.value));
-    element('quality').addEventListener('change', (event) => actions.quality(event.target.value));
-    element('save').addEventListener('click', () => actions.save());
-    element('walk').addEventListener('click', () => actions.walk());
-    element('hold').addEventListener('click', () => actions.hold());
-    element('full').addEventListener('click', () => this.toggleFullScreen());
-    element('views').addEventListener('click', () => this.toggleThumbnails());
-    element('help').addEventListener('click', () => {
-      element('memory').textContent = actions.memory();
-      element('keys').showModal();
+    this.notice = '';
+    const mode = element('mode', HTMLSelectElement);
+    const quality = element('quality', HTMLSelectElement);
+    mode.addEventListener('change', () => actions.mode(mode.value));
+    quality.addEventListener('change', () => actions.quality(quality.value));
+    button('save').addEventListener('click', () => actions.save());
+    button('walk').addEventListener('click', () => actions.walk());
+    button('hold').addEventListener('click', () => actions.hold());
+    button('full').addEventListener('click', () => this.toggleFullScreen());
+    button('views').addEventListener('click', () => this.toggleThumbnails());
+    button('help').addEventListener('click', () => this.showHelp());
+    button('understood').addEventListener('click', () => {
+      part('notice').hidden = true;
     });
-    element('understood').addEventListener('click', () => {
-      element('notice').hidden = true;
+    addEventListener('keydown', (event) => {
+      if (event.key === '?' && !event.ctrlKey && !event.metaKey && !event.altKey) this.showHelp();
     });
-    element('full').hidden = !document.fullscreenEnabled;
+    button('full').hidden = !document.fullscreenEnabled;
+  }
+
+  // The model is open: buttons that need it work from now on.
+  showModel() {
+    for (const id of OF_A_MODEL) button(id).disabled = false;
+  }
+
+  showHelp() {
+    part('memory').textContent = this.actions.memory();
+    const keys = element('keys', HTMLDialogElement);
+    if (!keys.open) keys.showModal();
   }
 
   toggleFullScreen() {
@@ -39,101 +76,124 @@ export class Interface {
   }
 
   toggleThumbnails() {
-    const strip = element('thumbnails');
+    const strip = part('thumbnails');
     strip.hidden = !strip.hidden;
-    element('views').setAttribute('aria-expanded', String(!strip.hidden));
+    button('views').setAttribute('aria-expanded', String(!strip.hidden));
   }
 
+  /** @param {Scene} scene @param {SiteFiles} files */
   showThumbnails(scene, files) {
-    const strip = element('thumbnails');
-    const known = new Map([...strip.children].map((button) => [button.dataset.content, button]));
-    const buttons = scene.views.map((view, slot) => {
-      return view && (known.get(`${slot} ${view.thumbnail}`) ?? this.thumbnail(view, slot, files));
-    }).filter(Boolean);
-    if (buttons.length !== strip.children.length || buttons.some((button, i) => button !== strip.children[i])) {
+    const strip = part('thumbnails');
+    const there = [...strip.querySelectorAll('button')];
+    const known = new Map(there.map((shown) => [shown.dataset.content, shown]));
+    const buttons = scene.views.flatMap((view, slot) => {
+      return view ? [known.get(`${slot} ${view.thumbnail}`) ?? this.thumbnail(view, slot, files)] : [];
+    });
+    if (buttons.length !== there.length || buttons.some((shown, i) => shown !== there[i])) {
       strip.replaceChildren(...buttons);
     }
   }
 
+  /** @param {View} view @param {number} slot @param {SiteFiles} files */
   thumbnail(view, slot, files) {
-    const button = document.createElement('button');
+    const shown = document.createElement('button');
     const image = document.createElement('img');
     image.loading = 'lazy';
     files.show(image, view.thumbnail);
     image.alt = '';
-    button.title = view.name;
-    button.dataset.slot = slot;
-    button.dataset.content = `${slot} ${view.thumbnail}`;
-    button.setAttribute('aria-label', `Photograph ${view.name}`);
-    button.append(image);
-    button.addEventListener('click', () => this.actions.jump(slot));
-    return button;
+    shown.title = view.name;
+    shown.dataset.slot = String(slot);
+    shown.dataset.content = `${slot} ${view.thumbnail}`;
+    shown.setAttribute('aria-label', `Photograph ${view.name}`);
+    shown.append(image);
+    shown.addEventListener('click', () => this.actions.jump(slot));
+    return shown;
   }
 
+  /** @param {Mode} mode */
   showMode(mode) {
-    element('mode').value = mode;
-    element('legend').textContent = LEGENDS[mode];
-    element('legend').hidden = LEGENDS[mode] === '';
+    element('mode', HTMLSelectElement).value = mode;
+    part('legend').textContent = LEGENDS[mode];
+    part('legend').hidden = LEGENDS[mode] === '';
   }
 
+  /** @param {boolean} orbits */
   showOrbits(orbits) {
-    element('walk').setAttribute('aria-pressed', String(!orbits));
-    element('walk').title = orbits ? 'A drag turns around the surface' : 'A drag turns the head';
+    button('walk').setAttribute('aria-pressed', String(!orbits));
+    button('walk').title = orbits ? 'A drag turns around the surface' : 'A drag turns the head';
   }
 
+  /** @param {boolean} on */
   showHold(on) {
-    element('hold').setAttribute('aria-pressed', String(on));
-    element('hold').title = on ? 'Where nobody photographed one comes back' : 'One may go anywhere';
+    button('hold').setAttribute('aria-pressed', String(on));
+    button('hold').title = on ? 'The camera returns to photographed areas' : 'The camera may go anywhere';
   }
 
   // `done` of `total` photographs are there. `ended`: there is nothing to wait for.
+  /** @param {string} text @param {number} done @param {number} total @param {boolean} ended */
   showProgress(text, done, total, ended = done >= total) {
-    const bar = element('progress');
+    const bar = element('progress', HTMLProgressElement);
     bar.max = Math.max(total, 1);
     bar.value = done;
     bar.hidden = ended;
-    element('status').textContent = ended ? '' : text;
+    part('status').textContent = ended ? '' : text;
   }
 
   // What could not be loaded, in one line; '': nothing is missing.
+  /** @param {string} line */
   showLosses(line) {
-    element('losses').textContent = line;
-    element('losses').title = line;
-    element('losses').hidden = line === '';
+    this.showLine('losses', line);
   }
 
+  /** @param {boolean} lost */
+  showGpuLost(lost) {
+    this.showLine('gpu', lost ? GPU_LOST : '');
+  }
+
+  /** @param {string} id @param {string} line */
+  showLine(id, line) {
+    const shown = part(id);
+    shown.textContent = shown.title = line;
+    shown.hidden = line === '';
+  }
+
+  /** @param {string} text */
   showNote(text) {
-    element('status').textContent = text;
+    part('status').textContent = text;
   }
 
   // Until it is understood; '': there is nothing to say any more. What is to be typed stands between ` and `.
+  /** @param {string} text */
   showNotice(text) {
     if (this.notice === text) return;
     this.notice = text;
-    const parts = text.split('`').map((part, i) => {
+    const parts = text.split('`').map((words, i) => {
       const shown = document.createElement(i % 2 ? 'code' : 'span');
-      shown.textContent = part;
+      shown.textContent = words;
       return shown;
     });
-    element('notice-text').replaceChildren(...parts);
-    element('notice').hidden = text === '';
+    part('notice-text').replaceChildren(...parts);
+    part('notice').hidden = text === '';
   }
 
+  /** @param {SiteFiles} files @param {string} name */
   showPoster(files, name) {
-    files.show(element('poster'), name);
-    element('poster').hidden = false;
+    const poster = element('poster', HTMLImageElement);
+    files.show(poster, name);
+    poster.hidden = false;
   }
 
   hidePoster() {
-    element('poster').hidden = true;
+    part('poster').hidden = true;
   }
+}
 
-  // Instead of the picture and of what would do nothing any more.
-  showFailure(text) {
-    element('message').textContent = text;
-    element('message').hidden = false;
-    for (const tag of ['nav', 'footer']) document.querySelector(tag).hidden = true;
-    element('progress').hidden = true;
-    element('status').textContent = '';
-  }
+// Shows why there is no picture, instead of it and of what would do nothing any more.
+/** @param {string} text */
+export function showFailure(text) {
+  part('message').textContent = text;
+  part('message').hidden = false;
+  for (const tag of ['nav', 'footer']) document.querySelector(tag)?.setAttribute('hidden', '');
+  part('progress').hidden = true;
+  part('status').textContent = '';
 }

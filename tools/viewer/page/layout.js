@@ -3,6 +3,8 @@
 // not below what the canvas shows; where that is not enough, there are fewer cells than photographs. They are scaled so
 // that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin where all coarser levels
 // have a pixel's border, and a block's.
+import {viewsOf} from './model.js';
+/** @import {Layout, Place, Scene, TexelForm} from './types.d.ts' */
 
 // What every WebGL 2 has.
 const MOST_SIDE = 2048;
@@ -14,7 +16,9 @@ const DEPTH_BLOCK_BYTES = 16;
 const LEAST_CELLS = 8;   // which pictures need; with fewer, photographs are scaled below what the canvas shows
 const LEAST_SCALE = 1 / 8;
 
+/** @param {number} value @param {number} unit */
 const rounded = (value, unit) => Math.ceil(value / unit) * unit;
+/** @param {number} a @param {number} b */
 const multipleOf = (a, b) => {
   let x = a;
   while (x % b !== 0) x += a;
@@ -22,10 +26,18 @@ const multipleOf = (a, b) => {
 };
 
 // With tiles of so many pixels a side, and so many cells. `form`: see photograph_forms.js.
+/**
+ * @param {Scene} scene
+ * @param {TexelForm} form
+ * @param {number} tile
+ * @param {number} count
+ * @returns {Layout}
+ */
 function layoutWith(scene, form, tile, count) {
   const scale = tile / scene.tile;
-  const views = scene.views.filter(Boolean);
-  const scaled = (key) => Math.max(...views.map((view) => Math.ceil(view[key] * scale - 1e-9)));
+  const views = viewsOf(scene);
+  const scaled = (/** @type {'width' | 'height'} */ key) =>
+      Math.max(...views.map((view) => Math.ceil(view[key] * scale - 1e-9)));
   const several = count > MOST_PAGES;
   const blocks = form.blocks ? BLOCK_SIDE << (scene.levels - 1) : 1;
   const besides = multipleOf(DEPTH_BLOCK_SIDE, blocks);
@@ -48,10 +60,12 @@ function layoutWith(scene, form, tile, count) {
         DEPTH_BLOCK_BYTES * columns * width * rows * height / (DEPTH_BLOCK_SIDE * DEPTH_BLOCK_SIDE)),
     slotColumns: Math.ceil(columns * width / tile),
     slotRows: Math.ceil(rows * height / tile),
+    ...viewTiles(scene),
   };
 }
 
 // Where a cell begins.
+/** @param {Layout} layout @param {number} index @returns {Place} */
 export function placeOf(layout, index) {
   const inPage = layout.columns * layout.rows;
   const at = index % inPage;
@@ -63,27 +77,29 @@ export function placeOf(layout, index) {
 }
 
 // The tiles of each view, which are numbered one view after another.
-function addTiles(layout, scene) {
+/** @param {Scene} scene */
+function viewTiles(scene) {
   let first = 0;
-  layout.views = scene.views.map((view) => {
+  const views = scene.views.map((view) => {
     if (!view) return null;
-    const tileColumns = Math.ceil(view.width / scene.tile - 1e-9);
-    const tileRows = Math.ceil(view.height / scene.tile - 1e-9);
-    const tiles = {first, columns: tileColumns, count: tileColumns * tileRows};
+    const columns = Math.ceil(view.width / scene.tile - 1e-9);
+    const rows = Math.ceil(view.height / scene.tile - 1e-9);
+    const tiles = {first, columns, count: columns * rows};
     first += tiles.count;
     return tiles;
   });
-  layout.tiles = first;
+  return {views, tiles: first};
 }
 
 // Of at most so many bytes. `shown`: the scale at which photographs have as many pixels as the canvas.
+/** @param {Scene} scene @param {TexelForm} form @param {number} bytes @param {number} shown */
 export function makeLayout(scene, form, bytes, shown) {
   let tile = scene.tile;
   // A model that changes will have more of them.
-  let count = scene.version ? scene.views.length : scene.views.filter(Boolean).length;
+  let count = scene.version ? scene.views.length : viewsOf(scene).length;
   let layout = layoutWith(scene, form, tile, count);
   const tooLarge = () => !layout.fits || layout.bytes > bytes;
-  const scaleDown = (scale) => {
+  const scaleDown = (/** @type {number} */ scale) => {
     while (tile > Math.max(1, Math.ceil(scene.tile * scale)) && tooLarge()) {
       layout = layoutWith(scene, form, --tile, count);
     }
@@ -95,17 +111,18 @@ export function makeLayout(scene, form, bytes, shown) {
   }
   scaleDown(LEAST_SCALE);
   if (!layout.fits) throw new Error('the photographs are too many for this device');
-  addTiles(layout, scene);
   return layout;
 }
 
 // Whether what is in an array that the one describes is where the other expects it.
+/** @param {Layout} a @param {Layout} b */
 export function samePlaces(a, b) {
   return a.form === b.form && a.tile === b.tile && a.scale === b.scale &&
       [a.size, a.cell, [a.count]].flat().join() === [b.size, b.cell, [b.count]].flat().join();
 }
 
 // The number of a tile's place in the array, of a view that has so many in a row.
+/** @param {Layout} layout @param {Place} place @param {number} columns @param {number} tile */
 export function slotOfTile(layout, place, columns, tile) {
   const column = place.x / layout.tile + tile % columns;
   const row = place.y / layout.tile + Math.floor(tile / columns);

@@ -13,7 +13,7 @@ const PARTS = {
 };
 const SHOWN_INSTEAD = 'What is there is shown, and the page tries again.';
 
-/** @typedef {keyof typeof PARTS} Part */
+/** @typedef {keyof typeof PARTS} LossPart */
 
 /** @param {string[]} names */
 const listed = (names) => names.length < 2 ? names.join() : `${names.slice(0, -1).join(', ')} and ${names.at(-1)}`;
@@ -23,20 +23,20 @@ export class Losses {
   /** @param {(line: string) => void} changed */
   constructor(changed) {
     this.changed = changed;
-    /** @type {Map<Part, FetchFailure>} */
+    /** @type {Map<LossPart, FetchFailure>} */
     this.parts = new Map();
     /** @type {Map<number, FetchFailure>} */
     this.views = new Map();  // by view slot, whose photograph or mask is missing
     this.told = '';
   }
 
-  /** @param {Part} part @param {FetchFailure} failure */
+  /** @param {LossPart} part @param {FetchFailure} failure */
   notePart(part, failure) {
     this.parts.set(part, failure);
     this.tell();
   }
 
-  /** @param {Part} part */
+  /** @param {LossPart} part */
   clearPart(part) {
     if (this.parts.delete(part)) this.tell();
   }
@@ -71,7 +71,7 @@ export class Losses {
 
   line() {
     if (!this.any()) return '';
-    const parts = /** @type {Part[]} */ (Object.keys(PARTS)).filter((part) => this.parts.has(part));
+    const parts = /** @type {LossPart[]} */ (Object.keys(PARTS)).filter((part) => this.parts.has(part));
     const names = parts.map((part) => PARTS[part]);
     const {size} = this.views;
     if (size > 0) names.push(size === 1 ? '1 photograph' : `${size} photographs`);

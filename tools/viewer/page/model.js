@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A site's scene: what it says of itself at once, its mesh and tables when they are asked for.
 import {inflated, unpack} from './packed_arrays.js';
-import {SiteFiles} from './site_files.js';
+/** @import {SiteFiles} from './site_files.js' */
 /** @import {Mesh, MeshFile, Scene, Shaders, Tables, View} from './types.d.ts' */
 
 export const FORMAT = 2;
@@ -53,7 +53,8 @@ function fourBytes(values) {
 /** @param {SiteFiles} files @param {Scene} scene */
 export async function loadColors(files, {colors}) {
   if (!colors) return null;
-  return fourBytes((await files.array(colors.file, async (bytes) => unpack(await inflated(bytes), colors.arrays))).colors);
+  const arrays = await files.array(colors.file, async (bytes) => unpack(await inflated(bytes), colors.arrays));
+  return fourBytes(arrays.colors);
 }
 
 /** @param {SiteFiles} files @param {Scene} scene @returns {Promise<Tables>} */

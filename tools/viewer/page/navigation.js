@@ -3,22 +3,33 @@
 import {Hold} from './hold.js';
 import {add, between, dot, length, lookingAlong, normalized, orthonormal, poseOf} from './camera.js';
 import {row, subtract, times, turned, worldFromCam} from './camera.js';
+import {viewsOf} from './model.js';
+/** @import {Pose, Rotation, Scene, Vector} from './types.d.ts' */
 
 const STEEPEST = 0.985;    // of the view against upwards, as a cosine: beyond, left and right would change places
 const LEVEL_SHARE = 0.12;  // of a tilt that is taken back with each movement
 const JUMP_MS = 700;
 
 export class Navigation {
+  /** @param {Scene} scene */
   constructor(scene) {
+    this.scene = scene;
+    this.up = normalized(scene.up);
+    this.typicalDepth = 1;
+    this.orbits = false;
+    this.chosen = false;  // the visitor has said whether it orbits
     this.follow(scene);
+    /** @type {Pose} */
     this.pose = {position: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]};
     this.fov = 50;
     this.depth = this.typicalDepth;  // of what movements are about
+    /** @type {{from: Pose, fromFov: number, to: Pose, toFov: number, start: number} | null} */
     this.jump = null;
-    this.hold = new Hold(scene.photographed.share, this.typicalDepth);
+    this.hold = new Hold(scene.photographed.share, this.typicalDepth, () => this.nearestPhotograph());
   }
 
   // Another version of the scene, which may show better what is up and what it is about.
+  /** @param {Scene} scene */
   follow(scene) {
     this.scene = scene;
     this.up = normalized(scene.up);
@@ -36,6 +47,7 @@ export class Navigation {
     return add(this.pose.position, row(this.pose.rotation, 2), this.depth);
   }
 
+  /** @param {Pose} pose @param {number} fov */
   set(pose, fov) {
     this.pose = {position: [...pose.position], rotation: orthonormal(pose.rotation)};
     this.fov = fov;
@@ -44,22 +56,35 @@ export class Navigation {
   }
 
   // Goes there, or part of the way; returns which.
+  /** @param {Pose} pose */
   step(pose) {
+    this.hold.noteMove();
     const part = this.hold.allowed(this.pose, pose);
     this.pose = part === 1 ? pose : between(this.pose, pose, part);
     return part;
   }
 
-  // Comes back from where nobody photographed; false: is not there.
+  // Comes back from where no photograph was taken; false: the pose stays.
+  /** @param {number} seconds */
   relax(seconds) {
-    if (this.jump || !this.hold.outside()) return false;
-    this.pose = this.hold.relaxed(this.pose, seconds);
-    return true;
+    const pose = this.jump ? null : this.hold.relaxed(this.pose, seconds);
+    this.pose = pose ?? this.pose;
+    return pose !== null;
+  }
+
+  // Where it was taken; null: there is none.
+  nearestPhotograph() {
+    const [slot] = this.viewsByDistance();
+    const view = slot === undefined ? null : this.scene.views[slot];
+    return view ? poseOf(view) : null;
   }
 
   // A stored photograph fills the window from here, all of it, although the window's middle is its principal point.
+  // Null: there is no such view.
+  /** @param {number} slot @param {number} width @param {number} height */
   poseOfView(slot, width, height) {
     const view = this.scene.views[slot];
+    if (!view) return null;
     const right = Math.max(view.cx, view.width - view.cx) / view.fx;
     const down = Math.max(view.cy, view.height - view.cy) / view.fy;
     const focal = Math.min(width / 2 / right, height / 2 / down);
@@ -67,12 +92,14 @@ export class Navigation {
   }
 
   // Goes there, at once or on a way that one can follow.
+  /** @param {Pose} pose @param {number} fov @param {number} [now] */
   goTo(pose, fov, now) {
     this.jump = now === undefined ? null : {from: this.pose, fromFov: this.fov, to: pose, toFov: fov, start: now};
     if (!this.jump) this.set(pose, fov);
   }
 
-  // False once it has arrived.
+  // Moves on along a jump; true: the pose has changed.
+  /** @param {number} now */
   advance(now) {
     if (!this.jump) return false;
     const {from, fromFov, to, toFov, start} = this.jump;
@@ -80,14 +107,15 @@ export class Navigation {
     const share = part * part * (3 - 2 * part);
     if (part >= 1) {
       this.set(to, toFov);
-      return false;
+    } else {
+      this.pose = between(from, to, share);
+      this.fov = fromFov + (toFov - fromFov) * share;
     }
-    this.pose = between(from, to, share);
-    this.fov = fromFov + (toFov - fromFov) * share;
     return true;
   }
 
   // Cameras are held level: what is tilted turns back while one moves.
+  /** @param {Rotation} rotation */
   levelled(rotation) {
     const forward = row(rotation, 2);
     if (Math.abs(dot(forward, this.up)) > STEEPEST) return rotation;
@@ -97,12 +125,13 @@ export class Navigation {
   }
 
   // By radians to the right and downwards; as the eyes do, or around the pivot.
+  /** @param {number} right @param {number} down @param {boolean} orbit */
   turn(right, down, orbit = this.orbits) {
     this.jump = null;
     const pivot = this.pivot();
     let rotation = turned(this.pose.rotation, this.up, orbit ? right : -right);
     const tilted = turned(rotation, row(rotation, 0), orbit ? down : -down);
-    const steep = (r) => Math.abs(dot(row(r, 2), this.up));
+    const steep = (/** @type {Rotation} */ r) => Math.abs(dot(row(r, 2), this.up));
     if (steep(tilted) < STEEPEST || steep(tilted) < steep(rotation)) rotation = tilted;
     rotation = orthonormal(this.levelled(rotation));
     const position = orbit ? add(pivot, row(rotation, 2), -this.depth) : this.pose.position;
@@ -110,6 +139,7 @@ export class Navigation {
   }
 
   // In the camera's directions, in units of what it looks at.
+  /** @param {number} right @param {number} down @param {number} forward */
   move(right, down, forward) {
     this.jump = null;
     const step = worldFromCam(this.pose.rotation, times([right, down, forward], this.depth));
@@ -117,6 +147,7 @@ export class Navigation {
   }
 
   // Towards what a ray meets, by a share of the way.
+  /** @param {Vector} ray @param {number} depth @param {number} share */
   approach(ray, depth, share) {
     this.jump = null;
     const way = depth > 0 ? depth : this.depth;
@@ -126,6 +157,7 @@ export class Navigation {
     this.depth = Math.max(this.depth - step * this.step({...this.pose, position}), nearest);
   }
 
+  /** @param {number} depth */
   setDepth(depth) {
     if (depth > 0) this.depth = depth;
   }
@@ -133,25 +165,25 @@ export class Navigation {
   // Stored views by how near they are to what is seen now, nearest first.
   viewsByDistance() {
     const direction = row(this.pose.rotation, 2);
-    const far = (view) => {
+    return this.scene.views.flatMap((view, slot) => {
+      if (!view) return [];
       const apart = times(subtract(poseOf(view).position, this.pose.position), 1 / this.typicalDepth);
       const turnedBy = subtract(row(view.rotation, 2), direction);
-      return dot(apart, apart) + dot(turnedBy, turnedBy);
-    };
-    return this.scene.views.map((view, slot) => ({slot, view})).filter(({view}) => view)
-        .map(({slot, view}) => ({slot, distance: far(view)})).sort((a, b) => a.distance - b.distance)
-        .map(({slot}) => slot);
+      return [{slot, distance: dot(apart, apart) + dot(turnedBy, turnedBy)}];
+    }).sort((a, b) => a.distance - b.distance).map(({slot}) => slot);
   }
 }
 
 // Whether most cameras look towards each other's middle, as around an object, rather than outwards, as in a room.
+/** @param {Scene} scene */
 function looksAtOneThing(scene) {
-  const views = scene.views.filter(Boolean);
+  const views = viewsOf(scene);
   const centers = views.map((view) => poseOf(view).position);
   const middle = times(centers.reduce((a, b) => add(a, b), [0, 0, 0]), 1 / views.length);
   const depth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
   const targets = views.map((view, i) => add(centers[i], row(view.rotation, 2), depth));
   const target = times(targets.reduce((a, b) => add(a, b), [0, 0, 0]), 1 / views.length);
-  const spread = (points, around) => Math.sqrt(points.reduce((sum, p) => sum + length(subtract(p, around)) ** 2, 0));
+  const spread = (/** @type {Vector[]} */ points, /** @type {Vector} */ around) =>
+      Math.sqrt(points.reduce((sum, p) => sum + length(subtract(p, around)) ** 2, 0));
   return spread(targets, target) < spread(centers, middle);
 }

@@ -3,35 +3,56 @@
 // Each is in a cell of the texture array; where there are fewer cells than views, one takes another's.
 import {BlockCompressor} from './block_compressor.js';
 import {scaledCamera} from './camera.js';
+import {GlObjects} from './gl_objects.js';
 import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
-import {loadMask, loadPhotograph} from './model.js';
+import {loadMask, loadPhotograph, viewsOf} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
+/** @import {FetchedView, Layout, Place, Scene, Size, TexelForm, View} from './types.d.ts' */
+/** @import {Programs} from './programs.js' */
+/** @import {SiteFiles} from './site_files.js' */
+/** @import {Renderer} from './renderer.js' */
 
 const PICTURE_PIXEL_BYTES = 4 + 2;  // as it comes, with its mask
 const DEPTH_PIXEL_BYTES = 4;        // of what its depths are found from
 
 export class Photographs {
   // `resident`: for each tile of the scene, 1 or 0.
+  /**
+   * @param {WebGL2RenderingContext} gl
+   * @param {Programs} programs
+   * @param {Scene} scene
+   * @param {Layout} layout
+   * @param {Uint32Array} resident
+   */
   constructor(gl, programs, scene, layout, resident) {
-    Object.assign(this, {gl, programs, scene, layout, resident});
+    this.gl = gl;
+    this.programs = programs;
+    this.scene = scene;
+    this.layout = layout;
+    this.resident = resident;
+    this.objects = new GlObjects(gl);
     this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
     this.tileSlots = new Table(gl, this.slots, 1);
     this.views = new Table(gl, viewTable(scene, layout), 4);
     this.colours = this.array(layout.form.internal, layout.size, scene.levels, gl.LINEAR);
     this.depths = this.array(gl.RGBA32UI, layout.size.map((side) => side / DEPTH_BLOCK_SIDE), 1, gl.NEAREST);
     this.bytes = layout.bytes + this.tileSlots.bytes + this.views.bytes;
+    /** @type {Map<number, number>} */
     this.cells = new Map();  // by slot, of the views that are there
     this.free = Array.from({length: layout.count}, (_, cell) => cell).reverse();
-    this.framebuffer = gl.createFramebuffer();
+    this.framebuffer = this.objects.framebuffer();
+    /** @type {BlockCompressor | null} */
+    this.compressor = null;
     for (const pass of ['depth', layout.form.blocks ? layout.form.name : 'photograph']) programs.ready(pass);
   }
 
+  /** @param {number} format @param {number[]} size @param {number} levels @param {number} filter */
   array(format, size, levels, filter) {
     const {gl, layout} = this;
-    const texture = gl.createTexture();
+    const texture = this.objects.texture();
     gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, texture);
-    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels, format, ...size, layout.pages);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, levels, format, size[0], size[1], layout.pages);
     const between = levels > 1 ? gl.LINEAR_MIPMAP_LINEAR : filter;
     gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MIN_FILTER, between);
     gl.texParameteri(gl.TEXTURE_2D_ARRAY, gl.TEXTURE_MAG_FILTER, filter);
@@ -49,6 +70,7 @@ export class Photographs {
   }
 
   // What store() needs of a view, over the network.
+  /** @param {SiteFiles} files @param {View} view @param {number} slot @returns {Promise<FetchedView>} */
   static async fetched(files, view, slot) {
     const [picture, mask] = await Promise.all([loadPhotograph(files, view), loadMask(files, view)]);
     return {slot, picture, mask};
@@ -56,25 +78,30 @@ export class Photographs {
 
   // On the GPU besides what the layout says: tables, and what store() takes for a while, for the largest photograph at
   // its own scale.
+  /** @param {Scene} scene @param {TexelForm} form @param {number} tiles */
   static bytesBesides(scene, form, tiles) {
-    const views = scene.views.filter(Boolean);
-    const [width, height] = ['width', 'height'].map((key) => Math.max(...views.map((view) => Math.ceil(view[key]))));
+    const views = viewsOf(scene);
+    const width = Math.max(...views.map((view) => Math.ceil(view.width)));
+    const height = Math.max(...views.map((view) => Math.ceil(view.height)));
     const blocks = form.blocks ? BlockCompressor.bytesFor([width, height]) : 0;
     const tables = Table.bytesOf(tiles, true) + Table.bytesOf(VIEW_TEXELS * scene.views.length, false);
     return tables + (PICTURE_PIXEL_BYTES + DEPTH_PIXEL_BYTES) * width * height + blocks;
   }
 
   // In the place of another view where no cell is free, unless it is there already. `renderer` draws the depths.
+  /** @param {FetchedView} fetched @param {Renderer} renderer @param {number | undefined} instead */
   store({slot, picture, mask}, renderer, instead) {
     const {gl} = this;
     const view = this.scene.views[slot];
+    if (!view) return;
     const place = this.placeFor(slot, instead);
-    const image = makeTexture(gl, gl.RGBA8, picture.width, picture.height);
+    const passing = new GlObjects(gl);
+    const image = makeTexture(passing, gl.RGBA8, picture.width, picture.height);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, picture);
-    const valid = makeTexture(gl, gl.RG8UI, picture.width, picture.height);
+    const valid = makeTexture(passing, gl.RG8UI, picture.width, picture.height);
     gl.texSubImage2D(
         gl.TEXTURE_2D, 0, 0, 0, picture.width, picture.height, gl.RG_INTEGER, gl.UNSIGNED_BYTE, mask);
     bindTexture(gl, 'image', gl.TEXTURE_2D, image);
@@ -83,35 +110,40 @@ export class Photographs {
     this.storeLevels(place);
     this.drawDepths(place, view, renderer);
     renderer.noteBytes(PICTURE_PIXEL_BYTES * picture.width * picture.height + (this.compressor?.bytes ?? 0));
-    gl.deleteTexture(image);
-    gl.deleteTexture(valid);
+    passing.release();
     picture.close();
     this.fill(slot);
     this.tileSlots.store(this.slots, 1);
   }
 
+  /** @param {number} slot @param {number | undefined} instead */
   placeFor(slot, instead) {
-    if (!this.cells.has(slot)) {
-      if (this.free.length === 0) this.drop(instead);
-      this.cells.set(slot, this.free.pop());
-    }
-    return placeOf(this.layout, this.cells.get(slot));
+    if (this.free.length === 0 && instead !== undefined && !this.cells.has(slot)) this.drop(instead);
+    const cell = this.cells.get(slot) ?? this.free.pop();
+    if (cell === undefined) throw new Error(`there is no room for view ${slot}`);
+    this.cells.set(slot, cell);
+    return placeOf(this.layout, cell);
   }
 
   // Its cell is for another one.
+  /** @param {number} slot */
   drop(slot) {
-    const {first, count} = this.layout.views[slot];
-    this.slots.fill(NO_SLOT, first, first + count);
-    this.free.push(this.cells.get(slot));
+    const tiles = this.layout.views[slot];
+    const cell = this.cells.get(slot);
+    if (tiles) this.slots.fill(NO_SLOT, tiles.first, tiles.first + tiles.count);
+    if (cell !== undefined) this.free.push(cell);
     this.cells.delete(slot);
   }
 
   // Means over what a texel covers, in the page and at each of its coarser levels.
+  /** @param {Place} place */
   storeLevels(place) {
     const {gl, layout, scene} = this;
     if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.form, layout.cell);
     for (let level = 0; level < scene.levels; ++level) {
-      const [x, y, ...size] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
+      const [x, y, width, height] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
+      /** @type {Size} */
+      const size = [width, height];
       const pixels = 2 ** level / layout.scale;
       if (this.compressor) {
         const at = {x, y, page: place.page};
@@ -122,6 +154,7 @@ export class Photographs {
     }
   }
 
+  /** @param {number} level @param {Place} place @param {Size} size @param {number} pixels */
   drawLevel(level, {x, y, page}, size, pixels) {
     const {gl} = this;
     const program = this.programs.use('photograph');
@@ -134,13 +167,15 @@ export class Photographs {
   }
 
   // What is only needed while views come.
+  /** @param {Renderer} renderer */
   rest(renderer) {
     this.compressor?.release();
     this.compressor = null;
-    renderer.dropTarget('view');
+    renderer.targets.drop('view');
   }
 
   // The surface as the view's camera sees it, whose depths become blocks.
+  /** @param {Place} place @param {View} view @param {Renderer} renderer */
   drawDepths(place, view, renderer) {
     const {gl, layout, scene} = this;
     const camera = scaledCamera(view, layout.scale);
@@ -160,13 +195,16 @@ export class Photographs {
 
   // Another version of the scene. What was stored stays, unless it is of a view that is not there any more; false: it
   // does not fit.
+  /** @param {Scene} scene @param {Layout} layout @param {Uint32Array} resident */
   follow(scene, layout, resident) {
     if (!samePlaces(layout, this.layout) || scene.levels !== this.scene.levels) return false;
     const before = this.scene;
     for (const slot of [...this.cells.keys()]) {
       if (scene.views[slot]?.name !== before.views[slot]?.name) this.drop(slot);
     }
-    Object.assign(this, {scene, layout, resident});
+    this.scene = scene;
+    this.layout = layout;
+    this.resident = resident;
     this.slots = new Uint32Array(layout.tiles).fill(NO_SLOT);
     for (const slot of this.cells.keys()) this.fill(slot);
     this.tileSlots.release();
@@ -177,17 +215,20 @@ export class Photographs {
   }
 
   release() {
-    for (const texture of [this.colours, this.depths]) this.gl.deleteTexture(texture);
+    this.objects.release();
     this.compressor?.release();
     this.tileSlots.release();
     this.views.release();
-    this.gl.deleteFramebuffer(this.framebuffer);
   }
 
   // From now on pictures may show it.
+  /** @param {number} slot */
   fill(slot) {
-    const place = placeOf(this.layout, this.cells.get(slot));
-    const {first, columns, count} = this.layout.views[slot];
+    const tiles = this.layout.views[slot];
+    const cell = this.cells.get(slot);
+    if (!tiles || cell === undefined) return;
+    const place = placeOf(this.layout, cell);
+    const {first, columns, count} = tiles;
     for (let tile = 0; tile < count; ++tile) {
       this.slots[first + tile] = this.resident[first + tile] ? slotOfTile(this.layout, place, columns, tile) : NO_SLOT;
     }

@@ -5,8 +5,12 @@
 import {partOf} from './camera.js';
 import {nearbyExposure} from './exposure.js';
 import {Glances, MOST_GLANCE_BYTES} from './glances.js';
+import {GlObjects, Targets} from './gl_objects.js';
 import {Programs} from './programs.js';
 import {Table, bindTexture, makeTexture} from './tables.js';
+/** @import {Photographs} from './photographs.js' */
+/** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
+/** @import {Camera, Mesh, Mode, Scene, Shaders, Size, Tables, Vector} from './types.d.ts' */
 
 const CELLS_OF_SHADER = [1, 2, 4];  // kCellsOfShader of blend/zone_mesh.h
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
@@ -15,45 +19,87 @@ const BLOCK_BYTES = 192;
 const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
 const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 const STILL_BYTES = 4;
+const DIAGNOSIS_BYTES = 16 + 4;
 
-// Still pictures are drawn in parts of about so many pixels a side: the targets of their samples are then small, and a
-// slow GPU gets no task that takes long.
-const PART_PX = 320;
+// Longest side of the parts that pictures with samples are drawn in: their targets are then small.
+export const MOST_PART_PX = 320;
 const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
 
+// A part of a picture: what is drawn, from its top left corner, and what of that is copied: left, top, right, bottom.
+/** @typedef {{x: number, y: number, size: Size, inner: [number, number, number, number]}} Part */
+
+// Parts that cover a camera's picture, those in its middle first. All are of one size, with a pixel around what is
+// copied; those at the picture's border reach farther inwards.
+/** @param {Camera} camera @param {number} partPx @returns {Part[]} */
+export function partsOf({width, height}, partPx) {
+  const [across, down] = [width, height].map((side) => Math.ceil(side / partPx));
+  const [stepX, stepY] = [Math.ceil(width / across), Math.ceil(height / down)];
+  /** @type {Size} */
+  const size = [Math.min(width, stepX + 2 * AROUND_PX), Math.min(height, stepY + 2 * AROUND_PX)];
+  const start = (/** @type {number} */ at, /** @type {number} */ side, /** @type {number} */ whole) =>
+      Math.max(0, Math.min(at - AROUND_PX, whole - side));
+  /** @type {Part[]} */
+  const parts = [];
+  for (let top = 0; top < height; top += stepY) {
+    for (let left = 0; left < width; left += stepX) {
+      parts.push({
+        x: start(left, size[0], width), y: start(top, size[1], height), size,
+        inner: [left, top, Math.min(width, left + stepX), Math.min(height, top + stepY)],
+      });
+    }
+  }
+  const far = (/** @type {Part} */ {inner: [left, top, right, bottom]}) =>
+      Math.hypot(left + right - width, top + bottom - height);
+  return parts.sort((a, b) => far(a) - far(b));
+}
+
 export class Renderer {
+  /** @param {WebGL2RenderingContext} gl @param {Scene} scene @param {Shaders} shaders */
   constructor(gl, scene, shaders) {
-    Object.assign(this, {gl, scene});
+    this.gl = gl;
+    this.scene = scene;
     this.programs = new Programs(gl, shaders, scene.blend.views);
     this.glances = new Glances(this);
-    this.targets = new Map();  // by what they are for
-    this.block = gl.createBuffer();
+    this.targets = new Targets(gl, () => this.noteBytes());
+    this.objects = new GlObjects(gl);
+    this.meshObjects = new GlObjects(gl);
+    this.block = this.objects.buffer();
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
     gl.bufferData(gl.UNIFORM_BUFFER, BLOCK_BYTES, gl.DYNAMIC_DRAW);
-    this.nothing = gl.createVertexArray();
-    this.meshBytes = 0;
+    this.nothing = this.objects.vertexArray();
+    /** @type {{vertices: WebGLVertexArrayObject, colors: WebGLBuffer, counts: number[], bytes: number} | null} */
+    this.mesh = null;
+    /** @type {{zones: Table, cells: Table, references: Table} | null} */
+    this.tables = null;
+    /** @type {Photographs | null} */
     this.photographs = null;
+    this.mostBytes = 0;
+  }
+
+  release() {
+    this.photographs?.release();
+    for (const table of Object.values(this.tables ?? {})) table.release();
+    for (const owner of [this.programs, this.targets, this.meshObjects, this.objects]) owner.release();
   }
 
   // In place of an earlier one.
+  /** @param {Mesh} mesh */
   setMesh(mesh) {
-    const {gl} = this;
-    for (const buffer of this.buffers ?? []) gl.deleteBuffer(buffer);
-    if (this.mesh) gl.deleteVertexArray(this.mesh);
-    this.buffers = [];
-    this.meshBytes = 0;
-    this.counts = mesh.counts;
-    this.mesh = gl.createVertexArray();
-    gl.bindVertexArray(this.mesh);
-    const buffer = (target, data) => {
-      this.buffers.push(gl.createBuffer());
-      gl.bindBuffer(target, this.buffers.at(-1));
+    const {gl, meshObjects} = this;
+    meshObjects.release();
+    const vertices = meshObjects.vertexArray();
+    gl.bindVertexArray(vertices);
+    let bytes = 0;
+    const buffer = (/** @type {number} */ target, /** @type {ArrayBufferView<ArrayBuffer>} */ data) => {
+      const made = meshObjects.buffer();
+      gl.bindBuffer(target, made);
       gl.bufferData(target, data, gl.STATIC_DRAW);
-      this.meshBytes += data.byteLength;
+      bytes += data.byteLength;
+      return made;
     };
     buffer(gl.ARRAY_BUFFER, mesh.positions);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
-    buffer(gl.ARRAY_BUFFER, mesh.colors);
+    const colors = buffer(gl.ARRAY_BUFFER, mesh.colors);
     gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 4, 0);
     buffer(gl.ARRAY_BUFFER, mesh.shares);
     gl.vertexAttribPointer(2, 3, gl.UNSIGNED_BYTE, true, 4, 0);
@@ -62,15 +108,19 @@ export class Renderer {
     for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
     buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(this.nothing);
+    this.mesh = {vertices, colors, counts: mesh.counts, bytes};
   }
 
   // Of each vertex, in place of those that the mesh came with.
+  /** @param {Uint8Array<ArrayBuffer>} colors */
   setColors(colors) {
-    const {gl} = this;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.buffers[1]);
+    const {gl, mesh} = this;
+    if (!mesh) return;
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.colors);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, colors);
   }
 
+  /** @param {Tables} tables */
   setTables(tables) {
     const {gl} = this;
     for (const table of Object.values(this.tables ?? {})) table.release();
@@ -84,42 +134,43 @@ export class Renderer {
   // Whether programs for pictures are compiled; asks for them.
   ready() {
     if (!this.mesh || !this.photographs || !this.tables) return false;
-    const needed = [['surface', 0], ['fade', 0], ['glance', 0], ...CELLS_OF_SHADER.filter((_, i) => this.counts[i] > 0).map((n) => ['blend', n])];
-    return needed.map(([pass, cells]) => this.programs.ready(pass, cells)).every(Boolean);
+    const {counts} = this.mesh;
+    const blends = CELLS_OF_SHADER.filter((_, i) => counts[i] > 0).map((cells) => this.programs.ready('blend', cells));
+    return [...['surface', 'fade', 'glance'].map((pass) => this.programs.ready(pass)), ...blends].every(Boolean);
   }
 
   readyForStills() {
-    return [['silhouettes', 0], ['samples', 4]].map(([pass, cells]) => this.programs.ready(pass, cells)).every(Boolean);
+    return [this.programs.ready('silhouettes'), this.programs.ready('samples', 4)].every(Boolean);
   }
 
   // What targets take, bytes, when both a moving and a still picture of such sizes were drawn.
+  /** @param {Size} moving @param {Size} still */
   bytesToDraw(moving, still) {
-    const [part, ofMoving, ofStill] = [still.map((side) => Math.min(side, PART_PX + 2 * AROUND_PX)), moving, still]
-        .map(([width, height]) => width * height);
+    const part = [still[0], still[1]].map((side) => Math.min(side, MOST_PART_PX + 2 * AROUND_PX));
+    const [ofPart, ofMoving, ofStill] = [part, moving, still].map(([width, height]) => width * height);
     const samples = this.scene.blend.supersample ** 2;
-    const ofPart = part * (PICTURE_BYTES + samples * SURFACE_BYTES);
-    return MOST_GLANCE_BYTES + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill + ofPart;
+    return MOST_GLANCE_BYTES + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
+        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES);
   }
 
   // Of the mesh, with its references.
   modelBytes() {
-    let sum = this.meshBytes;
+    let sum = this.mesh?.bytes ?? 0;
     for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
     return sum;
   }
 
   // Bytes on the GPU, as they were asked for.
   bytes() {
-    let sum = this.modelBytes() + (this.photographs ? this.photographs.bytes : 0);
-    for (const target of this.targets.values()) sum += target.bytes;
-    return sum;
+    return this.modelBytes() + (this.photographs?.bytes ?? 0) + this.targets.bytes();
   }
 
   // The most that there ever was at a time; `besides`: what is there now for a moment.
   noteBytes(besides = 0) {
-    this.mostBytes = Math.max(this.mostBytes ?? 0, this.bytes() + besides);
+    this.mostBytes = Math.max(this.mostBytes, this.bytes() + besides);
   }
 
+  /** @param {Camera} camera @param {Vector} exposure */
   describe(camera, exposure) {
     const {gl, scene} = this;
     const block = new ArrayBuffer(BLOCK_BYTES);
@@ -149,69 +200,69 @@ export class Renderer {
 
   bindTables() {
     const {gl} = this;
-    this.photographs.bind();
-    for (const [name, table] of Object.entries(this.tables)) bindTexture(gl, name, gl.TEXTURE_2D, table.texture);
+    this.photographs?.bind();
+    for (const [name, table] of Object.entries(this.tables ?? {})) bindTexture(gl, name, gl.TEXTURE_2D, table.texture);
   }
 
-  // Made anew where the size has changed.
-  target(use, width, height, make) {
-    const known = this.targets.get(use);
-    if (known && known.width === width && known.height === height) return known;
-    if (known) known.release();
-    const target = {width, height, ...make()};
-    this.targets.set(use, target);
-    this.noteBytes();
-    return target;
-  }
-
-  // Where the visible surface is drawn to, and, with `picture`, the picture of it.
-  surfaceTarget(use, width, height, picture) {
+  // Where the visible surface is drawn to.
+  /**
+   * @param {string} use
+   * @param {number} width
+   * @param {number} height
+   * @returns {SurfaceTarget & {surface: WebGLTexture}}
+   */
+  surfaceTarget(use, width, height) {
     const {gl} = this;
-    return this.target(use, width, height, () => {
-      const surface = makeTexture(gl, gl.RGBA32UI, width, height);
-      const depth = gl.createRenderbuffer();
-      gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
-      gl.renderbufferStorage(
-          gl.RENDERBUFFER, picture ? gl.DEPTH32F_STENCIL8 : gl.DEPTH_COMPONENT32F, width, height);
-      const attachment = picture ? gl.DEPTH_STENCIL_ATTACHMENT : gl.DEPTH_ATTACHMENT;
-      const framebuffer = (texture) => {
-        const name = gl.createFramebuffer();
-        gl.bindFramebuffer(gl.FRAMEBUFFER, name);
-        gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
-        gl.framebufferRenderbuffer(gl.FRAMEBUFFER, attachment, gl.RENDERBUFFER, depth);
-        return name;
-      };
-      const colour = picture ? makeTexture(gl, gl.RGBA8, width, height) : null;
-      const target = {
-        surface, colour, pass: framebuffer(surface), blend: picture ? framebuffer(colour) : null,
-        bytes: width * height * (picture ? PICTURE_BYTES : SURFACE_BYTES),
-      };
-      target.release = () => {
-        gl.deleteTexture(surface);
-        gl.deleteTexture(colour);
-        gl.deleteRenderbuffer(depth);
-        gl.deleteFramebuffer(target.pass);
-        gl.deleteFramebuffer(target.blend);
-      };
-      return target;
+    return this.targets.of(use, width, height, SURFACE_BYTES, (objects) => {
+      const surface = makeTexture(objects, gl.RGBA32UI, width, height);
+      const depth = this.depthBuffer(objects, gl.DEPTH_COMPONENT32F, width, height);
+      return {surface, pass: this.withDepth(objects, surface, gl.DEPTH_ATTACHMENT, depth)};
     });
   }
 
-  // The picture as a whole, put together of its parts.
-  stillTarget(width, height) {
+  // The same, with the picture of the surface.
+  /** @param {string} use @param {number} width @param {number} height @returns {PictureTarget} */
+  pictureTarget(use, width, height) {
     const {gl} = this;
-    return this.target('still', width, height, () => {
-      const colour = makeTexture(gl, gl.RGBA8, width, height);
-      const framebuffer = gl.createFramebuffer();
-      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, colour, 0);
+    return this.targets.of(use, width, height, PICTURE_BYTES, (objects) => {
+      const surface = makeTexture(objects, gl.RGBA32UI, width, height);
+      const colour = makeTexture(objects, gl.RGBA8, width, height);
+      const depth = this.depthBuffer(objects, gl.DEPTH32F_STENCIL8, width, height);
       return {
-        colour, framebuffer, bytes: STILL_BYTES * width * height,
-        release: () => {
-          gl.deleteTexture(colour);
-          gl.deleteFramebuffer(framebuffer);
-        },
+        surface, colour, pass: this.withDepth(objects, surface, gl.DEPTH_STENCIL_ATTACHMENT, depth),
+        blend: this.withDepth(objects, colour, gl.DEPTH_STENCIL_ATTACHMENT, depth),
       };
+    });
+  }
+
+  /** @param {GlObjects} objects @param {number} format @param {number} width @param {number} height */
+  depthBuffer(objects, format, width, height) {
+    const {gl} = this;
+    const depth = objects.renderbuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
+    return depth;
+  }
+
+  /**
+   * @param {GlObjects} objects
+   * @param {WebGLTexture} colour
+   * @param {number} attachment
+   * @param {WebGLRenderbuffer} depth
+   */
+  withDepth(objects, colour, attachment, depth) {
+    const {gl} = this;
+    const framebuffer = objects.framebuffer(colour);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, attachment, gl.RENDERBUFFER, depth);
+    return framebuffer;
+  }
+
+  // The picture as a whole, put together of its parts.
+  /** @param {number} width @param {number} height */
+  stillTarget(width, height) {
+    return this.targets.of('still', width, height, STILL_BYTES, (objects) => {
+      const colour = makeTexture(objects, this.gl.RGBA8, width, height);
+      return {colour, framebuffer: objects.framebuffer(colour)};
     });
   }
 
@@ -226,8 +277,11 @@ export class Renderer {
     gl.bindVertexArray(this.nothing);
   }
 
+  // `marks`: the stencil says how many cells are blended.
+  /** @param {SurfaceTarget} target @param {boolean} marks */
   drawSurface(target, marks) {
-    const {gl} = this;
+    const {gl, mesh} = this;
+    if (!mesh) return;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
     gl.viewport(0, 0, target.width, target.height);
     if (target.surface) gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
@@ -241,9 +295,9 @@ export class Renderer {
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.GREATER);
     this.programs.use('surface');
-    gl.bindVertexArray(this.mesh);
+    gl.bindVertexArray(mesh.vertices);
     let first = 0;
-    this.counts.forEach((count, i) => {
+    mesh.counts.forEach((count, i) => {
       if (marks) gl.stencilFunc(gl.ALWAYS, i + 1, 0xFF);
       if (count > 0) gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * first);
       first += count;
@@ -253,6 +307,7 @@ export class Renderer {
     gl.bindVertexArray(this.nothing);
   }
 
+  /** @param {string} pass @param {number} cells @param {WebGLTexture} surface */
   drawScreen(pass, cells, surface) {
     const {gl} = this;
     bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
@@ -261,6 +316,7 @@ export class Renderer {
     return program;
   }
 
+  /** @param {PictureTarget} target */
   drawBlend(target) {
     const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
@@ -269,7 +325,7 @@ export class Renderer {
     gl.enable(gl.STENCIL_TEST);
     gl.stencilMask(0);
     CELLS_OF_SHADER.forEach((cells, i) => {
-      if (this.counts[i] === 0) return;
+      if (!this.mesh?.counts[i]) return;
       gl.stencilFunc(gl.EQUAL, i + 1, 0xFF);
       this.drawScreen('blend', cells, target.surface);
     });
@@ -277,10 +333,11 @@ export class Renderer {
     gl.disable(gl.STENCIL_TEST);
   }
 
+  /** @param {PictureTarget} target */
   drawSamples(target) {
     const {gl} = this;
     const across = this.scene.blend.supersample;
-    const samples = this.surfaceTarget('samples', across * target.width, across * target.height, false);
+    const samples = this.surfaceTarget('samples', across * target.width, across * target.height);
     this.drawSurface(samples, false);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
     gl.viewport(0, 0, target.width, target.height);
@@ -298,6 +355,7 @@ export class Renderer {
     gl.disable(gl.STENCIL_TEST);
   }
 
+  /** @param {PictureTarget} target */
   drawFade(target) {
     const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
@@ -315,37 +373,29 @@ export class Renderer {
 
   // How deep a stored view's camera sees, reversed as in the surface's pass, in a texture that is good until the next
   // one.
+  /** @param {Camera} camera */
   drawViewDepths(camera) {
     const {gl} = this;
     this.setState();
     this.describe(camera, [1, 1, 1]);
     const {width, height} = camera;
-    const target = this.target('view', width, height, () => {
-      const depths = makeTexture(gl, gl.DEPTH_COMPONENT32F, width, height);
-      const pass = gl.createFramebuffer();
-      gl.bindFramebuffer(gl.FRAMEBUFFER, pass);
+    const target = this.targets.of('view', width, height, 4, (objects) => {
+      const depths = makeTexture(objects, gl.DEPTH_COMPONENT32F, width, height);
+      const pass = objects.framebuffer();
       gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, depths, 0);
       gl.drawBuffers([gl.NONE]);
-      const release = () => {
-        gl.deleteTexture(depths);
-        gl.deleteFramebuffer(pass);
-      };
-      return {depths, pass, release, bytes: 4 * width * height};
+      return {depths, pass};
     });
     this.drawSurface(target, false);
     return target.depths;
   }
 
-  dropTarget(use) {
-    this.targets.get(use)?.release();
-    this.targets.delete(use);
-  }
-
   // The middles of pixels alone: for a camera that moves. Returns the target.
+  /** @param {Camera} camera */
   draw(camera) {
     this.setState();
     this.describe(camera, nearbyExposure(this.scene, camera));
-    const target = this.surfaceTarget('moving', camera.width, camera.height, true);
+    const target = this.pictureTarget('moving', camera.width, camera.height);
     this.drawSurface(target, true);
     if (this.ready()) {
       this.bindTables();
@@ -355,43 +405,81 @@ export class Renderer {
     return target;
   }
 
-  // The picture that `lumatlas render` draws, part by part: each call of next() draws one, and the last returns. With
-  // `fades`, averaged colours where no photograph was taken from near there.
+  // The picture that `lumatlas render` draws, part by part: each call of next() draws one and says how many pixels it
+  // has, and the last returns. `fades`: averaged colours where no photograph was taken from near there.
+  /** @param {Camera} camera @param {boolean} fades */
   *drawStill(camera, fades) {
-    const {gl} = this;
     const exposure = nearbyExposure(this.scene, camera);
     const still = this.stillTarget(camera.width, camera.height);
-    const [across, down] = [camera.width, camera.height].map((size) => Math.ceil(size / PART_PX));
-    const step = [Math.ceil(camera.width / across), Math.ceil(camera.height / down)];
-    const size = [Math.min(camera.width, step[0] + 2 * AROUND_PX), Math.min(camera.height, step[1] + 2 * AROUND_PX)];
-    for (let i = 0; i < across * down; ++i) {
-      const place = [i % across * step[0], Math.floor(i / across) * step[1]];
-      // All parts are of one size; those at the picture's border reach farther inwards.
-      const [x, y] = place.map((v, axis) =>
-          Math.max(0, Math.min(v - AROUND_PX, [camera.width, camera.height][axis] - size[axis])));
+    for (const part of partsOf(camera, MOST_PART_PX)) {
+      const {x, y, size} = part;
       this.setState();
       this.describe(partOf(camera, x, y, ...size), exposure);
       this.bindTables();
-      const part = this.surfaceTarget('part', ...size, true);
-      this.drawSurface(part, true);
-      this.drawBlend(part);
-      if (this.scene.blend.supersample > 1) this.drawSamples(part);
-      if (fades) this.drawFade(part);
-      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, part.blend);
-      gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
-      const from = place;
-      const to = [Math.min(camera.width, place[0] + step[0]), Math.min(camera.height, place[1] + step[1])];
-      const bottom = (v, height) => height - v;
-      gl.blitFramebuffer(
-          from[0] - x, bottom(to[1] - y, size[1]), to[0] - x, bottom(from[1] - y, size[1]),
-          from[0], bottom(to[1], camera.height), to[0], bottom(from[1], camera.height), gl.COLOR_BUFFER_BIT,
-          gl.NEAREST);
-      yield;
+      const target = this.pictureTarget('part', ...size);
+      this.drawSurface(target, true);
+      this.drawBlend(target);
+      if (this.scene.blend.supersample > 1) this.drawSamples(target);
+      if (fades) this.drawFade(target);
+      this.copyPart(target, part, still);
+      yield size[0] * size[1];
     }
     return still;
   }
 
+  // The surface that the camera sees, for blendPart(), and what is seen where no part is drawn yet.
+  /** @param {Camera} camera @param {PictureTarget | null} under */
+  beginParts(camera, under) {
+    const still = this.stillTarget(camera.width, camera.height);
+    if (under) this.copyWhole(under, still);
+    this.setState();
+    this.describe(camera, [1, 1, 1]);
+    const target = this.pictureTarget('moving', camera.width, camera.height);
+    this.drawSurface(target, true);
+    return target;
+  }
+
+  // A part of the picture of a surface that beginParts() drew, into the still frame: the middles of pixels alone.
+  /** @param {PictureTarget} target @param {Camera} camera @param {Part} part */
+  blendPart(target, camera, {inner: [left, top, right, bottom]}) {
+    const {gl} = this;
+    this.setState();
+    this.describe(camera, nearbyExposure(this.scene, camera));
+    this.bindTables();
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(left, target.height - bottom, right - left, bottom - top);
+    this.drawBlend(target);
+    this.drawFade(target);
+    gl.disable(gl.SCISSOR_TEST);
+    const {width, height} = camera;
+    this.copyPart(target, {x: 0, y: 0, size: [width, height], inner: [left, top, right, bottom]},
+                  this.stillTarget(width, height));
+  }
+
+  // A part into the picture, without what is around it.
+  /** @param {PictureTarget} from @param {Part} part @param {Sized & {framebuffer: WebGLFramebuffer}} still */
+  copyPart(from, {x, y, size, inner}, still) {
+    const {gl} = this;
+    const [left, top, right, bottom] = inner;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, from.blend);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
+    gl.blitFramebuffer(
+        left - x, size[1] - (bottom - y), right - x, size[1] - (top - y),
+        left, still.height - bottom, right, still.height - top, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  }
+
+  // A picture into another one, whatever their sizes.
+  /** @param {PictureTarget} from @param {Sized & {framebuffer: WebGLFramebuffer}} still */
+  copyWhole(from, still) {
+    const {gl} = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, from.blend);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
+    gl.blitFramebuffer(
+        0, 0, from.width, from.height, 0, 0, still.width, still.height, gl.COLOR_BUFFER_BIT, gl.LINEAR);
+  }
+
   // What a mode shows of the surface that `target` holds, in its colours.
+  /** @param {PictureTarget} target @param {Mode} mode */
   drawMode(target, mode) {
     const {gl} = this;
     let diagnosis = null;
@@ -405,20 +493,13 @@ export class Renderer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
+  /** @param {PictureTarget} target */
   diagnose(target) {
     const {gl} = this;
-    const diagnosis = this.target('diagnosis', target.width, target.height, () => {
-      const packed = makeTexture(gl, gl.RGBA32UI, target.width, target.height);
-      const state = makeTexture(gl, gl.RGBA8, target.width, target.height);
-      const framebuffer = gl.createFramebuffer();
-      gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, state, 0);
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT1, gl.TEXTURE_2D, packed, 0);
-      gl.drawBuffers([gl.COLOR_ATTACHMENT0, gl.COLOR_ATTACHMENT1]);
-      return {
-        packed, framebuffer, bytes: 20 * target.width * target.height,
-        release: () => [packed, state].forEach((texture) => gl.deleteTexture(texture)),
-      };
+    const diagnosis = this.targets.of('diagnosis', target.width, target.height, DIAGNOSIS_BYTES, (objects) => {
+      const state = makeTexture(objects, gl.RGBA8, target.width, target.height);
+      const packed = makeTexture(objects, gl.RGBA32UI, target.width, target.height);
+      return {packed, framebuffer: objects.framebuffer(state, packed)};
     });
     gl.bindFramebuffer(gl.FRAMEBUFFER, diagnosis.framebuffer);
     gl.viewport(0, 0, target.width, target.height);
@@ -429,6 +510,12 @@ export class Renderer {
   }
 
   // A texture of a picture, on the canvas, before a background.
+  /**
+   * @param {WebGLTexture} colour
+   * @param {number} width
+   * @param {number} height
+   * @param {{above: Vector, below: Vector}} background
+   */
   present(colour, width, height, background) {
     const {gl} = this;
     this.setState();
@@ -437,12 +524,13 @@ export class Renderer {
     bindTexture(gl, 'image', gl.TEXTURE_2D, colour);
     const program = this.programs.use('present');
     gl.uniform2f(program.uniform('canvas'), width, height);
-    gl.uniform3f(program.uniform('above'), ...background.above);
-    gl.uniform3f(program.uniform('below'), ...background.below);
+    gl.uniform3fv(program.uniform('above'), background.above);
+    gl.uniform3fv(program.uniform('below'), background.below);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
   // How deep the surface is at a pixel of a target, from its top left; 0: there is none.
+  /** @param {SurfaceTarget} target @param {number} x @param {number} y */
   depthAt(target, x, y) {
     const {gl} = this;
     const texel = new Uint32Array(4);

@@ -2,7 +2,11 @@
 // Which photographs are on the GPU: all where there is room, else those that the current picture needs. Others stay
 // until their room is needed, and are shown where a better one is not there yet.
 import {FetchFailure} from './fetching.js';
+import {ContextLost} from './gl_objects.js';
+import {viewsOf} from './model.js';
 import {Photographs} from './photographs.js';
+/** @import {Viewer} from './viewer.js' */
+/** @import {Camera, FetchedView, Scene, View} from './types.d.ts' */
 
 const AT_ONCE = 4;  // views that are fetched at the same time
 // So many times as needed as another must a view be to take its room, so that a small movement does not fetch back what
@@ -10,6 +14,7 @@ const AT_ONCE = 4;  // views that are fetched at the same time
 const CLEARLY = 1.5;
 
 // What a view on the GPU is made of.
+/** @param {View} view */
 const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
     JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
 
@@ -17,6 +22,14 @@ const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
 // `fresh`: those of them that are as the scene has them; `coming`: what is being fetched; `lost`: what could not be
 // fetched; `room`: for so many views. Null: all is well. {slot, instead}: a view, and the one whose room it takes;
 // undefined: there is room.
+/**
+ * @param {{slot: number, need: number}[]} ranked
+ * @param {{
+ *   held: {has(slot: number): boolean, size: number}, fresh: Set<number>, coming: Set<number>, lost: Set<number>,
+ *   room: number,
+ * }} state
+ * @returns {{slot: number, instead?: number} | null}
+ */
 export function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
   const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot) && !lost.has(slot));
   if (!wanted) return null;
@@ -30,22 +43,36 @@ export function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
 }
 
 export class Residents {
+  /** @param {Viewer} viewer */
   constructor(viewer) {
     this.viewer = viewer;
+    /** @type {Map<number, string>} */
     this.fresh = new Map();  // by slot, what is on the GPU
+    /** @type {Set<number>} */
     this.coming = new Set();
+    /** @type {Set<number>} */
     this.lost = new Set();   // slots that could not be fetched and are not asked for until askAgain()
+    /** @type {Map<number, number>} */
     this.needs = new Map();  // by slot, how many pixels of the current picture need it
     this.fetched = 0;        // views, again and again
+    /** @type {Promise<void> | null} */
+    this.filling = null;
+  }
+
+  // Throws ContextLost where what is on the GPU is not these residents' any more.
+  expect() {
+    if (this.viewer.residents !== this || this.viewer.gl.isContextLost()) throw new ContextLost();
   }
 
   get photographs() {
-    return this.viewer.renderer.photographs;
+    const {photographs} = this.viewer.renderer;
+    if (!photographs) throw new Error('there is no room for photographs yet');
+    return photographs;
   }
 
   // Whether there is less room than views.
   scarce() {
-    return this.viewer.scene.views.filter(Boolean).length > this.photographs.layout.count;
+    return viewsOf(this.viewer.scene).length > this.photographs.layout.count;
   }
 
   // Nothing that is on the GPU is of use any more.
@@ -68,7 +95,10 @@ export class Residents {
   current() {
     const {views} = this.viewer.scene;
     const there = [...this.photographs.cells.keys()];
-    return new Set(there.filter((slot) => this.fresh.get(slot) === contentOf(views[slot])));
+    return new Set(there.filter((slot) => {
+      const view = views[slot];
+      return view && this.fresh.get(slot) === contentOf(view);
+    }));
   }
 
   next() {
@@ -78,13 +108,14 @@ export class Residents {
   }
 
   // What a camera's picture needs is there afterwards, as far as there is room.
+  /** @param {Camera} camera */
   async provide(camera) {
     if (this.scarce()) this.needs = await this.viewer.renderer.glances.neededViews(camera);
     await this.fill();
   }
 
   async fill() {
-    while (this.filling || this.next()) {
+    for (this.expect(); this.filling || this.next(); this.expect()) {
       this.filling ??= this.fetchAll().finally(() => {
         this.filling = null;
       });
@@ -95,6 +126,7 @@ export class Residents {
 
   async fetchAll() {
     await Promise.all(Array.from({length: AT_ONCE}, () => this.fetchOthers()));
+    this.expect();
     this.photographs.rest(this.viewer.renderer);
   }
 
@@ -103,6 +135,7 @@ export class Residents {
   }
 
   // A view that cannot be fetched is noted as lost, and others go on.
+  /** @param {number} slot */
   async fetch(slot) {
     const {viewer, coming} = this;
     const {scene, losses} = viewer;
@@ -111,6 +144,7 @@ export class Residents {
     coming.add(slot);
     try {
       const view = await Photographs.fetched(viewer.files, described, slot);
+      this.expect();
       ++this.fetched;
       coming.delete(slot);
       losses.clearView(slot);
@@ -127,19 +161,29 @@ export class Residents {
   }
 
   // Unless the visitor has gone elsewhere meanwhile, where something else is needed more, or the scene has changed.
+  /** @param {FetchedView} view @param {Scene} scene */
   store(view, scene) {
     const {viewer} = this;
+    const {renderer} = viewer;
     const {slot} = view;
+    const described = scene.views[slot];
     const next = scene === viewer.scene ? this.roomFor(slot) : null;
-    if (!next) return view.picture.close();
-    this.photographs.store(view, viewer.renderer, next.instead);
+    if (!next || !described) return view.picture.close();
+    this.photographs.store(view, renderer, next.instead);
     if (next.instead !== undefined) this.fresh.delete(next.instead);
-    this.fresh.set(slot, contentOf(scene.views[slot]));
-    viewer.renderer.glances.photographedShareOfView(scene.views[slot])
-        .then((share) => viewer.navigation.hold.setOwn(slot, share));
-    viewer.invalidate();
+    this.fresh.set(slot, contentOf(described));
+    viewer.quietly(this.noteOwnShare(slot, described));
+    viewer.improve();
   }
 
+  /** @param {number} slot @param {View} view */
+  async noteOwnShare(slot, view) {
+    const share = await this.viewer.renderer.glances.photographedShareOfView(view);
+    this.expect();
+    this.viewer.navigation.hold.setOwn(slot, share);
+  }
+
+  /** @param {number} slot */
   roomFor(slot) {
     const {cells, layout} = this.photographs;
     const ranked = this.ranked();
@@ -149,7 +193,7 @@ export class Residents {
 
   // How many of the views that there is room for are there. `ended`: the others are not being fetched.
   progress() {
-    const total = Math.min(this.viewer.scene.views.filter(Boolean).length, this.photographs.layout.count);
+    const total = Math.min(viewsOf(this.viewer.scene).length, this.photographs.layout.count);
     const done = Math.max(0, Math.min(this.current().size, total - this.coming.size));
     return {done, total, ended: done + this.lost.size >= total};
   }

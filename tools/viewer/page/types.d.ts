@@ -178,6 +178,26 @@ export interface NetworkOptions {
   signal?: AbortSignal;     // ends all requests
 }
 
+export interface ViewerOptions {
+  base: string;              // address of the folder that the site's files are in
+  memory: number;            // MiB that may be used on the GPU
+  texels: string;            // see texelForm()
+  live?: string;             // file that says which version of a changing model there is
+  network?: NetworkOptions;
+  signal?: AbortSignal;      // ends the viewer
+}
+
+// What buttons and menus ask for.
+export interface Actions {
+  mode(name: string): void;
+  quality(name: string): void;
+  jump(slot: number): void;
+  save(): void;
+  walk(): void;
+  hold(): void;
+  memory(): string;  // a line about the GPU's memory
+}
+
 // MiB of GPU memory: what a model takes in all, what of it is the mesh, what is allowed, and what would be enough.
 export interface Overrun {
   all: number;

@@ -1,94 +1,185 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The page. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
-import {MODES, parseAddress, printAddress} from './address.js';
+// Shows a site's model in a canvas: fetches it, draws what its camera sees, and keeps it after a loss of the network or
+// of the GPU.
+import {MODES} from './address.js';
 import {cameraAt} from './camera.js';
-import {Controls} from './controls.js';
 import {FetchFailure} from './fetching.js';
-import {Interface} from './interface.js';
+import {ContextLost, Fence} from './gl_objects.js';
 import {makeLayout} from './layout.js';
 import {Losses} from './losses.js';
-import {loadColors, loadMesh, loadScene, loadShaders, loadTables} from './model.js';
+import {loadColors, loadMesh, loadScene, loadShaders, loadTables, viewsOf} from './model.js';
 import {Navigation} from './navigation.js';
 import {texelForm} from './photograph_forms.js';
 import {Photographs} from './photographs.js';
-import {Renderer} from './renderer.js';
+import {PictureSizes} from './picture_sizes.js';
+import {Renderer, partsOf} from './renderer.js';
 import {Residents} from './residents.js';
 import {SiteFiles} from './site_files.js';
+/** @import {LossPart} from './losses.js' */
+/** @import {PictureTarget} from './gl_objects.js' */
+// What the GPU was asked for.
+/** @typedef {{pixels: number, of: 'frame' | 'surface' | 'part' | 'whole' | 'nothing'}} Work */
+/**
+ * @import {
+ *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, Size, Tables, TexelForm,
+ *   ViewerOptions
+ * } from './types.d.ts'
+ */
 
-const MEBIBYTE = 1 << 20;
+export const MEBIBYTE = 1 << 20;
 const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // of each mebibyte
 const ASK_AGAIN_MS = 1000;  // what a model that changes is like now
+const BACK_AGAIN_MS = 50;   // whether the GPU is back
 const STILL_AFTER_MS = 250;
-const SLOW_MS = 40;        // a picture that the GPU takes longer for makes the next one smaller
-const FAST_MS = 15;
-const LEAST_SHARE = 0.2;   // of a moving picture's pixels along a side
-const FIRST_SHARE = 0.5;
-const MOST_CHANGE = 1.6;   // of the share, from one picture to the next
-const MOST_PIXELS = 2.1e6;        // of a moving picture
-const MOST_STILL_PIXELS = 4.2e6;
+const PRESENT_MS = 250;     // after which new parts of a still frame are shown
+const PROGRAMS_MS = 100;    // after which programs may have been compiled
+const FIELD_OF_VIEW = 50;   // degrees
 
-// Of GPU memory: what a phone gives a page without closing others.
-const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
-
-// Pixels for each of the window's along a side, in moving and in still pictures, where the screen has them; `share`: of
-// them moving pictures have, null: as many as the GPU draws in time.
-const QUALITIES = {
-  auto: {share: null, moving: 1, still: 2},
-  sharp: {share: 1, moving: 2, still: 2},
-  fast: {share: 0.5, moving: 1, still: 1},
-};
-
-export {texelForm};
-
+/** @param {number} ms */
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
 export class Viewer {
-  // `options`: {base, memory, texels, live, network}; `memory`: MiB on the GPU; `texels`: see texelForm(); `live`: the
-  // file that says which version of a changing model there is; `network`: see NetworkOptions.
+  /** @param {HTMLCanvasElement} canvas @param {ViewerOptions} options */
   constructor(canvas, options) {
     this.canvas = canvas;
-    this.gl = canvas.getContext(
+    const gl = canvas.getContext(
         'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
-    if (!this.gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
-    this.files = new SiteFiles(options.base, options.network);
+    if (!gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
+    this.gl = gl;
+    this.closing = new AbortController();
+    this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
     this.losses = new Losses((line) => this.missing(line));
     this.memory = options.memory;
     this.live = options.live;
-    this.form = texelForm(this.gl, options.texels);
-    this.residents = new Residents(this);
+    this.texels = options.texels;
+    /** @type {TexelForm} */
+    this.form = texelForm(gl, options.texels);
+    this.sizes = new PictureSizes(canvas);
+    /** @type {Mode} */
     this.mode = 'picture';
-    this.quality = 'auto';
-    this.share = FIRST_SHARE;
-    this.gl.clearColor(0.25, 0.27, 0.3, 1);
-    this.gl.clear(this.gl.COLOR_BUFFER_BIT);
+    gl.clearColor(0.25, 0.27, 0.3, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT);
     this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
-    this.changed = () => {};  // after each change of the view
-    this.progressed = () => {};
-    this.crowded = () => {};  // told what overrun() says of each version
-    this.missing = () => {};  // told in one line what could not be loaded; '': all could be
-    this.followed = () => {};  // after another version of the scene has taken this one's place
+
+    this.changed = () => {};     // after each change of the view
+    this.progressed = () => {};  // after each photograph that came, or could not be had
+    this.followed = () => {};    // after another version of the scene has taken this one's place
+    /** @type {(overrun: Overrun | null) => void} */
+    this.crowded = () => {};     // told what overrun() says of each version
+    /** @type {(line: string) => void} */
+    this.missing = () => {};     // told in one line what could not be loaded; '': all could be
+    /** @type {(lost: boolean) => void} */
+    this.gpuLost = () => {};     // told when the GPU has gone, and when it is back
+    /** @type {(error: Error) => void} */
     this.failed = (error) => console.error(error);
-    this.shown = {};
+
+    // What open() makes.
+    /** @type {{scene: Scene, shaders: Shaders, navigation: Navigation} | null} */
+    this.model = null;
+    /** @type {Promise<void> | null} */
+    this.loading = null;
+    this.loadsLater = false;
+    this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
+    /** @type {{bytes: number, scale: number} | null} */
+    this.room = null;  // of photographs, once it is known
+    this.forgetGpu();
+    options.signal?.addEventListener('abort', () => this.close());
+    canvas.addEventListener('webglcontextlost', (event) => this.lose(event), {signal: this.closing.signal});
+    canvas.addEventListener('webglcontextrestored', () => this.restore(), {signal: this.closing.signal});
+  }
+
+  // State of what is on the GPU, where nothing is on it.
+  forgetGpu() {
+    /** @type {Renderer | null} */
+    this.renders = null;
+    /** @type {Residents} */
+    this.residents = new Residents(this);
+    this.hasMesh = false;
+    /** @type {string | null} */
+    this.meshFile = null;
+    /** @type {Scene | null} */
+    this.taken = null;  // the scene whose tables are there
+    /** @type {Fence | null} */
+    this.fence = null;
+    /** @type {{pictures: boolean, share: number, still?: boolean}} */
+    this.shown = {pictures: false, share: 1};
+    /** @type {Work & {now: number}} */
+    this.asked = {now: 0, pixels: 1, of: 'whole'};
+    /** @type {PictureTarget | null} */
+    this.target = null;
+    /** @type {{target: PictureTarget, camera: Camera, pose: Pose} | null} */
+    this.drawn = null;
+    this.looking = false;
+    this.dirty = true;
+    /** @type {Generator<Work, void> | 'done' | null} */
+    this.still = null;
+    /** @type {Size} */
+    this.stillSize = [1, 1];
+    /** @type {boolean} */
+    this.stale = false;  // a still frame lacks photographs that came meanwhile
+    /** @type {number} */
+    this.changedAt = performance.now();
+  }
+
+  isOpen() {
+    return this.renders !== null;
+  }
+
+  // These are there once open() has resolved.
+  get opened() {
+    if (!this.model) throw new Error('the model is not open yet');
+    return this.model;
+  }
+
+  get scene() {
+    return this.opened.scene;
+  }
+
+  get navigation() {
+    return this.opened.navigation;
+  }
+
+  get renderer() {
+    if (!this.renders) throw new Error('the model is not open yet');
+    return this.renders;
   }
 
   // Resolves when the manifest and the shaders are there, for which it asks until it has them.
   async open() {
-    while (this.live && (await this.insist('scene', () => this.files.json(this.live))).version === 0) {
-      await sleep(ASK_AGAIN_MS);
-    }
+    const {live} = this;
+    while (live && (await this.insist('scene', () => this.liveState(live))).version === 0) await sleep(ASK_AGAIN_MS);
     const [scene, shaders] = await Promise.all([
       this.insist('scene', () => loadScene(this.files)), this.insist('scene', () => loadShaders(this.files)),
     ]);
-    this.scene = scene;
-    this.navigation = new Navigation(this.scene);
-    this.renderer = new Renderer(this.gl, this.scene, shaders);
+    const navigation = new Navigation(scene);
+    this.model = {scene, shaders, navigation};
+    this.renders = new Renderer(this.gl, scene, shaders);
     this.resize();
-    const start = this.navigation.poseOfView(this.scene.first_view, this.canvas.width, this.canvas.height);
-    this.navigation.set(start.pose, start.fov);
-    return this.scene;
+    const start = navigation.poseOfView(scene.first_view, this.canvas.width, this.canvas.height);
+    navigation.set(start?.pose ?? navigation.pose, start?.fov ?? FIELD_OF_VIEW);
+    return scene;
+  }
+
+  // Ends all: requests, drawing, and what is on the GPU.
+  close() {
+    this.closing.abort();
+    this.renders?.release();
+    this.fence?.release();
+    this.forgetGpu();
+  }
+
+  /** @param {string} live @returns {Promise<LiveState>} */
+  liveState(live) {
+    return this.files.json(live);
   }
 
   // What `load` returns; null where the network does not give it, which is told until a later call has it.
+  /**
+   * @template T
+   * @param {LossPart} part
+   * @param {() => Promise<T>} load
+   * @returns {Promise<T | null>}
+   */
   async attempt(part, load) {
     try {
       const loaded = await load();
@@ -102,16 +193,23 @@ export class Viewer {
   }
 
   // Whether it is a file of a version that the next one is about to replace.
+  /** @param {FetchFailure} failure */
   passesBy(failure) {
     return Boolean(this.live) && failure.gone;
   }
 
   // What `load` returns, once the network gives it: nothing can be shown without.
+  /**
+   * @template T
+   * @param {LossPart} part
+   * @param {() => Promise<T>} load
+   * @returns {Promise<T>}
+   */
   async insist(part, load) {
     const {fetching} = this.files;
     for (let number = 1;; ++number) {
       const loaded = await this.attempt(part, load);
-      if (loaded) return loaded;
+      if (loaded !== null) return loaded;
       await fetching.pause(fetching.laterMs, number);
     }
   }
@@ -122,12 +220,25 @@ export class Viewer {
   load() {
     this.loading ??= this.loadAll().finally(() => {
       this.loading = null;
-      if (this.losses.any()) this.loadLater().catch((error) => this.failed(error));
+      if (this.losses.any()) this.quietly(this.loadLater());
     });
     return this.loading;
   }
 
+  // Begins anew where the GPU is lost meanwhile.
   async loadAll() {
+    for (;;) {
+      try {
+        await this.loadMissing();
+        return;
+      } catch (error) {
+        if (!this.isOfLostGpu(error)) throw error;
+        await this.gpuBack();
+      }
+    }
+  }
+
+  async loadMissing() {
     await this.loadMeshes();
     if (this.meshFile === this.scene.mesh.file) await this.takeTables(this.scene);
     if (this.renderer.photographs) await this.residents.provide(this.camera());
@@ -157,13 +268,17 @@ export class Viewer {
     if (this.meshFile === scene.mesh.file) this.losses.clearPart('coarse');
   }
 
+  /** @param {LossPart} part @param {MeshFile} mesh */
   async loadMesh(part, mesh) {
+    const {renderer} = this;
     const loaded = await this.attempt(part, () => loadMesh(this.files, mesh));
+    this.expect(renderer);
     if (!loaded) return;
     this.takeMesh(loaded, mesh.file);
     this.invalidate();
   }
 
+  /** @param {Mesh} mesh @param {string} file */
   takeMesh(mesh, file) {
     this.renderer.setMesh(mesh);
     this.residents.forget();  // depths are drawn from the mesh
@@ -180,9 +295,12 @@ export class Viewer {
 
   // Another version of the scene in place of this one; what is as it was is not fetched again. False: it cannot be had,
   // and this one stays.
+  /** @param {Scene} scene */
   async follow(scene) {
+    const {renderer} = this;
     const mesh = this.meshFile === scene.mesh.file ? null :
         await this.attempt('version', () => loadMesh(this.files, scene.mesh));
+    this.expect(renderer);
     if (!mesh && this.meshFile !== scene.mesh.file) return false;
     if (!await this.takeTables(scene, mesh, 'version')) return false;
     await this.residents.provide(this.camera());
@@ -191,57 +309,77 @@ export class Viewer {
 
   // All that a picture needs but photographs, at once, so that none is drawn of two versions. What is in the file that
   // it was in before is there already. False: something cannot be had.
+  /** @param {Scene} scene @param {Mesh | null} mesh @param {LossPart} part */
   async takeTables(scene, mesh = null, part = 'tables') {
-    const {files, gl, renderer, losses} = this;
-    const isNew = (name) => mesh || !this.taken || scene[name]?.file !== this.taken[name]?.file;
+    const {files, renderer, taken} = this;
+    const isNew = (/** @type {'tables' | 'colors'} */ name) =>
+        mesh || !taken || scene[name]?.file !== taken[name]?.file;
     const loaded = await this.attempt(part, () => Promise.all([
       isNew('tables') ? loadTables(files, scene) : null, isNew('colors') ? loadColors(files, scene) : null,
     ]));
+    this.expect(renderer);
     if (!loaded) return false;
     const [tables, colors] = loaded;
     if (mesh) this.takeMesh(mesh, scene.mesh.file);
     if (colors) renderer.setColors(colors);
+    this.takeScene(scene, tables);
+    return true;
+  }
+
+  // `tables`: null where they are as they were.
+  /** @param {Scene} scene @param {Tables | null} tables */
+  takeScene(scene, tables) {
+    const {gl, renderer} = this;
     if (tables) {
       renderer.setTables(tables);
       this.resident = tables.resident;
     }
-    if (this.scene !== scene) this.residents.askAgain();
-    if (this.scene !== scene) losses.clear();
-    this.taken = this.scene = this.renderer.scene = scene;
+    const {resident} = this;
+    if (this.scene !== scene) {
+      this.residents.askAgain();
+      this.losses.clear();
+    }
+    this.taken = this.opened.scene = renderer.scene = scene;
     this.navigation.follow(scene);
-    this.room ??= {bytes: this.forPhotographs(this.resident.length), scale: this.shownScale()};
+    this.room ??= {bytes: this.forPhotographs(resident.length), scale: this.shownScale()};
     const layout = makeLayout(scene, this.form, this.room.bytes, this.room.scale);
-    this.crowded(this.overrun(layout, this.resident.length));
-    if (!renderer.photographs?.follow(scene, layout, this.resident)) {
+    this.crowded(this.overrun(layout, resident.length));
+    if (!renderer.photographs?.follow(scene, layout, resident)) {
       renderer.photographs?.release();
-      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, this.resident);
+      renderer.photographs = new Photographs(gl, renderer.programs, scene, layout, resident);
       this.residents.forget();
     }
     this.invalidate();
-    return true;
   }
 
-  // Asks for other versions until there will be none; `followed` is called after each. `silent` is told whether the
-  // program that changes the model does not answer, which it may do again.
+  // Asks for other versions until there will be none. `silent` is told whether the program that changes the model does
+  // not answer, which it may do again.
+  /** @param {(silent: boolean) => void} silent */
   async keepUp(silent) {
     for (;;) {
       await sleep(ASK_AGAIN_MS);
-      const state = await this.liveState(silent);
+      const state = await this.nextState(silent);
       if (state.version === this.scene.version && !this.residents.next()) {
         if (state.last) return;
         continue;
       }
-      const scene = await this.attempt('version', () => loadScene(this.files));
-      if (scene && await this.follow(scene)) this.followed();
+      try {
+        const scene = await this.attempt('version', () => loadScene(this.files));
+        if (scene && await this.follow(scene)) this.followed();
+      } catch (error) {
+        if (!this.isOfLostGpu(error)) throw error;
+        await this.load();
+      }
     }
   }
 
-  // {version, last} of a model that changes, once its server answers.
-  async liveState(silent) {
+  // Of a model that changes, once its server answers.
+  /** @param {(silent: boolean) => void} silent */
+  async nextState(silent) {
     const {fetching} = this.files;
     for (let number = 1;; ++number) {
       try {
-        const state = await this.files.json(this.live);
+        const state = await this.liveState(this.live ?? '');
         silent(false);
         return state;
       } catch (error) {
@@ -252,21 +390,72 @@ export class Viewer {
     }
   }
 
+  // Drawing rests until the browser gives the GPU back.
+  /** @param {Event} event */
+  lose(event) {
+    event.preventDefault();  // otherwise it never does
+    this.gpuLost(true);
+  }
+
+  // Makes all anew: nothing of what was on the GPU is there any more.
+  restore() {
+    this.gpuLost(false);
+    if (!this.model) return;
+    const {scene, shaders} = this.model;
+    this.forgetGpu();
+    this.form = texelForm(this.gl, this.texels);  // extensions are gone too
+    this.gl.clearColor(0.25, 0.27, 0.3, 1);
+    this.renders = new Renderer(this.gl, scene, shaders);
+    this.quietly(this.load());
+  }
+
+  // Throws ContextLost unless what is on the GPU is still this renderer's.
+  /** @param {Renderer} renderer */
+  expect(renderer) {
+    if (renderer !== this.renders || this.gl.isContextLost()) throw new ContextLost();
+  }
+
+  // Whether something failed only because the GPU is lost.
+  /** @param {unknown} error */
+  isOfLostGpu(error) {
+    return error instanceof ContextLost || this.gl.isContextLost();
+  }
+
+  async gpuBack() {
+    do {
+      await sleep(BACK_AGAIN_MS);
+      this.closing.signal.throwIfAborted();
+    } while (this.gl.isContextLost());
+  }
+
+  // Tells of what fails in the background, unless the GPU is lost or the viewer is closed.
+  /** @param {Promise<unknown>} work */
+  async quietly(work) {
+    try {
+      await work;
+    } catch (error) {
+      if (this.closing.signal.aborted || this.isOfLostGpu(error)) return;
+      this.failed(error instanceof Error ? error : new Error(String(error)));
+    }
+  }
+
   // Of the memory, bytes: what pictures are drawn to, and what photographs with so many tiles take while they come.
+  /** @param {number} tiles */
   besides(tiles) {
-    const {canvas, renderer} = this;
-    return renderer.bytesToDraw(this.movingSize(), [canvas.width, canvas.height]) +
+    const {canvas, renderer, sizes} = this;
+    return renderer.bytesToDraw(sizes.moving(), [canvas.width, canvas.height]) +
         Photographs.bytesBesides(this.scene, this.form, tiles);
   }
 
   // What is left by these and the mesh.
+  /** @param {number} tiles */
   forPhotographs(tiles) {
     const left = this.memory * MEBIBYTE - this.renderer.bytes() - this.besides(tiles);
     return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, left);
   }
 
-  // MiB, where more is needed than is allowed: all of it, what of it is the mesh, and what would have to be allowed,
-  // of which photographs take their least share. Null: all has room.
+  // Null: all has room. Photographs take their least share of what would be enough.
+  /** @param {Layout} layout @param {number} tiles @returns {Overrun | null} */
   overrun(layout, tiles) {
     const mesh = this.renderer.modelBytes() / MEBIBYTE;
     const others = mesh + this.besides(tiles) / MEBIBYTE;
@@ -276,10 +465,10 @@ export class Viewer {
     return {all, mesh, allowed: this.memory, enough: Math.ceil(Math.max(all, others / (1 - share)))};
   }
 
-  // Of photographs that have as many pixels as a moving picture.
+  // Of photographs that have as many pixels as an interactive frame.
   shownScale() {
-    const longest = Math.max(...this.scene.views.filter(Boolean).map(({width, height}) => Math.max(width, height)));
-    return Math.max(...this.movingSize()) / longest;
+    const longest = Math.max(...viewsOf(this.scene).map(({width, height}) => Math.max(width, height)));
+    return Math.max(...this.sizes.moving()) / longest;
   }
 
   // What is on the GPU: bytes now, at most so far, and allowed; photographs, and how many there is room for.
@@ -300,38 +489,32 @@ export class Viewer {
     return cameraAt(this.navigation.pose, this.navigation.fov, width, height);
   }
 
-  // So many pixels for each of the window's, but not more than the screen has, nor than that in all.
-  sizeWith(ratio, most) {
-    const {width, height} = this.canvas.getBoundingClientRect();
-    const wanted = Math.min(window.devicePixelRatio || 1, ratio);
-    const share = wanted * Math.min(1, Math.sqrt(most / Math.max(1, width * height * wanted * wanted)));
-    return [width, height].map((v) => Math.max(1, Math.round(v * share)));
-  }
-
-  // Of a moving picture, at most.
-  movingSize() {
-    return this.sizeWith(QUALITIES[this.quality].moving, MOST_PIXELS);
-  }
-
-  // A still picture has the canvas' pixels where the GPU draws moving ones whole in time.
-  stillSize() {
-    const {canvas} = this;
-    return this.quality === 'auto' && this.share < 1 ? this.movingSize() : [canvas.width, canvas.height];
-  }
-
   resize() {
     const {canvas} = this;
-    const size = this.sizeWith(QUALITIES[this.quality].still, MOST_STILL_PIXELS);
-    if (canvas.width === size[0] && canvas.height === size[1]) return;
-    [canvas.width, canvas.height] = size;
+    const [width, height] = this.sizes.whole();
+    if (canvas.width === width && canvas.height === height) return;
+    canvas.width = width;
+    canvas.height = height;
     this.invalidate();
   }
 
-  // Something changed: the next frame is drawn anew, and a still picture after a rest.
+  // Something changed: the next frame is drawn anew, and a still frame after a rest.
   invalidate() {
     this.dirty = true;
     this.still = null;
+    this.stale = false;
     this.changedAt = performance.now();
+  }
+
+  // A photograph came. A still frame that is drawn or being drawn stays until there is one that shows it, and the
+  // camera rests as before.
+  improve() {
+    if (this.still && this.shown.pictures) {
+      this.stale = true;
+    } else {
+      this.dirty = true;
+      this.still = null;
+    }
   }
 
   moved() {
@@ -339,31 +522,35 @@ export class Viewer {
     this.changed();
   }
 
+  /** @param {string} mode */
   setMode(mode) {
-    this.mode = MODES.includes(mode) ? mode : 'picture';
+    this.mode = MODES.find((known) => known === mode) ?? 'picture';
     this.invalidate();
     this.changed();
   }
 
+  /** @param {string} quality */
   setQuality(quality) {
-    this.quality = quality in QUALITIES ? quality : 'auto';
-    this.share = QUALITIES[this.quality].share ?? this.share;
+    this.sizes.setQuality(quality);
     this.invalidate();
     this.resize();
   }
 
-  // Draws for ever; `advance(seconds)` moves the camera by what is held, and says whether it did.
+  // Draws until it is closed; `advance(seconds)` moves the camera by what is held, and says whether it did.
+  /** @param {(seconds: number) => boolean} advance */
   run(advance) {
     let last = performance.now();
-    const frame = (now) => {
+    const frame = (/** @type {number} */ now) => {
+      if (this.closing.signal.aborted) return;
       requestAnimationFrame(frame);
+      const seconds = (now - last) / 1000;
+      last = now;
       try {
-        const seconds = (now - last) / 1000;
-        last = now;
         if (this.navigation.advance(now) || advance(seconds)) this.moved();
         this.step(now);
       } catch (error) {
-        this.failed(error);
+        if (this.isOfLostGpu(error)) return;
+        this.failed(error instanceof Error ? error : new Error(String(error)));
         throw error;
       }
     };
@@ -371,124 +558,174 @@ export class Viewer {
   }
 
   // Nothing new is asked of the GPU before it has done what it was asked for.
+  /** @param {number} now */
   step(now) {
     if (!this.hasMesh || this.gl.isContextLost() || this.busy(now)) return;
     if (this.dirty) {
       this.drawNow();
-      this.watch(now, true);
+      const {width, height} = this.target ?? {width: 1, height: 1};
+      this.watch(now, {pixels: width * height, of: this.shown.pictures ? 'frame' : 'whole'});
     } else if (now - this.changedAt > STILL_AFTER_MS) {
-      this.refine();
-      this.watch(now, false);
+      const work = this.refine();
+      if (work.of !== 'nothing') this.watch(now, work);
     }
   }
 
-  watch(now, adapts) {
-    this.fence = this.gl.fenceSync(this.gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
-    this.gl.flush();
-    this.asked = {now, adapts: adapts && this.shown.pictures};
+  /** @param {number} now @param {Work} work */
+  watch(now, work) {
+    this.fence = new Fence(this.gl);
+    this.asked = {now, ...work};
   }
 
+  /** @param {number} now */
   busy(now) {
-    const {gl} = this;
     if (!this.fence) return false;
-    if (gl.clientWaitSync(this.fence, gl.SYNC_FLUSH_COMMANDS_BIT, 0) === gl.TIMEOUT_EXPIRED) return true;
-    gl.deleteSync(this.fence);
+    if (!this.fence.passed()) return true;
     this.fence = null;
-    if (this.asked.adapts) this.adapt(now - this.asked.now);
+    const {of, pixels} = this.asked;
+    const ms = now - this.asked.now;
+    if (of === 'frame') this.sizes.adapt(ms);
+    if (of === 'surface') this.sizes.noteSurface(ms);
+    if (of === 'frame' || of === 'part') this.sizes.noteTime(ms, pixels);
     return false;
   }
 
-  // Fewer pixels where the GPU is slow. The first picture, for which programs are made ready, says nothing.
-  adapt(ms) {
-    this.pictures = (this.pictures ?? 0) + 1;
-    if (QUALITIES[this.quality].share !== null || this.pictures < 2) return;
-    const change = ms > SLOW_MS ? Math.sqrt(SLOW_MS / ms) : ms < FAST_MS ? MOST_CHANGE : 1;
-    this.share = Math.max(LEAST_SHARE, Math.min(1, this.share * Math.max(1 / MOST_CHANGE, change)));
-  }
-
-  drawNow() {
+  // `size`: of the frame.
+  drawNow(size = this.sizes.next()) {
     const {canvas, renderer} = this;
     this.dirty = false;
-    const size = this.movingSize().map((v) => Math.max(1, Math.round(v * this.share)));
     const camera = this.camera(...size);
     const target = renderer.draw(camera);
     this.target = target;
     this.drawn = {target, camera, pose: this.navigation.pose};
     // Until the programs are compiled and a photograph has come, averaged colours are the picture.
     const ready = renderer.ready();
-    const pictures = ready && renderer.photographs.cells.size > 0;
+    const pictures = ready && Boolean(renderer.photographs?.cells.size);
     if (this.mode !== 'picture' || !pictures) {
       renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
     }
     renderer.present(target.colour, canvas.width, canvas.height, this.background);
-    this.shown = {pictures, share: this.share};
-    if (pictures) this.look();
+    this.shown = {pictures, share: this.sizes.share};
+    if (pictures) this.quietly(this.look());
     if (!ready && renderer.photographs) this.waitForPrograms();
   }
 
   // How much of the last picture was photographed; of what a photograph would show of it, as the window may be wider.
   async look() {
     if (this.looking) return;
+    const {renderer} = this;
+    const first = this.scene.views[this.scene.first_view];
+    const aspect = first ? first.width / first.height : 1;
     this.looking = true;
-    const {width, height} = this.scene.views[this.scene.first_view];
-    let seen;
-    do {
-      seen = this.drawn;
-      const share = await this.renderer.glances.photographedShare(seen.target, seen.camera, width / height);
-      this.navigation.hold.measured(seen.pose, share);
-      this.provide(seen.camera);
-    } while (seen !== this.drawn);
-    this.looking = false;
-  }
-
-  // What that camera needs, while pictures go on.
-  async provide(camera) {
-    if (!this.residents.scarce()) return;
     try {
-      await this.residents.provide(camera);
-      if (this.losses.any()) await this.loadLater();
-    } catch (error) {
-      this.failed(error);
+      for (let seen = null; seen !== this.drawn && this.drawn;) {
+        seen = this.drawn;
+        const share = await renderer.glances.photographedShare(seen.target, seen.camera, aspect);
+        this.expect(renderer);
+        this.navigation.hold.measured(seen.pose, share);
+        this.quietly(this.provide(seen.camera));
+      }
+    } finally {
+      this.looking = false;
     }
   }
 
+  // What that camera needs, while pictures go on.
+  /** @param {Camera} camera */
+  async provide(camera) {
+    if (!this.residents.scarce()) return;
+    await this.residents.provide(camera);
+    if (this.losses.any()) await this.loadLater();
+  }
+
   waitForPrograms() {
-    setTimeout(() => this.invalidate(), 100);
+    setTimeout(() => this.invalidate(), PROGRAMS_MS);
   }
 
-  // One part of the picture as `lumatlas render` draws it; on the canvas once all parts are done.
+  // Draws what comes next of a still frame, and says what that is.
+  /** @returns {Work} */
   refine() {
-    const {canvas, renderer} = this;
-    if (this.still === 'done') return;
-    if (this.mode !== 'picture' || !this.shown.pictures) return this.refineMode();
-    if (!renderer.readyForStills()) return;
-    if (!this.still) this.still = renderer.drawStill(this.camera(...this.stillSize()), true);
-    const {done, value} = this.still.next();
-    if (!done) return;
-    renderer.present(value.colour, canvas.width, canvas.height, this.background);
-    this.still = 'done';
-    this.shown.still = true;
+    const again = this.still === 'done' && this.stale;
+    if (this.still === 'done' && !again) return {pixels: 0, of: 'nothing'};
+    if (!this.still || again) {
+      this.stale = false;
+      this.still = this.mode !== 'picture' || !this.shown.pictures ? this.refineMode() : this.refinePicture(again);
+    }
+    const {done, value} = /** @type {Generator<Work, void>} */ (this.still).next();
+    if (done) this.still = 'done';
+    return value ?? {pixels: 0, of: 'nothing'};
   }
 
-  refineMode() {
-    const share = this.share;
-    this.share = 1;
-    this.drawNow();
-    this.share = share;
-    this.still = 'done';
+  // The picture as `lumatlas render` draws it. `again`: in place of an earlier one of the same camera.
+  /** @param {boolean} again @returns {Generator<Work, void>} */
+  *refinePicture(again) {
+    const {renderer, sizes} = this;
+    const size = sizes.still();
+    const isThere = again && size.join() === this.stillSize.join();
+    if (sizes.share < 1) {
+      const passes = isThere ? [size] : sizes.passes();
+      for (const pass of passes) yield* this.refineByParts(pass, isThere ? null : this.target);
+      if (!sizes.hasTimeForSamples(size)) return;
+    }
+    const camera = this.camera(...size);
+    this.stillSize = size;
+    while (!renderer.readyForStills()) yield {pixels: 0, of: 'nothing'};
+    for (const pixels of renderer.drawStill(camera, true)) yield {pixels, of: 'part'};
+    this.presentStill();
+    yield {pixels: size[0] * size[1], of: 'whole'};
+  }
+
+  // The picture without samples at silhouettes, in small parts that are shown as they come. `under`: a coarser one.
+  /** @param {Size} size @param {PictureTarget | null} under @returns {Generator<Work, void>} */
+  *refineByParts(size, under) {
+    const {renderer, sizes} = this;
+    const camera = this.camera(...size);
+    this.stillSize = size;
+    const target = renderer.beginParts(camera, under);
+    this.target = target;
+    this.drawn = {target, camera, pose: this.navigation.pose};
+    yield {pixels: 1, of: 'surface'};
+    let presented = 0;
+    for (const part of partsOf(camera, sizes.partPx())) {
+      renderer.blendPart(target, camera, part);
+      if (performance.now() - presented > PRESENT_MS) {
+        this.presentStill();
+        presented = performance.now();
+      }
+      yield {pixels: part.size[0] * part.size[1], of: 'part'};
+    }
+    this.presentStill();
+    yield {pixels: camera.width * camera.height, of: 'whole'};
+  }
+
+  presentStill() {
+    const {canvas, renderer} = this;
+    const {colour} = renderer.stillTarget(...this.stillSize);
+    renderer.present(colour, canvas.width, canvas.height, this.background);
+  }
+
+  /** @returns {Generator<Work, void>} */
+  *refineMode() {
+    const [width, height] = this.sizes.moving();
+    this.drawNow([width, height]);
+    yield {pixels: width * height, of: 'whole'};
+    this.stale ||= this.mode === 'picture' && this.shown.pictures;  // the first photograph came
   }
 
   // Depth of the surface at a place of the canvas, in CSS pixels; 0: there is none.
+  /** @param {number} x @param {number} y */
   pick(x, y) {
-    if (!this.target) return 0;
+    const {target} = this;
+    if (!target || this.gl.isContextLost()) return 0;
     const box = this.canvas.getBoundingClientRect();
-    const inside = (v, size, pixels) => Math.max(0, Math.min(pixels - 1, v / size * pixels));
-    return this.renderer.depthAt(
-        this.target, inside(x, box.width, this.target.width), inside(y, box.height, this.target.height));
+    const inside = (/** @type {number} */ v, /** @type {number} */ size, /** @type {number} */ pixels) =>
+        Math.max(0, Math.min(pixels - 1, v / size * pixels));
+    return this.renderer.depthAt(target, inside(x, box.width, target.width), inside(y, box.height, target.height));
   }
 
   // A camera's picture as `lumatlas render` draws it: RGBA, row by row from the top, with alpha 0 where there is no
   // surface; at once.
+  /** @param {Camera} camera */
   pixels(camera) {
     const {gl, renderer} = this;
     const parts = renderer.drawStill(camera, false);
@@ -507,162 +744,16 @@ export class Viewer {
     return picture;
   }
 
-  // What is on the canvas, as a file.
+  // What is on the canvas, as a file; null: nothing is drawn yet.
+  /** @returns {Promise<Blob | null>} */
   async screenshot() {
-    const {renderer, canvas} = this;
-    const target = this.mode === 'picture' && this.still === 'done' ? renderer.targets.get('still') : this.target;
-    renderer.present(target.colour, canvas.width, canvas.height, this.background);
+    const {renderer, canvas, target} = this;
+    if (!target) return null;
+    if (this.mode === 'picture' && this.shown.pictures && this.still === 'done') {
+      this.presentStill();
+    } else {
+      renderer.present(target.colour, canvas.width, canvas.height, this.background);
+    }
     return new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
   }
 }
-
-function save(blob, name) {
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 1000);
-}
-
-// Address and view follow each other, without an entry in the history for each movement.
-function linkAddress(viewer, page) {
-  const read = (address) => {
-    const state = parseAddress(new URL(address).hash);
-    if (!state) return false;
-    viewer.navigation.set(state.pose, state.fov);
-    viewer.setMode(state.mode);
-    page.showMode(viewer.mode);
-    return true;
-  };
-  let timer = 0;
-  const write = () => {
-    timer = 0;
-    const {navigation, mode} = viewer;
-    history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
-  };
-  read(location.href);
-  viewer.changed = () => {
-    timer ||= setTimeout(write, 200);
-  };
-  addEventListener('hashchange', (event) => {
-    if (read(event.newURL)) viewer.invalidate();
-  });
-}
-
-function memoryNotice({all, mesh, allowed, enough}) {
-  return `This model takes up to ${Math.ceil(all)} MiB of the GPU's memory, ${Math.round(mesh)} of them for its mesh, ` +
-      `and this page is to take at most ${allowed}: build the model with fewer faces (\`lumatlas build --faces\`), or ` +
-      `add \`?memory=${enough}\` to this page's address.`;
-}
-
-function connect(viewer) {
-  const page = new Interface({
-    mode: (mode) => {
-      viewer.setMode(mode);
-      page.showMode(viewer.mode);
-    },
-    quality: (quality) => viewer.setQuality(quality),
-    jump: (slot) => {
-      const {pose, fov} = viewer.navigation.poseOfView(slot, viewer.canvas.width, viewer.canvas.height);
-      viewer.navigation.goTo(pose, fov, performance.now());
-    },
-    save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
-    memory: () => {
-      if (!viewer.renderer?.photographs) return '';
-      const {bytes, allowed, photographs, room, texels} = viewer.gpuMemory();
-      const mebibytes = [bytes, allowed].map((value) => Math.round(value / MEBIBYTE));
-      return `${photographs} of ${viewer.scene.views.filter(Boolean).length} photographs are on the GPU, which has ` +
-          `room for ${room}: ${mebibytes[0]} of ${mebibytes[1]} MiB, texels in the form ${texels}.`;
-    },
-    hold: () => {
-      const {hold} = viewer.navigation;
-      hold.on = !hold.on;
-      page.showHold(hold.on);
-    },
-    walk: () => {
-      viewer.navigation.toggleOrbits();
-      page.showOrbits(viewer.navigation.orbits);
-    },
-  });
-  viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(overrun) : '');
-  viewer.missing = (line) => page.showLosses(line);
-  viewer.progressed = () => {
-    const {done, total, ended} = viewer.residents.progress();
-    const scale = viewer.renderer.photographs.layout.scale;
-    page.showProgress(`${done} of ${total} photographs`, done, total, ended);
-    document.documentElement.dataset.photographs = `${done}/${total}`;
-    document.documentElement.dataset.scale = scale.toFixed(3);
-  };
-  return page;
-}
-
-// Shows what becomes of a model, and says so; a page whose server has ended keeps what it has.
-async function keepUp(viewer, page) {
-  let ended = false;
-  const tell = () => {
-    page.showNote(ended ? 'The program that made this does not answer.' :
-                          `${viewer.scene.views.filter(Boolean).length} photographs, more may come`);
-  };
-  const {followed} = viewer;
-  viewer.followed = () => {
-    followed();
-    tell();
-  };
-  viewer.followed();
-  await viewer.keepUp((silent) => {
-    if (silent === ended) return;
-    ended = silent;
-    tell();
-  });
-  page.showNote('');
-  document.documentElement.dataset.state = 'last';
-}
-
-async function main() {
-  const canvas = document.getElementById('picture');
-  const asked = new URLSearchParams(location.search);
-  const wanted = Number(asked.get('memory'));
-  let page = null;
-  const fail = (error) => {
-    document.documentElement.dataset.state = 'failed';
-    (page ?? new Interface({})).showFailure(error.message);
-    console.error(error);
-  };
-  try {
-    const {live} = document.documentElement.dataset;
-    const viewer = new Viewer(canvas, {
-      base: document.baseURI, memory: wanted > 0 ? wanted : MEMORY_MIB, texels: asked.get('texels') ?? 'auto', live,
-    });
-    page = connect(viewer);
-    viewer.failed = fail;
-    page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
-    const scene = await viewer.open();
-    if (scene.poster) page.showPoster(viewer.files, scene.poster);
-    viewer.followed = () => {
-      page.showThumbnails(viewer.scene, viewer.files);
-      page.showOrbits(viewer.navigation.orbits);
-      document.documentElement.dataset.version = viewer.scene.version;
-    };
-    viewer.followed();
-    page.showMode(viewer.mode);
-    page.showHold(viewer.navigation.hold.on);
-    linkAddress(viewer, page);
-    const controls = new Controls(canvas, viewer.navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
-    new ResizeObserver(() => viewer.resize()).observe(canvas);
-    const lost = 'The browser has taken the GPU away: load the page again.';
-    canvas.addEventListener('webglcontextlost', () => fail(new Error(lost)));
-    viewer.run((seconds) => {
-      if (viewer.hasMesh) page.hidePoster();
-      return controls.advance(seconds);
-    });
-    window.lumatlas = viewer;  // for the console, and for pages around this one
-    await viewer.load();
-    document.documentElement.dataset.state = 'complete';
-    if (live) await keepUp(viewer, page);
-  } catch (error) {
-    fail(error);
-  }
-}
-
-// Only where the page is this site's own.
-if (document.getElementById('picture')) main();

@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
+import {parseAddress, printAddress} from './address.js';
+import {Controls} from './controls.js';
+import {Interface, showFailure} from './interface.js';
+import {viewsOf} from './model.js';
+import {texelForm} from './photograph_forms.js';
+import {MEBIBYTE, Viewer} from './viewer.js';
+/** @import {Overrun, ViewerOptions} from './types.d.ts' */
+
+export {Viewer, texelForm};
+
+// Of GPU memory: what a phone gives a page without closing others.
+const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
+const REVOKE_AFTER_MS = 1000;
+const WRITE_ADDRESS_MS = 200;
+
+// Draws what the viewer has, and moves its camera by mouse, touch and keyboard. `drawn` is called before each frame.
+/** @param {Viewer} viewer @param {() => void} drawn */
+function run(viewer, drawn = () => {}) {
+  const {canvas, navigation} = viewer;
+  const controls = new Controls(canvas, navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
+  const observer = new ResizeObserver(() => viewer.resize());
+  observer.observe(canvas);
+  viewer.closing.signal.addEventListener('abort', () => {
+    observer.disconnect();
+    controls.close();
+  });
+  viewer.run((seconds) => {
+    drawn();
+    return controls.advance(seconds);
+  });
+}
+
+// Shows the model of the site whose folder is `options.base`. Resolves once it is drawn from what has come: `viewer` is
+// what draws it, `loaded` resolves when all is there that can be had, and `close` ends it. Throws where the browser has
+// no WebGL 2 or the site is of another format.
+/** @param {HTMLCanvasElement} canvas @param {Partial<ViewerOptions> & {base: string}} options */
+export async function openModel(canvas, options) {
+  const viewer = new Viewer(canvas, {memory: MEMORY_MIB, texels: 'auto', ...options});
+  await viewer.open();
+  run(viewer);
+  return {viewer, loaded: viewer.load(), close: () => viewer.close()};
+}
+
+/** @param {Blob | null} blob @param {string} name */
+function save(blob, name) {
+  if (!blob) return;
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(blob);
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), REVOKE_AFTER_MS);
+}
+
+// Address and view follow each other, without an entry in the history for each movement.
+/** @param {Viewer} viewer @param {Interface} page */
+function linkAddress(viewer, page) {
+  const read = (/** @type {string} */ address) => {
+    const state = parseAddress(new URL(address).hash);
+    if (!state) return false;
+    viewer.navigation.set(state.pose, state.fov);
+    viewer.setMode(state.mode);
+    page.showMode(viewer.mode);
+    return true;
+  };
+  let timer = 0;
+  const write = () => {
+    timer = 0;
+    const {navigation, mode} = viewer;
+    history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
+  };
+  read(location.href);
+  viewer.changed = () => {
+    timer ||= setTimeout(write, WRITE_ADDRESS_MS);
+  };
+  addEventListener('hashchange', (event) => {
+    if (read(event.newURL)) viewer.invalidate();
+  });
+}
+
+/** @param {Overrun} overrun */
+function memoryNotice({all, mesh, allowed, enough}) {
+  return `This model takes up to ${Math.ceil(all)} MiB of the GPU's memory, ${Math.round(mesh)} of them for its ` +
+      `mesh, and this page is to take at most ${allowed}: build the model with fewer faces ` +
+      `(\`lumatlas build --faces\`), or add \`?memory=${enough}\` to this page's address.`;
+}
+
+/** @param {Viewer} viewer */
+function memoryLine(viewer) {
+  if (!viewer.isOpen() || !viewer.renderer.photographs) return '';
+  const {bytes, allowed, photographs, room, texels} = viewer.gpuMemory();
+  const mebibytes = [bytes, allowed].map((value) => Math.round(value / MEBIBYTE));
+  return `${photographs} of ${viewsOf(viewer.scene).length} photographs are on the GPU, which has ` +
+      `room for ${room}: ${mebibytes[0]} of ${mebibytes[1]} MiB, texels in the form ${texels}.`;
+}
+
+/** @param {Viewer} viewer */
+function connect(viewer) {
+  const page = new Interface({
+    mode: (mode) => {
+      viewer.setMode(mode);
+      page.showMode(viewer.mode);
+    },
+    quality: (quality) => viewer.setQuality(quality),
+    jump: (slot) => {
+      const place = viewer.navigation.poseOfView(slot, viewer.canvas.width, viewer.canvas.height);
+      if (place) viewer.navigation.goTo(place.pose, place.fov, performance.now());
+    },
+    save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
+    memory: () => memoryLine(viewer),
+    hold: () => {
+      const {hold} = viewer.navigation;
+      hold.on = !hold.on;
+      page.showHold(hold.on);
+    },
+    walk: () => {
+      viewer.navigation.toggleOrbits();
+      page.showOrbits(viewer.navigation.orbits);
+    },
+  });
+  viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(overrun) : '');
+  viewer.missing = (line) => page.showLosses(line);
+  viewer.gpuLost = (lost) => {
+    page.showGpuLost(lost);
+    document.documentElement.dataset.gpu = lost ? 'lost' : 'there';
+  };
+  viewer.progressed = () => {
+    const {photographs} = viewer.renderer;
+    if (!photographs) return;
+    const {done, total, ended} = viewer.residents.progress();
+    page.showProgress(`${done} of ${total} photographs`, done, total, ended);
+    document.documentElement.dataset.photographs = `${done}/${total}`;
+    document.documentElement.dataset.scale = photographs.layout.scale.toFixed(3);
+  };
+  return page;
+}
+
+// Shows what becomes of a model, and says so; a page whose server has ended keeps what it has.
+/** @param {Viewer} viewer @param {Interface} page */
+async function keepUp(viewer, page) {
+  let ended = false;
+  const tell = () => {
+    page.showNote(ended ? 'The program that made this does not answer.' :
+                          `${viewsOf(viewer.scene).length} photographs, more may come`);
+  };
+  const {followed} = viewer;
+  viewer.followed = () => {
+    followed();
+    tell();
+  };
+  viewer.followed();
+  await viewer.keepUp((silent) => {
+    if (silent === ended) return;
+    ended = silent;
+    tell();
+  });
+  page.showNote('');
+  document.documentElement.dataset.state = 'last';
+}
+
+// What the page shows of a model that is open.
+/** @param {Viewer} viewer @param {Interface} page */
+function showModel(viewer, page) {
+  const {scene} = viewer;
+  if (scene.poster) page.showPoster(viewer.files, scene.poster);
+  viewer.followed = () => {
+    page.showThumbnails(viewer.scene, viewer.files);
+    page.showOrbits(viewer.navigation.orbits);
+    document.documentElement.dataset.version = String(viewer.scene.version);
+  };
+  viewer.followed();
+  page.showMode(viewer.mode);
+  page.showHold(viewer.navigation.hold.on);
+  page.showModel();
+  linkAddress(viewer, page);
+  run(viewer, () => {
+    if (viewer.hasMesh) page.hidePoster();
+  });
+}
+
+/** @param {HTMLCanvasElement} canvas */
+async function main(canvas) {
+  const asked = new URLSearchParams(location.search);
+  const wanted = Number(asked.get('memory'));
+  const fail = (/** @type {unknown} */ error) => {
+    document.documentElement.dataset.state = 'failed';
+    showFailure(error instanceof Error ? error.message : String(error));
+    console.error(error);
+  };
+  try {
+    const {live} = document.documentElement.dataset;
+    const options = {memory: wanted > 0 ? wanted : MEMORY_MIB, texels: asked.get('texels') ?? 'auto', live};
+    const viewer = new Viewer(canvas, {base: document.baseURI, ...options});
+    const page = connect(viewer);
+    viewer.failed = fail;
+    page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
+    await viewer.open();
+    showModel(viewer, page);
+    Object.assign(window, {lumatlas: viewer});  // for the console, and for pages around this one
+    await viewer.load();
+    document.documentElement.dataset.state = 'complete';
+    if (live) await keepUp(viewer, page);
+  } catch (error) {
+    fail(error);
+  }
+}
+
+// Only where the page is this site's own.
+const picture = document.getElementById('picture');
+if (picture instanceof HTMLCanvasElement) main(picture);
