@@ -2,11 +2,15 @@
 // The three streams that a program is started with, or without.
 #pragma once
 
+#include <string>
+
 namespace lumatlas {
 
-// Takes the descriptors 0, 1 and 2 where the program was started without them (`2>&-`), so that no file that it opens
-// gets one of these numbers and progress and results are not written into it. Writing to a stream that was taken fails,
-// as it does to one that is closed. First thing in main(). Throws std::runtime_error where this cannot be done.
-void reserve_standard_streams();
+// Takes the descriptors 0, 1 and 2 where the program was started without them (`2>&-`), so that no file, pipe or socket
+// that the program or its libraries open gets one of these numbers, and progress and results are not written into it.
+// Writing to a stream that was taken fails, as it does to one that is closed. Must be called before anything else opens
+// a file: before main() and before shared libraries are initialised. Returns one sentence where a descriptor cannot be
+// taken, and an empty text where all three are open.
+[[nodiscard]] std::string complaint_about_streams();
 
 }  // namespace lumatlas

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The limits of the process are looked at before anything else: liblog4cplus, which comes with OpenImageIO, starts
+// What must hold before anything else runs. The standard streams are open, so that nothing that a library opens takes
+// their numbers. And the limits of the process are high enough: liblog4cplus, which comes with OpenImageIO, starts
 // threads before main() and aborts where it cannot, and so does a library that finds no memory.
 #include <unistd.h>
 
@@ -7,6 +8,7 @@
 #include <string_view>
 
 #include "tools/base/process_limits.h"
+#include "tools/base/standard_streams.h"
 
 namespace {
 
@@ -16,22 +18,27 @@ std::uint64_t least_address_space(int argument_count, char** arguments) {
   return only_reads ? lumatlas::kLeastToRead : lumatlas::kLeastToDraw;
 }
 
-// Neither exceptions nor the standard streams may be used here.
-void refuse_low_limits(int argument_count, char** arguments, char** /*environment*/) {
-  const std::string complaint = lumatlas::complaint_about_limits(least_address_space(argument_count, arguments));
+void end_with(const std::string& complaint) {
   if (complaint.empty()) return;
   const std::string line = "lumatlas: " + complaint + "\n";
   (void)!write(STDERR_FILENO, line.data(), line.size());
   _exit(1);
 }
 
+// Neither exceptions nor the standard library's streams may be used here.
+void open_streams_and_refuse_low_limits(int argument_count, char** arguments, char** /*environment*/) {
+  end_with(lumatlas::complaint_about_streams());
+  end_with(lumatlas::complaint_about_limits(least_address_space(argument_count, arguments)));
+}
+
 // The dynamic linker calls what stands in this section of a program before the initialisers of its libraries. The
-// sanitizers' own functions are not there yet, so programs that are built with them do without.
+// sanitizers' own functions are not there yet, so programs that are built with them do without; main() opens their
+// streams.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-[[gnu::section(".preinit_array"), gnu::used]] void (*const refuse_low_limits_first)(int, char**,
-                                                                                    char**) = refuse_low_limits;
+[[gnu::section(".preinit_array"), gnu::used]] void (*const first_of_all)(int, char**,
+                                                                         char**) = open_streams_and_refuse_low_limits;
 #else
-[[maybe_unused]] void (*const refuse_low_limits_first)(int, char**, char**) = refuse_low_limits;
+[[maybe_unused]] void (*const first_of_all)(int, char**, char**) = open_streams_and_refuse_low_limits;
 #endif
 
 }  // namespace

@@ -2,6 +2,7 @@
 // The program's process: its signals, its streams, and the command line.
 #include <exception>
 #include <iostream>
+#include <string>
 
 #include "mesh/base/freed_memory.h"
 #include "tools/base/interrupt.h"
@@ -9,10 +10,14 @@
 #include "tools/cli/command_line.h"
 
 int main(int argc, char** argv) {
+  // Where it was not done before main(), see limits_before_main.cpp: before the first pipe is opened.
+  if (const std::string complaint = lumatlas::complaint_about_streams(); !complaint.empty()) {
+    std::cerr << "lumatlas: " << complaint << '\n';
+    return 1;
+  }
   lumatlas::keep_freed_memory();
   lumatlas::install_interrupt_handler();
   try {
-    lumatlas::reserve_standard_streams();
     return lumatlas::run_command_line(argc, argv);
   } catch (const lumatlas::Interrupted& interrupted) {
     lumatlas::die_of(interrupted);

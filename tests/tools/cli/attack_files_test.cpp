@@ -4,6 +4,7 @@
 // sentence, or death by the signal that was sent; what was there before is untouched or replaced whole.
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +15,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "tests/tools/cli/run_program.h"
@@ -99,6 +102,54 @@ TEST_CASE("progress is not written into an output where a stream is closed") {
     CHECK(outcome.status == (stream == 1 ? 1 : 0));  // the summary could not be told
     CHECK(lumatlas({"inspect", out}).status == 0);
     CHECK(bytes_of(out).starts_with("glTF"));
+  }
+}
+
+TEST_CASE("whichever streams are closed, a run ends as it should and its output is whole") {
+  const auto run_without = [](const Arguments& arguments, int closed) {
+    return lumatlas(arguments, [closed] {
+      for (const int stream : {0, 1, 2}) {
+        if ((closed & 1 << stream) != 0) close(stream);
+      }
+    });
+  };
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const Arguments validate{"validate",       made().model, "--views", made().scene,  "--no-pictures",
+                           "--no-alignment", "-o",         out,       "--baselines", "none"};
+  const bool opengl = lumatlas(validate).status == 0;  // validate needs it
+  std::vector<std::pair<Arguments, const char*>> runs{
+      {{"build", made().scene, "-o", out, "--refine", "none"}, "scene.gltf"},
+      {depth_pictures(out, "1"), "00000.png"},
+  };
+  if (opengl) runs.emplace_back(validate, "index.html");
+  for (const auto& [arguments, file] : runs) {
+    for (int closed = 0; closed < 8; ++closed) {
+      CAPTURE(arguments.front(), closed);
+      fs::remove_all(out);
+      const bool can_tell = (closed & 2) == 0;
+      CHECK(run_without(arguments, closed).status == (can_tell ? 0 : 1));
+      CHECK(fs::exists(fs::path(out) / file));  // its result could not be told, yet it is complete
+      CHECK(fs::exists(fs::path(out) / "lumatlas.json"));
+      CHECK_FALSE(holds_temporary(folder.path()));
+    }
+  }
+}
+
+TEST_CASE("whichever streams are closed, a model is served until Ctrl-C, or refused because nobody can be told where") {
+  for (int closed = 0; closed < 8; ++closed) {
+    CAPTURE(closed);
+    const Run run({"view", made().model, "--no-browser"}, [closed] {
+      for (const int stream : {0, 1, 2}) {
+        if ((closed & 1 << stream) != 0) close(stream);
+      }
+    });
+    const bool can_tell = (closed & 2) == 0;
+    if (can_tell) Run::wait_until([&] { return run.out().find("http://") != std::string::npos; });
+    if (!can_tell) std::this_thread::sleep_for(std::chrono::seconds(3));
+    run.send(SIGINT);
+    const int status = run.wait().status;
+    CHECK((status == -SIGINT || (!can_tell && status == 1)));
   }
 }
 
