@@ -35,6 +35,9 @@ bool is_ignored(int signal) {
   return present.sa_handler == SIG_IGN;
 }
 
+// A handler rather than SIG_IGN, which other programs that are started would inherit.
+void do_nothing(int /*signal*/) {}
+
 // Only calls that are safe in a signal handler.
 void remember_signal(int signal) {
   int taken = kTaken;
@@ -51,10 +54,10 @@ void remember_signal(int signal) {
   errno = error;
 }
 
-void handle(int signal) {
+void handle(int signal, void (*action_for_it)(int)) {
   if (is_ignored(signal)) return;
   struct sigaction action {};
-  action.sa_handler = remember_signal;
+  action.sa_handler = action_for_it;
   action.sa_flags = SA_RESTART;  // libraries that read files need not know of us
   sigemptyset(&action.sa_mask);
   sigaction(signal, &action, nullptr);
@@ -89,7 +92,8 @@ void start_watcher() {
 
 void install_interrupt_handler() {
   start_watcher();
-  for (const int signal : kSignals) handle(signal);
+  for (const int signal : kSignals) handle(signal, remember_signal);
+  handle(SIGXFSZ, do_nothing);
 }
 
 void throw_if_interrupted() {

@@ -24,7 +24,8 @@ inline constexpr auto kUnwindingTime = std::chrono::milliseconds(700);
 // From now on the first SIGINT, SIGTERM, SIGHUP or SIGPIPE only makes throw_if_interrupted throw. Work that does not
 // ask for longer than kUnwindingTime is ended where it is: a thread that waits for this removes the outputs that are
 // being written (remove_temporary_entries) and lets the process die of the signal. A second SIGINT or SIGTERM kills at
-// once. A signal that the program was started to ignore (nohup, a background job) stays ignored. Call it once.
+// once. A signal that the program was started to ignore (nohup, a background job) stays ignored. SIGXFSZ, of a limit of
+// file size, does nothing: the write that went beyond the limit fails, and is told as any other. Call it once.
 void install_interrupt_handler();
 
 // Throws Interrupted once a signal has come. Cheap, and safe from any thread.

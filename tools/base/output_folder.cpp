@@ -18,6 +18,7 @@
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/strict_json.h"
+#include "tools/base/process_limits.h"
 
 namespace lumatlas {
 
@@ -293,7 +294,7 @@ void AtomicFile::commit() {
   }
   stream_.close();  // flushes
   if (!stream_) {
-    refuse(target_, "could not be written to the end, is the disk full?");
+    refuse(target_, "could not be written to the end, " + why_not_written());
   }
   pending_.commit();
   committed_ = true;

@@ -92,4 +92,11 @@ std::string complaint_about_limits(std::uint64_t least_address_space) {
   return complaint.empty() ? complaint_about_threads() : complaint;
 }
 
+std::string why_not_written() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "is the disk full?";
+  return "is the disk full, or the limit of file size (`ulimit -f`, " + std::to_string(limit.rlim_cur >> 10) +
+         " KiB) too low?";
+}
+
 }  // namespace lumatlas

@@ -20,4 +20,8 @@ inline constexpr std::uint64_t kLeastToRead = std::uint64_t{1} << 30;
 // beyond this shows when its memory is asked for (std::bad_alloc).
 [[nodiscard]] std::string complaint_about_limits(std::uint64_t least_address_space);
 
+// What to ask oneself where a file could not be written to its end: "is the disk full?", and with a limit of file size
+// (RLIMIT_FSIZE) whether that is too low.
+[[nodiscard]] std::string why_not_written();
+
 }  // namespace lumatlas
