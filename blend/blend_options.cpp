@@ -45,6 +45,16 @@ BlendOptions BlendOptions::draft() {
 void check(const BlendOptions& options) {
   require(options.views >= 1 && options.views <= kMaxBlendedViews, "views", options.views, "in [1, 8]");
   require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
+  // Of the enumerators, which a cast or a binding may have given any number.
+  require(options.position == BlendOptions::Position::ratio || options.position == BlendOptions::Position::printed,
+          "position", static_cast<int>(options.position), "one of BlendOptions::Position");
+  require(options.exposure == BlendOptions::Exposure::nearby || options.exposure == BlendOptions::Exposure::model,
+          "exposure", static_cast<int>(options.exposure), "one of BlendOptions::Exposure");
+  require(options.sampling == BlendOptions::Sampling::linear || options.sampling == BlendOptions::Sampling::cubic,
+          "sampling", static_cast<int>(options.sampling), "one of BlendOptions::Sampling");
+  require(
+      options.antialias == BlendOptions::Antialias::silhouettes || options.antialias == BlendOptions::Antialias::all,
+      "antialias", static_cast<int>(options.antialias), "one of BlendOptions::Antialias");
   require(options.border_width >= 0 && options.border_width <= 1, "border_width", options.border_width, "in [0, 1]");
   require(options.supersample >= 1 && options.supersample <= kMostSupersampling, "supersample", options.supersample,
           "in [1, 4]");

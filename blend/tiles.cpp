@@ -68,6 +68,7 @@ std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side) {
 }
 
 Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
+  check(options);
   const std::vector<Tile> tiles = drawable_tiles(camera, side, options.supersample);
   if (tiles.size() == 1) return renderer.render(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
@@ -87,6 +88,7 @@ Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOpti
 
 LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
                                     std::uint32_t side) {
+  check(options);
   const std::vector<Tile> tiles = drawable_tiles(camera, side, options.supersample);
   if (tiles.size() == 1) return renderer.render_linear(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
@@ -101,6 +103,7 @@ LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, co
 }
 
 Diagnosis diagnose_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
+  check(options);
   const std::vector<Tile> tiles = drawable_tiles(camera, side, 1);
   if (tiles.size() == 1) return renderer.diagnose(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;

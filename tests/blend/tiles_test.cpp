@@ -68,6 +68,32 @@ TEST_CASE("a picture in tiles is the picture in one piece") {
   }
 }
 
+TEST_CASE("options that cannot be are refused before anything is divided by them") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer;
+  renderer.load(room_snapshot(3, {}));
+  const Camera camera = room_camera(1);
+  BlendOptions options;
+  options.supersample = 0;
+  const char* const sentence = "blend: supersample is 0, must be in [1, 4]";
+  CHECK_THROWS_WITH(render_tiled(renderer, camera, options), sentence);
+  CHECK_THROWS_WITH(render_linear_tiled(renderer, camera, options), sentence);
+  CHECK_THROWS_WITH(diagnose_tiled(renderer, camera, options), sentence);
+  options = {};
+  options.sampling = static_cast<BlendOptions::Sampling>(7);
+  CHECK_THROWS_WITH(render_tiled(renderer, camera, options), Catch::Contains("sampling is 7"));
+  options = {};
+  options.position = static_cast<BlendOptions::Position>(2);
+  CHECK_THROWS_WITH(check(options), Catch::Contains("position is 2"));
+  options = {};
+  options.exposure = static_cast<BlendOptions::Exposure>(2);
+  CHECK_THROWS_WITH(check(options), Catch::Contains("exposure is 2"));
+  options = {};
+  options.antialias = static_cast<BlendOptions::Antialias>(2);
+  CHECK_THROWS_WITH(check(options), Catch::Contains("antialias is 2"));
+}
+
 // Where a tile's border would show: the columns on both of its sides differ no more than they do in one piece.
 TEST_CASE(
     "where the shifts of the tiles are exact, a picture in tiles is the same but for silhouettes, at borders too") {
