@@ -28,7 +28,8 @@ thread_local const std::function<void()>* on_large_allocation = nullptr;
 
 }  // namespace
 
-void* operator new(std::size_t bytes) {
+// Not inlined: what allocates must not be seen beside what frees, which compilers would take for a mismatch.
+[[gnu::noinline]] void* operator new(std::size_t bytes) {
   if (bytes >= kMuchMemory && on_large_allocation != nullptr) (*on_large_allocation)();
   if (allocations_left == 0) {
     allocations_left = -1;  // what handles the failure may allocate
@@ -39,10 +40,10 @@ void* operator new(std::size_t bytes) {
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
-void operator delete(void* memory) noexcept {
+[[gnu::noinline]] void operator delete(void* memory) noexcept {
   std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept {
+[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept {
   std::free(memory);
 }
 
