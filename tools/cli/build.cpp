@@ -385,14 +385,14 @@ void run(const BuildFlags& flags) {
   json totals = save_model(result, output, photographs);
   totals["file"] = file_bytes_json(flags.output);
   if (flags.json_output) {
-    print_json(totals);
+    print_result(totals, flags.output);
   } else {
-    std::cout << summary_text(totals, flags.output.string()) << "  on disk " << file_bytes_text(totals["file"]) << '\n';
+    print_result(summary_text(totals, flags.output.string()) + "  on disk " + file_bytes_text(totals["file"]) + '\n',
+                 flags.output);
   }
   if (!flags.quiet && totals["views"]["stored"] > 0) {
     std::cerr << next_steps(flags.output, flags.hold.protocol() ? flags.scene : std::filesystem::path());
   }
-  std::cout.flush();
   const bool asked_to_end = end_request && end_request->made();
   end_request.reset();
   if (shown && !asked_to_end) shown->show_until_interrupted(result.snapshot);

@@ -68,10 +68,10 @@ void run(CaptureFlags flags) {
                                        {say, bars_on_standard_error(quiet), progress_on_standard_error(quiet)});
   for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
-    print_json(result_json(result, flags));
+    print_result(result_json(result, flags), flags.output);
     return;
   }
-  if (result.summary.is_object()) std::cout << summary_text(result.summary, flags.output.string());
+  if (result.summary.is_object()) print_result(summary_text(result.summary, flags.output.string()), flags.output);
   if (!quiet) std::cerr << next_steps(flags.output, flags.hold.protocol() ? flags.work : std::filesystem::path());
 }
 

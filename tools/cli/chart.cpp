@@ -300,14 +300,19 @@ void run(const ChartFlags& flags) {
                      (flags.output / "index.html").string() + " has the others; the first is " + counts.first_failure);
   }
   if (flags.json_output) {
-    print_json({{"page", (flags.output / "index.html").string()},
-                {"points",
-                 {{"all", counts.points}, {"done", counts.done}, {"made", counts.made}, {"skipped", counts.skipped}}},
-                {"sweeps", listed(sweeps)["sweeps"]}});
+    print_result(
+        json{{"page", (flags.output / "index.html").string()},
+             {"points",
+              {{"all", counts.points}, {"done", counts.done}, {"made", counts.made}, {"skipped", counts.skipped}}},
+             {"sweeps", listed(sweeps)["sweeps"]}},
+        flags.output / "index.html");
     return;
   }
-  std::cout << (flags.output / "index.html").string() << ": " << counts.done << " of " << counts.points
-            << " points, made now " << counts.made << ", skipped " << counts.skipped << '\n';
+  const fs::path html = flags.output / "index.html";
+  print_result(html.string() + ": " + std::to_string(counts.done) + " of " + std::to_string(counts.points) +
+                   " points, made now " + std::to_string(counts.made) + ", skipped " + std::to_string(counts.skipped) +
+                   '\n',
+               html);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "tools/base/interrupt.h"
+#include "tools/base/process_limits.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/nearest_name.h"
 
@@ -49,7 +50,7 @@ int run_command_line(int argc, const char* const* argv) {
     program.parse(argc, argv);
     if (!std::cout.flush()) {
       throw_if_interrupted();  // by SIGPIPE: nobody listens any more
-      return fail("the result cannot be written to standard output, is the disk full?");
+      return fail("the result cannot be written to standard output, " + why_not_written());
     }
     return 0;
   } catch (const CLI::ParseError& error) {

@@ -211,7 +211,7 @@ json summary(const ExportFlags& flags, const TexturedMesh& mesh, const TextureFa
           {"time_ms", {{"total", total_ms}}}};
 }
 
-void print_result(const json& summary) {
+std::string texture_text(const json& summary) {
   const json& texture = summary["texture"];
   const double texels = texture["texels"].get<double>();
   const double room = std::pow(texture["side"].get<double>(), 2) * texture["pages"].get<double>();
@@ -224,7 +224,7 @@ void print_result(const json& summary) {
        << 100 * texels / std::max(room, 1.0) << " % of the texture is surface, "
        << 100 * texture["unseen"].get<double>() / std::max(texels, 1.0)
        << " % of that was seen by no photograph in the model\n";
-  std::cout << text.str();
+  return text.str();
 }
 
 json web_summary(const ExportFlags& flags, const SiteFacts& facts, double total_ms) {
@@ -242,7 +242,7 @@ json web_summary(const ExportFlags& flags, const SiteFacts& facts, double total_
           {"time_ms", {{"total", total_ms}}}};
 }
 
-void print_web_result(const json& summary) {
+std::string web_text(const json& summary) {
   const json& bytes = summary["bytes"];
   const auto megabytes = [&](const char* key) { return bytes[key].get<double>() / 1e6; };
   std::ostringstream text;
@@ -254,7 +254,7 @@ void print_web_result(const json& summary) {
     text << "photographs are scaled to " << std::setprecision(0) << 100 * scale << " %, for a side of " << kMostSidePx
          << " pixels is what every browser takes\n";
   }
-  std::cout << text.str();
+  return text.str();
 }
 
 void run_web(const ExportFlags& flags) {
@@ -280,9 +280,9 @@ void run_web(const ExportFlags& flags) {
   const double total_ms = ms_since(start);
   const json totals = web_summary(flags, facts, total_ms);
   if (flags.json_output) {
-    print_json(totals);
+    print_result(totals, flags.output);
   } else {
-    print_web_result(totals);
+    print_result(web_text(totals), flags.output);
   }
 }
 
@@ -318,9 +318,9 @@ void run(const ExportFlags& flags) {
   const double total_ms = ms_since(start);
   const json totals = summary(flags, mesh, facts, total_ms);
   if (flags.json_output) {
-    print_json(totals);
+    print_result(totals, flags.output);
   } else {
-    print_result(totals);
+    print_result(texture_text(totals), flags.output);
   }
 }
 

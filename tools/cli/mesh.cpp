@@ -88,14 +88,14 @@ std::string source_text(const SceneMesh& made) {
          " small pieces of " + std::to_string(depth.removed_faces) + " faces were left out\n";
 }
 
-void print_text(const SceneMesh& made, const std::filesystem::path& output) {
+std::string mesh_text(const SceneMesh& made, const std::filesystem::path& output) {
   const std::string measured = made.depth ? "depth" : "point";
-  std::cout << output.string() << ": " << made.surface.positions.size() << " vertices, " << made.surface.faces.size()
-            << " faces, " << source_text(made) << "  " << percent_text(made.trust.points_on_surface) << " of the "
-            << measured << "s lie on it, within " << number_text(kOnSurfacePx) << " pixels\n  "
-            << percent_text(made.trust.pixels_covered) << " of the photographs' pixels see it; of these "
-            << percent_text(made.trust.pixels_guessed) << " are a guess, more than " << number_text(kFarFromPointsPx)
-            << " pixels from every " << measured << '\n';
+  return output.string() + ": " + std::to_string(made.surface.positions.size()) + " vertices, " +
+         std::to_string(made.surface.faces.size()) + " faces, " + source_text(made) + "  " +
+         percent_text(made.trust.points_on_surface) + " of the " + measured + "s lie on it, within " +
+         number_text(kOnSurfacePx) + " pixels\n  " + percent_text(made.trust.pixels_covered) +
+         " of the photographs' pixels see it; of these " + percent_text(made.trust.pixels_guessed) +
+         " are a guess, more than " + number_text(kFarFromPointsPx) + " pixels from every " + measured + '\n';
 }
 
 void run(MeshFlags flags) {
@@ -112,10 +112,10 @@ void run(MeshFlags flags) {
   const double time_ms = ms_since(start);
   for (const std::string& warning : made.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
-    print_json(result_json(made, flags.output, time_ms));
+    print_result(result_json(made, flags.output, time_ms), flags.output);
     return;
   }
-  print_text(made, flags.output);
+  print_result(mesh_text(made, flags.output), flags.output);
   if (!flags.quiet) {
     std::cerr << "use it: "
               << shell_line("lumatlas", {"build", flags.scene.string(), "--mesh", flags.output.string(), "-o", "MODEL"})

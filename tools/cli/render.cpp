@@ -226,17 +226,20 @@ void run(const RenderFlags& flags) {
   output.finish();
   folder.commit(flags.json());
   if (flags.json_output) {
-    print_json({{"output", flags.output.string()},
-                {"pictures", shots.size()},
-                {"mode", flags.mode_name()},
-                {"format", flags.format_name()},
-                {"path", is_laid ? nlohmann::json{{"covered", path.covered}, {"moved", path.moved}} : nlohmann::json()},
-                {"renderer", context ? nlohmann::json(context->description()) : nlohmann::json()},
-                {"time_ms", {{"total", ms_since(start)}, {"first_picture", first.total_ms()}}}});
+    print_result(nlohmann::json{{"output", flags.output.string()},
+                                {"pictures", shots.size()},
+                                {"mode", flags.mode_name()},
+                                {"format", flags.format_name()},
+                                {"path", is_laid ? nlohmann::json{{"covered", path.covered}, {"moved", path.moved}}
+                                                 : nlohmann::json()},
+                                {"renderer", context ? nlohmann::json(context->description()) : nlohmann::json()},
+                                {"time_ms", {{"total", ms_since(start)}, {"first_picture", first.total_ms()}}}},
+                 flags.output);
     return;
   }
-  std::cout << flags.output.string() << ": " << shots.size()
-            << (flags.format == PictureFormat::mp4 ? " pictures in one video\n" : " pictures\n");
+  print_result(flags.output.string() + ": " + std::to_string(shots.size()) +
+                   (flags.format == PictureFormat::mp4 ? " pictures in one video\n" : " pictures\n"),
+               flags.output);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/base/number_text.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
@@ -67,17 +68,20 @@ void run(SynthFlags flags) {
                  {"decimate", o.disturbances.decimate}});
   if (flags.json_output) {
     const double time_ms = ms_since(start);
-    print_json({{"output", flags.output.string()},
-                {"kind", flags.kind},
-                {"photographs", o.views},
-                {"width", o.width},
-                {"height", o.height},
-                {"path_frames", o.path_frames},
-                {"test_views", o.test_views},
-                {"time_ms", {{"total", time_ms}}}});
+    print_result(nlohmann::json{{"output", flags.output.string()},
+                                {"kind", flags.kind},
+                                {"photographs", o.views},
+                                {"width", o.width},
+                                {"height", o.height},
+                                {"path_frames", o.path_frames},
+                                {"test_views", o.test_views},
+                                {"time_ms", {{"total", time_ms}}}},
+                 flags.output);
     return;
   }
-  std::cout << flags.output.string() << ": " << o.views << " photographs of " << o.width << "x" << o.height << '\n';
+  print_result(
+      flags.output.string() + ": " + std::to_string(o.views) + " photographs of " + size_text(o.width, o.height) + '\n',
+      flags.output);
 }
 
 void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {

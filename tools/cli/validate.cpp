@@ -104,35 +104,36 @@ std::string speed_text(const json& speed) {
   return text.str();
 }
 
-void print_table(const Report& report) {
+std::string table_text(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
-  std::cout << report.views.size();
+  std::ostringstream text;
+  text << report.views.size();
   if (report.test.empty()) {
-    std::cout << " held-out views (--hold " << report.protocol->hold << " --block " << report.protocol->block << ")\n";
+    text << " held-out views (--hold " << report.protocol->hold << " --block " << report.protocol->block << ")\n";
   } else {
-    std::cout << " views of " << report.test << '\n';
+    text << " views of " << report.test << '\n';
   }
-  std::cout << "                                                                 textured\n"
-            << "                raw            fitted           aligned       of mesh  of frame    seams  flicker\n"
-            << std::fixed;
+  text << "                                                                 textured\n"
+       << "                raw            fitted           aligned       of mesh  of frame    seams  flicker\n"
+       << std::fixed;
   for (std::size_t i = 0; i < means.size(); ++i) {
     const MethodScores& m = means[i];
-    std::cout << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2)
-              << std::setw(7) << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim
-              << std::setprecision(2) << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6)
-              << m.fitted.ssim;
+    text << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2) << std::setw(7)
+         << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim << std::setprecision(2)
+         << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.fitted.ssim;
     if (m.aligned) {
-      std::cout << std::setprecision(2) << std::setw(8) << m.aligned->psnr << " dB " << std::setprecision(3)
-                << std::setw(6) << m.aligned->ssim;
+      text << std::setprecision(2) << std::setw(8) << m.aligned->psnr << " dB " << std::setprecision(3) << std::setw(6)
+           << m.aligned->ssim;
     } else {
-      std::cout << std::setw(18) << "";
+      text << std::setw(18) << "";
     }
-    std::cout << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setw(8)
-              << 100 * m.frame_textured << " %" << std::setprecision(2);
-    std::cout << std::setw(9) << report.methods[i].seams.value_or(std::numeric_limits<double>::quiet_NaN());
-    if (report.methods[i].flicker) std::cout << std::setw(9) << report.methods[i].flicker->rms;
-    std::cout << '\n';
+    text << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setw(8) << 100 * m.frame_textured
+         << " %" << std::setprecision(2);
+    text << std::setw(9) << report.methods[i].seams.value_or(std::numeric_limits<double>::quiet_NaN());
+    if (report.methods[i].flicker) text << std::setw(9) << report.methods[i].flicker->rms;
+    text << '\n';
   }
+  return text.str();
 }
 
 void run(const ValidateFlags& flags) {
@@ -197,11 +198,12 @@ void run(const ValidateFlags& flags) {
   effective["built_with"] = built;
   output.commit(effective);
   if (flags.json_output) {
-    print_json(scores);
+    print_result(scores, target);
   } else {
-    print_table(report);
-    if (const std::string sentence = shortfall_sentence(report); !sentence.empty()) std::cout << sentence << '\n';
-    if (flags.time_frames > 0) std::cout << "frame time: " << speed_text(scores["speed"]) << '\n';
+    std::string text = table_text(report);
+    if (const std::string sentence = shortfall_sentence(report); !sentence.empty()) text += sentence + '\n';
+    if (flags.time_frames > 0) text += "frame time: " + speed_text(scores["speed"]) + '\n';
+    print_result(text, target);
   }
   if (!flags.quiet) std::cerr << "report: " << (target / "index.html").string() << '\n';
 }

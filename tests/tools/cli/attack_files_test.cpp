@@ -2,6 +2,7 @@
 // The program where files are not what it expects: outputs that hold other people's work, disks that take no more,
 // streams that are closed, signals, JSON and pipes that somebody prepared. Each run ends in exit 0, 1 with one true
 // sentence, or death by the signal that was sent; what was there before is untouched or replaced whole.
+#include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -152,6 +153,36 @@ TEST_CASE("whichever streams are closed, a model is served until Ctrl-C, or refu
     run.send(SIGINT);
     const int status = run.wait().status;
     CHECK((status == -SIGINT || (!can_tell && status == 1)));
+  }
+}
+
+TEST_CASE("where standard output takes no result, the output that is complete stays and the sentence says so") {
+  const TemporaryFolder folder;
+  const std::string out = (folder / "out").string();
+  const std::vector<Arguments> runs{
+      {"build", made().scene, "-o", out, "--refine", "none", "--quiet"},
+      {"build", made().scene, "-o", out, "--refine", "none", "--quiet", "--json"},
+      {"build", made().scene, "-o", out + ".glb", "--refine", "none", "--quiet", "--json"},
+      depth_pictures(out, "1"),
+      {"mesh", made().scene, "-o", out + ".ply", "--quiet"},
+      {"export", made().model, "-o", out + "-page", "--to", "web", "--quiet", "--json"},
+      {"synth", "apartment", "-o", out, "--photographs", "2", "--width", "64", "--height", "48", "--samples", "1",
+       "--triangles", "3000", "--quiet", "--json"},
+  };
+  for (const Arguments& arguments : runs) {
+    CAPTURE(arguments);
+    const std::string output = *(std::find(arguments.begin(), arguments.end(), "-o") + 1);
+    const Outcome outcome = lumatlas(arguments, [] {
+      const int full = open("/dev/full", O_WRONLY);
+      dup2(full, STDOUT_FILENO);
+    });
+    INFO(outcome.err);
+    CHECK(outcome.status == 1);
+    CHECK_THAT(outcome.err, Catch::EndsWith(output + ": is complete, but the result cannot be written to standard "
+                                                     "output, is the disk full?\n"));
+    CHECK(fs::exists(output));
+    fs::remove_all(output);
+    CHECK(names_in(folder.path()).empty());
   }
 }
 
