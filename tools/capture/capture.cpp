@@ -304,7 +304,7 @@ class Capture {
       BuildOptions options = options_.build;
       options.mesh = work_ / "mesh.ply";
       const BuildResult built = build_model(work_, options, listener_.build);
-      save_model(built, output, options_.photographs);
+      save_model(built, output, options_.photographs, result_.missed.size());
     });
     const json plan = read_model_notes(model_).plan;
     result_.summary = plan.is_object() ? plan.value("summary", json()) : json();

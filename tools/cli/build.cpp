@@ -279,25 +279,6 @@ BuildCallback progress_of(const BuildFlags& flags) {
   };
 }
 
-// A warning where no photograph was stored, with what became of them; empty where one was.
-std::string nothing_stored_warning(const BuildResult& result) {
-  const auto& views = result.snapshot.views;
-  if (std::any_of(views.begin(), views.end(), [](const auto& view) { return view != nullptr; })) return "";
-  std::size_t blind = 0, outliers = 0;
-  for (const PlannedView& view : result.planned) {
-    if (view.verdict.cells_seen == 0) ++blind;
-    if (view.verdict.decision == Decision::outlier) ++outliers;
-  }
-  const std::size_t others = result.planned.size() - blind - outliers;
-  std::ostringstream sentence;
-  sentence << "warning: none of the " << result.planned.size()
-           << " photographs offered is stored, so that the model shows averaged colours alone: " << blind
-           << " see nothing of the mesh, " << outliers << " disagree with the others, " << others
-           << " would add too little at an ideal distance of " << result.effective.coverage.ideal_distance
-           << " (--ideal-distance)\n";
-  return sentence.str();
-}
-
 // A line that counts them, and one for each.
 std::string skipped_text(const BuildResult& result) {
   if (result.skipped.empty()) return "";
@@ -379,7 +360,6 @@ void run(const BuildFlags& flags) {
   }
   if (!flags.watch) std::cerr << skipped_text(result);  // with it, each was named as it was found
   for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
-  std::cerr << nothing_stored_warning(result);
   if (flags.verbose) std::cerr << refinement_log(result);
   if (!flags.quiet) std::cerr << lenses_text(result.lenses);
   json totals = save_model(result, output, photographs);
@@ -390,7 +370,7 @@ void run(const BuildFlags& flags) {
     print_result(summary_text(totals, flags.output.string()) + "  on disk " + file_bytes_text(totals["file"]) + '\n',
                  flags.output);
   }
-  if (!flags.quiet && totals["views"]["stored"] > 0) {
+  if (!flags.quiet) {
     std::cerr << next_steps(flags.output, flags.hold.protocol() ? flags.scene : std::filesystem::path());
   }
   const bool asked_to_end = end_request && end_request->made();

@@ -26,6 +26,7 @@
 #include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/offered_scene.h"
+#include "tools/pipeline/worth_saving.h"
 #include "tools/texture/textured_mesh.h"
 #include "tools/texture/write_textured_mesh.h"
 #include "tools/viewer/scaled_view.h"
@@ -262,6 +263,7 @@ void run_web(const ExportFlags& flags) {
   const bool one_page = flags.output.extension() == ".html";
   if (one_page) check_replaceable_page(flags.output);
   const Model model = read_model(flags.model);
+  require_views(model.snapshot, flags.model);
   SiteOptions options;
   options.title = title_of(flags.model);
   options.photographs = flags.web_coding();
@@ -304,6 +306,7 @@ void run(const ExportFlags& flags) {
   if (flags.format == ExportFormat::web) return run_web(flags);
   ExportOutput output(flags);
   Model model = read_model(flags.model);
+  require_views(model.snapshot, flags.model);
   TexturedFileOptions options;
   options.image = flags.image;
   const std::vector<Camera> cameras = cameras_of(model.snapshot);

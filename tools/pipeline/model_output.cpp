@@ -77,7 +77,7 @@ bool skips_bad(const ModelNotes& notes) {
   return recorded.is_boolean() && recorded.get<bool>();
 }
 
-ModelOutput::ModelOutput(const fs::path& path) {
+ModelOutput::ModelOutput(const fs::path& path) : target_(path) {
   if (path.extension() == ".glb") {
     check_replaceable_glb(path);
     file_ = std::make_unique<AtomicFile>(path);

@@ -36,11 +36,14 @@ class ModelOutput {
   // A path that ends in .glb is one file, anything else a folder. Refuses at once what commit() would refuse.
   explicit ModelOutput(const std::filesystem::path& path);
 
+  [[nodiscard]] const std::filesystem::path& target() const { return target_; }
+
   // `texture` may be null. Throws InputError, Interrupted.
   void commit(const Snapshot& snapshot, const ValidityOptions& validity, const ImageCoding& photographs,
               const ModelNotes& notes, const BaseTexture* texture);
 
  private:
+  std::filesystem::path target_;          // as it was given
   std::unique_ptr<OutputFolder> folder_;  // one of the two
   std::unique_ptr<AtomicFile> file_;
 };

@@ -4,12 +4,14 @@
 #include <utility>
 
 #include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/worth_saving.h"
 
 namespace lumatlas {
 
 using nlohmann::json;
 
-json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs) {
+json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs, std::size_t unplaced) {
+  require_worth_saving(result, unplaced, output.target());
   json totals = summary(result, result.options);
   json plan = plan_json(result);
   plan["summary"] = totals;

@@ -14,11 +14,14 @@ namespace lumatlas {
 // Writes the model, the options in effect and what became of each photograph: into a folder (scene.gltf, its buffer,
 // images/, lumatlas.json, plan.json), or into one file if `path` ends in .glb. An earlier model there is replaced; the
 // new one appears complete or not at all. Returns the summary (tools/pipeline/build_summary.h) that it wrote. Throws
-// InputError where something else stands at `path` or the file system refuses; Interrupted.
+// InputError where something else stands at `path`, where the file system refuses, and for a model that is not worth
+// its place (tools/pipeline/worth_saving.h); Interrupted.
 nlohmann::json save_model(const BuildResult& result, const std::filesystem::path& path,
                           const ImageCoding& photographs = {});
 
 // The same into an output that was opened before the build, so that a path that cannot be written is refused at once.
-nlohmann::json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs = {});
+// `unplaced`: see require_worth_saving().
+nlohmann::json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs = {},
+                          std::size_t unplaced = 0);
 
 }  // namespace lumatlas

@@ -92,9 +92,11 @@ TEST_CASE("a wrong mesh is refused, unless any mesh is to do, and then it is war
   build.push_back("--any-mesh");
   const Outcome outcome = lumatlas_here(build);
   INFO(outcome.err);
-  CHECK(outcome.status == 0);
+  CHECK(outcome.status == 1);  // a model of no photograph is none
   CHECK_THAT(outcome.err,
-             Catch::Contains("warning: 12 of 12 views see next to nothing of the mesh, the first is 0000.png"));
+             Catch::Contains("warning: 12 of 12 views see next to nothing of the mesh, the first is 0000.png") &&
+                 Catch::Contains("12 see nothing of the mesh"));
+  CHECK_FALSE(fs::exists(model));
 }
 
 }  // namespace

@@ -78,16 +78,6 @@ TEST_CASE("a model may be one file: it renders the same pictures as the folder, 
   CHECK(fs::exists(folder / "model-report/index.html"));
 }
 
-TEST_CASE("a build that stores no photograph says so, and why") {
-  const TemporaryFolder folder;
-  const Outcome outcome = lumatlas_here({"build", made().scene, "-o", (folder / "model").string(), "--no-demand",
-                                         "--ideal-distance", "1e-320", "--quiet"});
-  CHECK(outcome.status == 0);
-  CHECK_THAT(outcome.err, Catch::StartsWith("warning: none of the 12 photographs offered is stored") &&
-                              Catch::Contains("12 would add too little at an ideal distance of "));
-  CHECK(made().build.err.empty());
-}
-
 TEST_CASE("inspect tells a model from a scene") {
   const TemporaryFolder folder;
   const std::string file = (folder / "model.glb").string();
