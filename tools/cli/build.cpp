@@ -69,6 +69,10 @@ struct BuildFlags {
   CLI::Option* loss = nullptr;
   CLI::Option* tile = nullptr;
   CLI::Option* gutter = nullptr;
+  CLI::Option* texels_option = nullptr;
+  CLI::Option* white_balance = nullptr;
+  CLI::Option* prior = nullptr;
+  CLI::Option* max_move = nullptr;
   CLI::Option* photographs = nullptr;
   CLI::Option* least_scale = nullptr;
   CLI::Option* seed = nullptr;
@@ -133,7 +137,9 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
   const bool tiles = !flags.whole_views;
   if (!tiles) {
     if (flags.tile->count() > 0) throw CLI::ValidationError("--tile", "needs --layout tiles");
-    if (flags.photographs->count() > 0) throw CLI::ValidationError("--photograph-bytes", "needs --layout tiles");
+    for (const CLI::Option* option : {flags.photographs, flags.gutter, flags.texels_option}) {
+      if (option->count() > 0) throw CLI::ValidationError(option->get_name(), "needs --layout tiles");
+    }
     options.tiles.tile_px = 0;
   }
   set_texels(flags, options);
@@ -231,6 +237,17 @@ void require_address_known(const BuildFlags& flags) {
   throw CLI::ValidationError("--view", "needs --port with --quiet and --json, for nothing else would say its address");
 }
 
+// Of what --refine leaves out.
+void check_refinement_is_used(const BuildFlags& flags, RefineMode refine) {
+  if (refine == RefineMode::none && flags.white_balance->count() > 0) {
+    throw CLI::ValidationError("--white-balance", "needs --refine exposure, pose, all or joint");
+  }
+  if (refine != RefineMode::none && refine != RefineMode::exposure) return;
+  for (const CLI::Option* option : {flags.prior, flags.max_move}) {
+    if (option->count() > 0) throw CLI::ValidationError(option->get_name(), "needs --refine pose, all or joint");
+  }
+}
+
 BuildOptions options_of(BuildFlags flags) {
   if (flags.paper) follow_paper(flags);
   BuildOptions options = flags.options;
@@ -253,6 +270,7 @@ BuildOptions options_of(BuildFlags flags) {
     throw CLI::ValidationError("--keep-lenses", "needs --refine all or joint");
   }
   options.refine_lenses = !flags.keep_lenses;
+  check_refinement_is_used(flags, options.refine);
   if (flags.watch) watch_scene(flags, options);
   require_address_known(flags);
   check_usage(options);
@@ -517,13 +535,15 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
                       "downscaled to")
           ->type_name("SHARE")
           ->check(number_between(0.1, 1));
-  command
-      .add_option("--texels", flags.texels,
-                  "How photographs are held on the GPU: rgb8, as they are, bc7, compressed to a third of the bytes; "
-                  "auto: bc7 where a budget in bytes has no room for them whole, or where --budget auto measures "
-                  "that at most half of --loss is lost")
-      ->type_name("NAME")
-      ->transform(one_of({kAuto, "rgb8", "bc7"}));
+  flags.texels_option =
+      command
+          .add_option(
+              "--texels", flags.texels,
+              "How photographs are held on the GPU: rgb8, as they are, bc7, compressed to a third of the bytes; "
+              "auto: bc7 where a budget in bytes has no room for them whole, or where --budget auto measures "
+              "that at most half of --loss is lost")
+          ->type_name("NAME")
+          ->transform(one_of({kAuto, "rgb8", "bc7"}));
   flags.photographs = command
                           .add_option("--photograph-bytes", flags.photograph_bytes,
                                       "Memory for photographs that tiles are cut from while the model is built; with "
@@ -538,18 +558,18 @@ void add_refinement_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "refinement");
   command.add_flag("--keep-lenses", flags.keep_lenses,
                    "With --refine all or joint, believe the given lenses, also where the photographs contradict them");
-  command.add_flag("--white-balance", refinement.alignment.white_balance,
-                   "Correct the exposure of each colour channel for itself");
-  command
-      .add_option("--prior", refinement.alignment.prior,
-                  "Strength of the pull towards the given poses; more for poses that are nearly right")
-      ->type_name("P")
-      ->check(finite_not_negative());
-  command
-      .add_option("--max-move", refinement.alignment.max_move,
-                  "How far a pose may move its picture, as a share of the longer side")
-      ->type_name("SHARE")
-      ->check(number_between(1e-6, 1));
+  flags.white_balance = command.add_flag("--white-balance", refinement.alignment.white_balance,
+                                         "Correct the exposure of each colour channel for itself");
+  flags.prior = command
+                    .add_option("--prior", refinement.alignment.prior,
+                                "Strength of the pull towards the given poses; more for poses that are nearly right")
+                    ->type_name("P")
+                    ->check(finite_not_negative());
+  flags.max_move = command
+                       .add_option("--max-move", refinement.alignment.max_move,
+                                   "How far a pose may move its picture, as a share of the longer side")
+                       ->type_name("SHARE")
+                       ->check(number_between(1e-6, 1));
   begin_experiments(command, "masks");
   command
       .add_option("--fade", flags.options.planner.validity.fade_px,

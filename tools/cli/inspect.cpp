@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
@@ -21,6 +22,7 @@ using nlohmann::json;
 struct InspectFlags {
   std::filesystem::path scene, mesh;
   CellFlags cells;
+  std::vector<const CLI::Option*> of_scenes;
   bool json_output = false;
   bool quiet = false;
 };
@@ -65,7 +67,10 @@ void print(const json& scene) {
 }
 
 void inspect_as_model(const InspectFlags& flags) {
-  if (!flags.mesh.empty()) throw CLI::ValidationError("--mesh", "is for scenes, a model has its own mesh");
+  for (const CLI::Option* option : flags.of_scenes) {
+    if (option->count() == 0) continue;
+    throw CLI::ValidationError(option->get_name(), "is for scenes, a model has its own mesh and cells");
+  }
   const json model = inspect_model(flags.scene);
   if (flags.json_output) {
     print_json(model);
@@ -91,6 +96,9 @@ void add_inspect_command(CLI::App& program) {
   add_quiet(*command, flags->quiet);
   begin_experiments(*command, "cells");
   flags->cells.add_partition_to(*command);
+  for (const char* name : {"--mesh", "--cell-size", "--partition"}) {
+    flags->of_scenes.push_back(command->get_option(name));
+  }
   command->callback([flags] {
     if (is_model(flags->scene)) return inspect_as_model(*flags);
     std::optional<std::filesystem::path> mesh;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <vector>
 
 #include "mesh/base/number_text.h"
 #include "mesh/mesh_file.h"
@@ -30,8 +31,20 @@ struct MeshFlags {
   std::filesystem::path scene, output, points;
   SceneMeshOptions options;
   PictureFlags pictures;
+  std::vector<const CLI::Option*> of_depth_images, of_points;  // those that say nothing where the other is used
   bool json_output = false;
   bool quiet = false;
+
+  // Throws CLI::ValidationError for an option that would be ignored.
+  void check_source(MeshSource source) const {
+    const bool is_of_points = source == MeshSource::points;
+    for (const CLI::Option* option : is_of_points ? of_depth_images : of_points) {
+      if (option->count() == 0) continue;
+      throw CLI::ValidationError(option->get_name(), is_of_points
+                                                         ? "is for depth images, and this mesh is made of points"
+                                                         : "is for points, and this mesh is made of depth images");
+    }
+  }
 };
 
 void check_is_ply(const std::filesystem::path& output) {
@@ -106,7 +119,8 @@ void run(MeshFlags flags) {
   check_apart(flags.output, std::array{flags.scene, flags.points});
   const auto start = std::chrono::steady_clock::now();
   AtomicFile file(flags.output);
-  const SceneMesh made = mesh_from_scene(flags.scene, flags.options, bars_on_standard_error(flags.quiet));
+  const SceneMesh made = mesh_from_scene(flags.scene, flags.options, bars_on_standard_error(flags.quiet),
+                                         [&flags](MeshSource source) { flags.check_source(source); });
   write_ply(file.stream(), made.surface);
   file.commit();
   const double time_ms = ms_since(start);
@@ -172,6 +186,12 @@ void add_mesh_command(CLI::App& program) {
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
   add_experiments(*command, flags->options.cut);
+  for (const char* name : {"--voxel", "--depth-unit", "--most-faces"}) {
+    flags->of_depth_images.push_back(command->get_option(name));
+  }
+  for (const char* name : {"--spacing", "--most-points", "--longest-edge", "--noise", "--quality", "--sure-views"}) {
+    flags->of_points.push_back(command->get_option(name));
+  }
   command->callback([flags] { run(*flags); });
 }
 

@@ -137,6 +137,10 @@ void RenderFlags::check() const {
   if (!range.empty() && !(std::isfinite(range[0]) && std::isfinite(range[1]) && range[0] < range[1])) {
     throw CLI::ValidationError("--range", "must be two finite numbers, the smaller one first");
   }
+  if (no_color_bar && (mode == Mode::picture || format == PictureFormat::exr)) {
+    throw CLI::ValidationError("--no-color-bar",
+                               "is for the pictures of another --mode than picture, which have a bar");
+  }
   if (!background.empty() && mode != Mode::picture) {
     throw CLI::ValidationError("--background", "is of --mode picture");
   }

@@ -169,10 +169,12 @@ void check(const SceneMeshOptions& options) {
 }
 
 SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
-                          const StageProgress& progress) {
+                          const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
   check(options);
-  if (std::optional<SceneViews> views = views_with_depths(scene, options)) {
-    return mesh_from_depths(*std::move(views), options, progress);
+  std::optional<SceneViews> views_of_depths = views_with_depths(scene, options);
+  if (chosen) chosen(views_of_depths ? MeshSource::depth_images : MeshSource::points);
+  if (views_of_depths) {
+    return mesh_from_depths(*std::move(views_of_depths), options, progress);
   }
   ScenePoints points = read_scene_points(scene, options.points);
   const glm::dvec3 offset = median_position(points.positions);

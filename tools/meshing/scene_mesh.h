@@ -16,6 +16,9 @@
 
 namespace lumatlas {
 
+// What a mesh is made of.
+enum class MeshSource { points, depth_images };
+
 struct SceneMeshOptions {
   std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see read_scene_points()
   PictureFolders pictures;                      // photographs, whose sizes are looked at
@@ -64,6 +67,7 @@ using StageProgress = std::function<std::function<void(std::size_t)>(const std::
 // Of depth images if the scene has them and no points are asked for. The same mesh for the same scene. Throws
 // InputError, also where the points make no surface.
 [[nodiscard]] SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
-                                        const StageProgress& progress);
+                                        const StageProgress& progress,
+                                        const std::function<void(MeshSource)>& chosen = {});
 
 }  // namespace lumatlas

@@ -303,6 +303,17 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "0"},
       {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "101"},
       {"inspect", made().model, "--mesh", "mesh.ply"},
+      {"inspect", made().model, "--cell-size", "1"},
+      {"inspect", made().model, "--partition", "grid"},
+      {"mesh", made().scene, "-o", out + ".ply", "--voxel", "0.1"},
+      {"mesh", made().scene, "-o", out + ".ply", "--most-faces", "500"},
+      {"mesh", made().scene, "-o", out + ".ply", "--depth-unit", "0.001"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--gutter", "2"},
+      {"build", made().scene, "-o", out, "--layout", "layers", "--texels", "bc7"},
+      {"build", made().scene, "-o", out, "--refine", "none", "--white-balance"},
+      {"build", made().scene, "-o", out, "--refine", "exposure", "--prior", "1"},
+      {"build", made().scene, "-o", out, "--refine", "none", "--max-move", "0.1"},
+      {"render", made().model, "-o", out, "--orbit", "--no-color-bar"},
       {"build", made().scene, "-o", out, "--max-views", "-3"},
       {"build", made().scene, "-o", out, "--max-views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
@@ -571,7 +582,7 @@ TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of t
   CHECK(options_beside(folder / "some")["layout"] == "tiles");
   const std::uint64_t less = all["gpu"]["sum"].get<std::uint64_t>() - all["gpu"]["colors"].get<std::uint64_t>() / 2;
   CHECK(build("bytes", {"--tile", "16", "--gutter", "2", "--budget", std::to_string(less)})["gpu"]["sum"] <= less);
-  build("layers", {"--layout", "layers", "--gutter", "2"});
+  build("layers", {"--layout", "layers"});
   const auto score = [&](const std::string& name) {
     const Outcome outcome = lumatlas_here({"validate", (folder / name).string(), "--views", made().scene, "--hold", "3",
                                            "--baselines", "none", "--no-alignment", "--json", "--quiet"});
