@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/final_names.h"
 
 namespace lumatlas {
 
@@ -45,7 +46,9 @@ std::unique_ptr<TemporaryEntry> temporary_beside(const fs::path& target) {
 
 }  // namespace
 
-PendingFile::PendingFile(fs::path target) : target_(std::move(target)), temporary_(temporary_beside(target_)) {}
+PendingFile::PendingFile(fs::path target) : target_(std::move(target)), temporary_(temporary_beside(target_)) {
+  note_final_name(path(), target_);
+}
 
 void PendingFile::commit(Durability durability) {
   const auto code = [] { return std::error_code(errno, std::generic_category()).message(); };
@@ -56,6 +59,7 @@ void PendingFile::commit(Durability durability) {
     fs::rename(path(), target_, error);
     if (error) refuse(target_, error.message());
     temporary_->release();
+    forget_final_name(path());
   }
   if (durability == Durability::on_disk && !sync_to_disk(folder_of(target_))) refuse(target_, code());
 }

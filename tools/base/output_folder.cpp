@@ -16,9 +16,10 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/final_names.h"
 #include "tools/base/interrupt.h"
-#include "tools/base/strict_json.h"
 #include "tools/base/process_limits.h"
+#include "tools/base/strict_json.h"
 
 namespace lumatlas {
 
@@ -232,6 +233,7 @@ OutputFolder::OutputFolder(const fs::path& path, std::string command)
     remove_parents(made_parents_);
     refuse(target_, "cannot be made", error.code());
   }
+  note_final_name(temporary_->path(), target_);
 }
 
 OutputFolder::~OutputFolder() {
@@ -251,6 +253,7 @@ void OutputFolder::put_in_place() {
       swap_folders_by_renaming(temporary_->path(), target_);
     }
     committed_ = true;
+    forget_final_name(temporary_->path());
   }
   if (!replaces) return;
   std::error_code error;

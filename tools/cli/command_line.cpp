@@ -5,14 +5,15 @@
 #include <exception>
 #include <iostream>
 #include <memory>
-#include <new>
 #include <string>
-#include <system_error>
+#include <vector>
 
+#include "tools/base/error_sentence.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/process_limits.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/nearest_name.h"
+#include "tools/cli/option_rules.h"
 
 namespace lumatlas {
 
@@ -24,6 +25,15 @@ int fail(std::string sentence) {
   std::replace_if(sentence.begin(), sentence.end(), is_control, ' ');
   std::cerr << "lumatlas: " << sentence << '\n';
   return 1;
+}
+
+// The long names of the options of the command that was given.
+std::vector<std::string> option_names(const CLI::App& program) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands()) {
+    for (const CLI::Option* option : command->get_options()) names.push_back(option->get_name());
+  }
+  return names;
 }
 
 }  // namespace
@@ -54,21 +64,15 @@ int run_command_line(int argc, const char* const* argv) {
     }
     return 0;
   } catch (const CLI::ParseError& error) {
-    if (program.exit(error) == 0) return 0;
+    const std::string sentence = with_option_name(error.what(), option_names(program));
+    const bool renamed = sentence != error.what();
+    if ((renamed ? program.exit(CLI::ValidationError(sentence)) : program.exit(error)) == 0) return 0;
     if (const std::string meant = suggestion(program, argc, argv); !meant.empty()) std::cerr << meant << '\n';
     return 2;
   } catch (const Interrupted&) {
     throw;
-  } catch (const std::bad_alloc&) {
-    return fail("out of memory: use fewer or smaller photographs (--max-views), or a smaller mesh");
-  } catch (const std::system_error& error) {
-    if (error.code() == std::errc::resource_unavailable_try_again) {
-      return fail(
-          "no more threads can be started: raise the limits of processes and memory (`ulimit -u`, `ulimit -v`)");
-    }
-    return fail(error.what());
   } catch (const std::exception& error) {
-    return fail(error.what());
+    return fail(error_sentence(error));
   }
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "mesh/base/freed_memory.h"
+#include "tools/base/error_sentence.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/standard_streams.h"
 #include "tools/cli/command_line.h"
@@ -22,7 +23,7 @@ int main(int argc, char** argv) {
   } catch (const lumatlas::Interrupted& interrupted) {
     lumatlas::die_of(interrupted);
   } catch (const std::exception& error) {
-    std::cerr << "lumatlas: " << error.what() << '\n';
+    std::cerr << "lumatlas: " << lumatlas::error_sentence(error) << '\n';
     return 1;
   }
 }

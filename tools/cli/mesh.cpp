@@ -19,6 +19,7 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
 #include "tools/cli/stage_bars.h"
+#include "tools/meshing/length_text.h"
 #include "tools/meshing/scene_mesh.h"
 
 namespace lumatlas {
@@ -95,7 +96,7 @@ std::string source_text(const SceneMesh& made) {
            made.points_file.string() + '\n';
   }
   const DepthFacts& depth = *made.depth;
-  return "from " + std::to_string(depth.images) + " depth images in voxels of " + number_text(depth.voxel, 5) +
+  return "from " + std::to_string(depth.images) + " depth images in voxels of " + length_text(depth.voxel) +
          " scene units, " + number_text(depth.voxel_px, 1) + " of their pixels\n  " + percent_text(depth.confirmed) +
          " of the depths in sight of another depth image are confirmed by it; " + std::to_string(depth.removed_pieces) +
          " small pieces of " + std::to_string(depth.removed_faces) + " faces were left out\n";

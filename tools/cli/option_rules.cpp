@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <regex>
 #include <system_error>
 
 #include "mesh/base/text_fields.h"
@@ -185,6 +186,22 @@ CLI::Validator byte_size() {
     return {};
   };
   return {to_bytes, ""};
+}
+
+std::string with_option_name(const std::string& sentence, const std::vector<std::string>& options) {
+  static const std::regex kPattern(R"(^(?:[a-z ]+: )?([a-z_.]+)(?: is |: )([^ ].*)$)");
+  std::smatch match;
+  if (!std::regex_match(sentence, match, kPattern)) return sentence;
+  std::string field = match[1];
+  field.erase(0, field.rfind('.') + 1);  // npos + 1 is 0
+  std::replace(field.begin(), field.end(), '_', '-');
+  std::string meant;
+  for (const std::string& option : options) {
+    const std::string name = option.substr(std::min<std::size_t>(2, option.size()));
+    const bool begins = option.starts_with("--") && (field + '-').starts_with(name + '-');
+    if (begins && option.size() > meant.size()) meant = option;
+  }
+  return meant.empty() ? sentence : meant + ": " + match[2].str();
 }
 
 }  // namespace lumatlas

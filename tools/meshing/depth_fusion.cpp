@@ -18,7 +18,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/number_text.h"
+#include "tools/meshing/length_text.h"
 
 namespace lumatlas {
 namespace {
@@ -388,9 +388,9 @@ double enlargement(std::size_t blocks, std::size_t most) {
 
 [[noreturn]] void refuse_blocks(std::size_t blocks, const FusionOptions& options) {
   const auto mebibytes = [](std::size_t of) { return std::to_string(of * kVoxels * sizeof(Voxel) >> 20U) + " MiB"; };
-  throw InputError("voxels of " + number_text(options.voxel) + " would take " + mebibytes(blocks) +
+  throw InputError("voxels of " + length_text(options.voxel) + " would take " + mebibytes(blocks) +
                    " or more, at most " + mebibytes(options.max_blocks) + " may be: voxels of " +
-                   number_text(options.voxel * enlargement(blocks, options.max_blocks), 4) + " take about so much");
+                   length_text(options.voxel * enlargement(blocks, options.max_blocks)) + " take about so much");
 }
 
 }  // namespace

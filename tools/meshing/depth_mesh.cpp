@@ -18,6 +18,7 @@
 #include "mesh/repair.h"
 #include "tools/meshing/depth_agreement.h"
 #include "tools/meshing/depth_fusion.h"
+#include "tools/meshing/length_text.h"
 #include "tools/meshing/scene_depth.h"
 #include "tools/meshing/small_pieces.h"
 
@@ -163,6 +164,15 @@ TriangleSoup soup_of(const Mesh& mesh, const glm::dvec3& offset) {
   return soup;
 }
 
+std::string why_nothing_is_measured(const std::vector<SceneDepth>& depths) {
+  std::size_t above_zero = 0;
+  for (const SceneDepth& depth : depths) above_zero += pixels_above_zero(depth);
+  if (above_zero == 0) return "has measured anything, all of their pixels are 0";
+  return "shows a surface: " + std::to_string(above_zero) +
+         " of their pixels are above 0, but none has a measured neighbour beside it and one above or below it at a "
+         "depth like its own";
+}
+
 class DepthMesher {
  public:
   DepthMesher(SceneViews scene, const SceneMeshOptions& options, const StageProgress& progress)
@@ -190,7 +200,7 @@ class DepthMesher {
     samples_ = sample_depths(count, source(), kSamples, tick);
     if (samples_.positions.empty()) {
       throw InputError(scene_.depths.front().file.string() + ": neither it nor another of the " +
-                       std::to_string(count) + " depth images has measured anything, all of them are 0");
+                       std::to_string(count) + " depth images " + why_nothing_is_measured(scene_.depths));
     }
     agreement_ = depth_agreement(samples_, count, source(), tick);
     const std::string broken = contradiction(scene_, samples_, agreement_);
@@ -217,7 +227,7 @@ class DepthMesher {
     const RemovedPieces removed = remove_small_pieces(fusion.surface, kFewestFaces);
     if (fusion.surface.faces.empty()) {
       throw InputError(scene_.root.string() + ": its " + std::to_string(scene_.depths.size()) +
-                       " depth images make no surface in voxels of " + number_text(fusion.voxel, 4) +
+                       " depth images make no surface in voxels of " + length_text(fusion.voxel) +
                        " scene units: name another size with --voxel");
     }
     const double footprint = median_of(samples_.pixel_width);

@@ -145,4 +145,10 @@ DepthImage read_depth(const SceneDepth& depth) {
   return result;
 }
 
+std::size_t pixels_above_zero(const SceneDepth& depth) {
+  const GreyImage image = read_grey_image(depth.file);
+  return static_cast<std::size_t>(
+      std::count_if(image.values.begin(), image.values.end(), [](auto value) { return value > 0; }));
+}
+
 }  // namespace lumatlas

@@ -64,8 +64,9 @@ struct SceneMesh {
 // steps done since the last call, from any thread. What that throws ends the work.
 using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;
 
-// Of depth images if the scene has them and no points are asked for. The same mesh for the same scene. Throws
-// InputError, also where the points make no surface.
+// Of depth images if the scene has them and no points are asked for. The same mesh for the same scene. `chosen`, if
+// there is one, is called with what the mesh is made of before any work is done, and what it throws is thrown on.
+// Throws InputError, also where the points make no surface.
 [[nodiscard]] SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                                         const StageProgress& progress,
                                         const std::function<void(MeshSource)>& chosen = {});

@@ -29,6 +29,16 @@ void throw_signals() {
   if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }
 
+bool truth_of(const py::object& answer) {
+  try {
+    return answer.cast<bool>();
+  } catch (const py::cast_error&) {
+    throw py::type_error("progress: has returned a value of type " +
+                         py::type::of(answer).attr("__name__").cast<std::string>() +
+                         ", must return None, True or False");
+  }
+}
+
 // Calls `progress`, which may be None, with the stage, the steps done and their number; False ends the build.
 BuildCallback callback_of(const py::object& progress) {
   return [progress](const BuildProgress& build) {
@@ -36,7 +46,7 @@ BuildCallback callback_of(const py::object& progress) {
     throw_signals();
     if (progress.is_none()) return true;
     const py::object answer = progress(build.stage, build.done, build.total);
-    return answer.is_none() || answer.cast<bool>();
+    return answer.is_none() || truth_of(answer);
   };
 }
 

@@ -90,7 +90,7 @@ TEST_CASE("pictures, models and scenes that a disk does not take to the end are 
     CHECK(outcome.out.empty());
     std::string said = outcome.err;
     while (said.starts_with("warning: ")) said.erase(0, said.find('\n') + 1);  // of the scene
-    CHECK_THAT(said, Catch::StartsWith("lumatlas: "));
+    CHECK_THAT(said, Catch::StartsWith("lumatlas: ") && Catch::Contains(out) && !Catch::Contains(".lumatlas-"));
     CHECK(names_in(folder.path()).empty());
   }
 }
@@ -183,6 +183,32 @@ TEST_CASE("where standard output takes no result, the output that is complete st
     CHECK(fs::exists(output));
     fs::remove_all(output);
     CHECK(names_in(folder.path()).empty());
+  }
+}
+
+TEST_CASE("paths that lead in a circle are named, with the system's reason") {
+  const TemporaryFolder folder;
+  const fs::path loop = folder / "loop";
+  fs::create_symlink(loop, loop);
+  const std::string below = (loop / "below").string();
+  const std::vector<Arguments> runs{
+      {"validate", below, "--views", made().scene, "--quiet"},
+      {"inspect", below, "--quiet"},
+      {"render", below, "--orbit", "-o", (folder / "out").string(), "--quiet"},
+      {"export", below, "-o", (folder / "out.glb").string(), "--quiet"},
+      {"build", made().scene, "-o", below, "--quiet"},
+      {"build", below, "-o", (folder / "out").string(), "--quiet"},
+      {"build", made().scene, "--mesh", below, "-o", (folder / "out").string(), "--quiet"},
+      {"capture", made().scene + "/images", "-o", below, "--quiet"},
+      {"capture", made().scene + "/images", "-o", (folder / "out").string(), "--work", below, "--quiet"},
+      {"capture", below, "-o", (folder / "out").string(), "--quiet"},
+      {"mesh", below, "-o", (folder / "out.ply").string(), "--quiet"},
+  };
+  for (const Arguments& arguments : runs) {
+    CAPTURE(arguments);
+    const Outcome outcome = lumatlas(arguments);
+    check_failure(outcome, loop.string());
+    CHECK_THAT(outcome.err, !Catch::Contains("filesystem error"));
   }
 }
 

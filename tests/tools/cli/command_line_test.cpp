@@ -482,6 +482,14 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
         "--ideal-distance: -1e-9 is not a finite number of 0 or more");
   CHECK(complaint({"build", made().scene, "-o", out, "--texels", "bc1"}) == "--texels: bc1 is not auto, rgb8 or bc7");
   CHECK(complaint({"build", made().scene, "-o", out, "--tile", "12"}) == "--tile: 12 is not a multiple of 8");
+  CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--spacing", "2000"}) ==
+        "--spacing: 2000, must be in [0, 1000]");
+  CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--sure-views", "-1"}) ==
+        "--sure-views: -1, must be in [0.1, 1000]");
+  CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--voxel", "1"}) ==
+        "--voxel: is for depth images, and this mesh is made of points");
+  CHECK(complaint({"synth", "lab", "-o", out, "--fov", "500"}) == "--fov: 500, must be in (0, 170]");
+  CHECK(complaint({"synth", "lab", "-o", out, "--holes", "2"}) == "--holes: 2, must be in [0, 0.95]");
   CHECK(complaint({"render", made().model, "-o", out, "--path", ""}) == "--path: is empty, must be a name");
   CHECK(complaint({"render", made().model, "-o", out}) ==
         "--views, --path, --orbit, --walk or --hilbert: must be given once, to say from where");

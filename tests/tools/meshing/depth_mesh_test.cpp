@@ -14,6 +14,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <iomanip>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@
 #include "mesh/camera.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/meshing/length_text.h"
 #include "tools/meshing/scene_mesh.h"
 
 namespace lumatlas {
@@ -329,6 +331,30 @@ TEST_CASE("depths of low confidence are left out, and a picture of confidence th
                     file.string() + ": is 5x4 pixels, must have the size of its depth image, 56x42");
 }
 
+TEST_CASE("what a mesh is made of is told before any work is done, and what is thrown then is thrown on") {
+  const TemporaryFolder folder;
+  write_polycam(folder.path());
+  std::size_t stages = 0;
+  const StageProgress count = [&](const std::string&, std::size_t) {
+    ++stages;
+    return [](std::size_t) {};
+  };
+  const auto refuse = [](MeshSource source) {
+    throw std::runtime_error(source == MeshSource::depth_images ? "of depth images" : "of points");
+  };
+  CHECK_THROWS_WITH(mesh_from_scene(folder.path(), {}, count, refuse), "of depth images");
+  SceneMeshOptions options;
+  options.points = folder.with_file("points.ply", "ply\n");
+  CHECK_THROWS_WITH(mesh_from_scene(folder.path(), options, count, refuse), "of points");
+  CHECK(stages == 0);
+}
+
+TEST_CASE("a length is told in four significant digits, whatever its size") {
+  CHECK(length_text(0.00001234567) == "1.235e-05");
+  CHECK(length_text(0.0123456) == "0.01235");
+  CHECK(length_text(12.5) == "12.5");
+}
+
 TEST_CASE("a voxel that is asked for is taken") {
   const TemporaryFolder folder;
   write_transforms(folder.path());
@@ -372,7 +398,15 @@ TEST_CASE("a depth image that cannot be used is named, with what is wrong with i
   for (const auto& entry : fs::directory_iterator(folder / "keyframes/depth")) {
     write_grey(entry.path(), 56, 42, std::vector<std::uint16_t>(56 * 42, 0));
   }
-  CHECK_THAT(complaint(), Catch::Contains("has measured anything, all of them are 0"));
+  CHECK_THAT(complaint(), Catch::Contains("has measured anything, all of their pixels are 0"));
+  // What was measured and cannot be used is not called 0.
+  std::vector<std::uint16_t> alone(56 * 42, 0);
+  alone[1000] = 1500;
+  for (const auto& entry : fs::directory_iterator(folder / "keyframes/depth")) {
+    write_grey(entry.path(), 56, 42, alone);
+  }
+  CHECK_THAT(complaint(), Catch::Contains("shows a surface: 20 of their pixels are above 0, but none has a measured "
+                                          "neighbour beside it"));
 }
 
 TEST_CASE("a depth image that transforms.json names and that is not there is named") {

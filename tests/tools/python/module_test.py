@@ -191,6 +191,43 @@ class Module(unittest.TestCase):
             with self.assertRaises(TypeError):
                 call()
 
+    def test_every_exception_says_something(self):
+        def told(call):
+            with self.assertRaises(Exception) as caught:
+                call()
+            sentence = str(caught.exception)
+            self.assertGreater(len(sentence), 10, repr(caught.exception))
+            self.assertNotRegex(sentence, r"Unable to cast|filesystem error|std::|\.lumatlas-|json\.exception")
+            return sentence
+
+        self.assertIn("returned a value of type str, must return None, True or False",
+                      told(lambda: lumatlas.build(self.scene, "other", progress=lambda *step: "yes")))
+        loop = self.folder / "loop"
+        loop.symlink_to(loop)
+        not_utf8 = os.fsdecode(b"not-\xff-utf8")
+        for path in (loop, loop / "below", "", "x" * 5000, "/proc/self/mem", "/root/../proc/1/x", not_utf8, "\0"):
+            with self.subTest(path=path):
+                told(lambda: lumatlas.load_scene(path))
+                told(lambda: lumatlas.open_model(path))
+                told(lambda: lumatlas.load_scene("office", images=path))
+                told(lambda: lumatlas.load_scene("office", masks=path))
+                told(lambda: lumatlas.build(self.scene, "other", mesh=path))
+                told(lambda: lumatlas.make_mesh(self.scene, "other.ply", points=path))
+        for path in (loop, "", "x" * 5000, "/proc/self/x", "\0"):
+            with self.subTest(output=path):
+                told(lambda: lumatlas.build(self.scene, path))
+                told(lambda: lumatlas.make_mesh(self.scene, path))
+        told(lambda: self.scene.photograph(not_utf8))
+        told(lambda: self.scene.held_out(0))
+        told(lambda: lumatlas.build(self.scene, "other", max_views=0))
+        told(lambda: lumatlas.build(self.scene, "other", hold=2, block=2 ** 62))
+        told(lambda: lumatlas.Camera(64, 48, float("nan")))
+        told(lambda: lumatlas.Camera(64, 48, 50, cam_from_world=[["a"] * 4] * 4))
+        told(lambda: lumatlas.Camera(64, 48, 50, cam_from_world=np.zeros((4, 4))))
+        told(lambda: lumatlas.Camera.looking_at((0, 0, 0), (0, 0, 0), (0, 0, 1), 8, 8))
+        told(lambda: lumatlas.validate(self.model, self.scene, baselines={"x"}))
+        told(lambda: self.camera().scaled_to(0, 0))
+
     def test_a_build_can_be_stopped(self):
         with self.assertRaisesRegex(RuntimeError, "stopped by its caller"):
             lumatlas.build(self.scene, "stopped", progress=lambda stage, done, total: done < 3)
