@@ -151,6 +151,7 @@ class SiteWriter {
  private:
   void put(SiteFile file, std::uint64_t& bytes) {
     bytes += file.bytes.size();
+    sizes_[file.name] = file.bytes.size();
     put_(std::move(file));
   }
   // Without a history: returns the name, which says what the file holds.
@@ -204,6 +205,7 @@ class SiteWriter {
   SiteHistory* history_;            // null: the site is written once
   std::vector<std::string> names_;  // with a history, of all files of its version
   std::vector<ViewNames> views_;    // without a history, of those that were written, by slot
+  json sizes_ = json::object();     // bytes of the files that were put, by name
   std::uint32_t tile_px_ = 0, scaled_tile_px_ = 0;
   SiteFacts facts_;
 };
@@ -461,6 +463,7 @@ SiteFile SiteWriter::scene_file(const Described& described) const {
       {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
       {"first_view", first_view()},
       {"poster", described.poster},
+      {"bytes", sizes_},  // so that a page knows a file that was cut short
       {"views", std::move(views)}};
   return compact_json("scene.json", scene);
 }

@@ -121,6 +121,13 @@ TEST_CASE("what is never to be had is replaced by the next best, and told") {
   }
 }
 
+TEST_CASE("a manifest says how many bytes the files have") {
+  std::vector<SiteFile> files = site_files();
+  const json bytes = parsed(file_named(files, "scene.json"))["bytes"];
+  CHECK(bytes.size() > 3 * kSiteViews);
+  for (const auto& [name, size] : bytes.items()) CHECK(file_named(files, name).bytes.size() == size);
+}
+
 TEST_CASE("a page whose site was written anew shows the new site") {
   std::vector<SiteFile> files = sites_and_test("network_test.html", {"old"});
   // An intermediate cache answers with the old manifest, which names a file that is gone, until it is asked anew.

@@ -16,6 +16,7 @@ export async function loadScene(files, anew = false) {
   if (scene.format !== FORMAT) {
     throw new Error(`scene.json has the format ${scene.format}, this page reads ${FORMAT}: export the model again`);
   }
+  Object.assign(files.sizes, scene.bytes);
   return scene;
 }
 

@@ -88,6 +88,7 @@ export interface Scene {
   photographed: {cosine: number; enlargement: number; share: number};
   first_view: number;
   poster: string | null;
+  bytes?: Record<string, number>;  // of files, by name; of a model that changes, of those that are new in this version
   views: (View | null)[];  // by view slot
 }
 
