@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -19,6 +20,8 @@
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/save_model.h"
 #include "tools/scene/colmap.h"
+#include "tools/scene/scene.h"
+#include "tools/scene/scene_list.h"
 
 namespace lumatlas {
 
@@ -51,14 +54,48 @@ void open_work_folder(const fs::path& work, const fs::path& record) {
   if (error) throw InputError(work.string() + ": cannot be made (" + error.message() + ")");
 }
 
-// Makes the work folder a scene that finds its photographs.
-void link_photographs(const fs::path& work, const fs::path& photographs) {
-  const fs::path link = work / "images";
+// Makes `link` a link to the folder; an empty `target` removes it.
+void put_link(const fs::path& link, const fs::path& target) {
   std::error_code error;
-  if (fs::is_symlink(link) && fs::read_symlink(link, error) == photographs) return;
+  if (!target.empty() && fs::is_symlink(link) && fs::read_symlink(link, error) == target) return;
   fs::remove(link, error);
-  if (!error) fs::create_directory_symlink(photographs, link, error);
-  if (error) throw InputError(link.string() + ": cannot be linked to the photographs (" + error.message() + ")");
+  if (!error && !target.empty()) fs::create_directory_symlink(target, link, error);
+  if (error)
+    throw InputError(link.string() + ": cannot be linked to " + target.string() + " (" + error.message() + ")");
+}
+
+// Absolute and without links; empty: no masks were given. Throws InputError where there is no such folder.
+fs::path folder_of_masks(const CaptureOptions& options) {
+  if (!options.masks) return {};
+  std::error_code error;
+  fs::path folder = fs::canonical(*options.masks, error);
+  if (error || !fs::is_directory(folder, error))
+    throw InputError(options.masks->string() + ": no such folder of masks");
+  return folder;
+}
+
+// The photographs of a folder, without the masks, which may lie in it.
+CapturedPhotographs photographs_beside_masks(const fs::path& folder, const fs::path& masks) {
+  CapturedPhotographs photographs = find_photographs(folder);
+  if (masks.empty()) return photographs;
+  std::erase_if(photographs.names,
+                [&](const std::string& name) { return is_within((photographs.folder / name).parent_path(), masks); });
+  return photographs;
+}
+
+// The mask of each photograph that has one, by the photograph's name.
+std::map<std::string, fs::path> masks_by_photograph(const fs::path& folder, const CapturedPhotographs& photographs) {
+  std::map<std::string, fs::path> masks;
+  if (folder.empty()) return masks;
+  for (const std::string& name : photographs.names) {
+    SceneView view;
+    view.name = name;
+    if (const std::optional<fs::path> mask = mask_of(view, folder)) masks.emplace(name, *mask);
+  }
+  if (!masks.empty()) return masks;
+  const std::string first = photographs.names.empty() ? "NAME.jpg" : photographs.names.front();
+  throw InputError(folder.string() + ": has a mask of none of the " + std::to_string(photographs.names.size()) +
+                   " photographs; that of " + first + " would be " + first + ".png");
 }
 
 void remove_all_of(const fs::path& path) {
@@ -127,7 +164,9 @@ class Capture {
  public:
   Capture(const fs::path& photographs, const fs::path& work, const fs::path& model, const CaptureOptions& options,
           const CaptureListener& listener)
-      : photographs_(find_photographs(photographs)),
+      : mask_folder_(folder_of_masks(options)),
+        photographs_(photographs_beside_masks(photographs, mask_folder_)),
+        masks_(masks_by_photograph(mask_folder_, photographs_)),
         work_(fs::weakly_canonical(work)),
         model_(fs::weakly_canonical(model)),
         options_(options),
@@ -136,7 +175,8 @@ class Capture {
     check_outside(model_, photographs_.folder);
     open_work_folder(work_, work_ / kRecord);
     record_.emplace(work_ / kRecord);
-    link_photographs(work_, photographs_.folder);
+    put_link(work_ / "images", photographs_.folder);
+    put_link(work_ / "masks", mask_folder_);
     result_.photographs = photographs_.names.size();
   }
 
@@ -193,7 +233,9 @@ class Capture {
   // that it has looked at already.
   static bool only_adds(const json& before, const json& now) {
     if (!before.is_object() || before.value("folder", json()) != now["folder"]) return false;
-    if (before.value("gpu", json()) != now["gpu"]) return false;
+    for (const char* const key : {"gpu", "masks"}) {
+      if (before.value(key, json()) != now[key]) return false;
+    }
     const json known = before.value("photographs", json::object());
     for (const auto& [name, state] : known.items()) {
       if (now["photographs"].value(name, json()) != state) return false;
@@ -207,20 +249,55 @@ class Capture {
     if (!fs::exists(database, ignored)) record_->forget("features");
     const json inputs{{"folder", photographs_.folder.string()},
                       {"photographs", states_of(photographs_)},
-                      {"gpu", options_.colmap.use_gpu}};
-    const bool keeps_database = only_adds(record_->inputs("features"), inputs);
+                      {"gpu", options_.colmap.use_gpu},
+                      {"masks", states_of_masks()}};
+    const bool keeps_database = only_adds(record_->inputs("features"), kept_json(inputs));
     step("features", std::to_string(photographs_.names.size()) + " photographs" + log_of("features"), inputs, {}, [&] {
       const ColmapProgram colmap(work_);
       if (!keeps_database) remove_database(database);
-      const bool one_lens = of_one_lens(photographs_);
-      say(one_lens ? "  taken as of one lens: they tell the same size and camera"
-                   : "  taken as of several lenses: their sizes or cameras differ");
-      colmap.extract_features(photographs_, one_lens, options_.colmap, bar("features"));
+      const std::vector<std::vector<std::string>> lenses = names_by_lens(photographs_);
+      say(lenses_text(lenses));
+      colmap.extract_features(photographs_, lenses, masks_for_colmap(), options_.colmap, bar("features"));
     });
   }
 
+  static std::string lenses_text(const std::vector<std::vector<std::string>>& lenses) {
+    constexpr std::size_t kMostTold = 4;
+    if (lenses.size() == 1) return "  taken as of one lens: they tell the same size and camera";
+    std::string text =
+        "  taken as of " + std::to_string(lenses.size()) + " lenses, for their sizes or cameras differ: ";
+    for (std::size_t i = 0; i < std::min(lenses.size(), kMostTold); ++i) {
+      text += (i == 0 ? "" : ", ") + std::to_string(lenses[i].size()) + " like " + lenses[i].front();
+    }
+    return text + (lenses.size() > kMostTold ? " and others" : "");
+  }
+
+  // Name, size and time of each mask, by its photograph; null: there are none.
+  [[nodiscard]] json states_of_masks() const {
+    json states;
+    for (const auto& [name, mask] : masks_) states[name] = {{"file", mask.string()}, {"state", file_state(mask)}};
+    return states;
+  }
+
+  // A folder of links, for COLMAP knows one name for a mask: NAME.jpg.png. Empty: there are no masks.
+  [[nodiscard]] fs::path masks_for_colmap() const {
+    fs::path folder = work_ / "colmap-masks";
+    remove_all_of(folder);
+    if (masks_.empty()) return {};
+    for (const auto& [name, mask] : masks_) {
+      const fs::path link = folder / (name + ".png");
+      fs::create_directories(link.parent_path());
+      fs::create_symlink(mask, link);
+    }
+    return folder;
+  }
+
+  [[nodiscard]] bool is_exhaustive() const {
+    return matching_for(result_.photographs, options_.colmap.matching) == Matching::exhaustive;
+  }
+
   void match() {
-    const bool exhaustive = matching_for(result_.photographs, options_.colmap.matching) == Matching::exhaustive;
+    const bool exhaustive = is_exhaustive();
     step(
         "matching",
         (exhaustive ? "each photograph with each" : "each photograph with its neighbours by name") + log_of("matching"),
@@ -237,7 +314,7 @@ class Capture {
       remove_all_of(work_ / "sparse");
       fs::create_directories(all);
       fs::create_directories(model.parent_path());
-      ColmapProgram(work_).map(photographs_, bar("mapping"));
+      ColmapProgram(work_).map(photographs_, is_exhaustive(), bar("mapping"));
       fs::path largest;
       const std::vector<fs::path> found = reconstructions_in(all, largest);
       if (found.empty()) {
@@ -269,14 +346,18 @@ class Capture {
 
   void mesh() {
     const fs::path file = work_ / "mesh.ply";
-    step("mesh", "from the points and the photographs that saw them",
-         {{"program", LUMATLAS_VERSION}, {"spacing", options_.mesh.spacing_px}}, std::array{file}, [&] {
-           AtomicFile output(file);
-           const SceneMesh made = mesh_from_scene(work_, options_.mesh, listener_.stage ? listener_.stage : no_stage());
-           write_ply(output.stream(), made.surface);
-           output.commit();
-           result_.warnings = made.warnings;
-         });
+    json inputs{{"program", LUMATLAS_VERSION}, {"spacing", options_.mesh.spacing_px}};
+    if (const auto& points = options_.mesh.points) {
+      inputs["points"] = {{"file", fs::absolute(*points).string()}, {"state", file_state(*points)}};
+    }
+    const std::string points = options_.mesh.points ? options_.mesh.points->string() : "the points";
+    step("mesh", "from " + points + " and the photographs that saw them", inputs, std::array{file}, [&] {
+      AtomicFile output(file);
+      const SceneMesh made = mesh_from_scene(work_, options_.mesh, listener_.stage ? listener_.stage : no_stage());
+      write_ply(output.stream(), made.surface);
+      output.commit();
+      result_.warnings = made.warnings;
+    });
   }
 
   [[nodiscard]] static StageProgress no_stage() {
@@ -292,7 +373,8 @@ class Capture {
             {"hold", hold},
             {"max_views", build.max_views.value_or(0)},
             {"image", ending(options_.photographs.format)},
-            {"quality", options_.photographs.quality}};
+            {"quality", options_.photographs.quality},
+            {"masks", states_of_masks()}};
   }
 
   void build() {
@@ -308,9 +390,22 @@ class Capture {
     });
     const json plan = read_model_notes(model_).plan;
     result_.summary = plan.is_object() ? plan.value("summary", json()) : json();
+    name_outliers(plan.is_object() ? plan.value("views", json::array()) : json::array());
   }
 
+  void name_outliers(const json& views) {
+    for (const json& view : views) {
+      if (view.value("decision", "") == "outlier") result_.outliers.push_back(view.value("name", ""));
+    }
+    if (result_.outliers.empty()) return;
+    std::string names;
+    for (const std::string& name : result_.outliers) names += (names.empty() ? "" : ", ") + name;
+    say("  left out, because they agree with none of the others: " + names);
+  }
+
+  fs::path mask_folder_;  // empty: none was given
   CapturedPhotographs photographs_;
+  std::map<std::string, fs::path> masks_;  // by photograph
   fs::path work_, model_;
   const CaptureOptions& options_;
   const CaptureListener& listener_;

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,8 +19,9 @@ namespace lumatlas {
 
 struct CaptureOptions {
   ColmapOptions colmap;
-  SceneMeshOptions mesh;  // points and pictures are the capture's own
-  BuildOptions build;     // mesh and pictures too
+  std::optional<std::filesystem::path> masks;  // folder: NAME.png or NAME.jpg.png, black where NAME.jpg is not used
+  SceneMeshOptions mesh;                       // pictures are the capture's own; `points`: in COLMAP's coordinates
+  BuildOptions build;                          // mesh and pictures too
   ImageCoding photographs;
 };
 
@@ -44,12 +46,13 @@ struct CaptureResult {
   std::vector<std::string> missed;  // those that COLMAP did not place, by name
   std::size_t reconstructions = 0;  // that do not hang together; the one of most photographs was taken
   std::vector<CaptureStep> steps;
+  std::vector<std::string> outliers;  // names of placed photographs that the build left out: they agree with no other
   std::vector<std::string> warnings;  // reasons not to trust the mesh, in sentences; none where it was made before
   nlohmann::json summary;             // of the build: tools/pipeline/build_summary.h
 };
 
 // Features, matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads:
-// images (a link to the photographs), sparse/0/, mesh.ply; beside these stand COLMAP's database, its other
+// images (a link to the photographs), masks (another one, with options.masks), sparse/0/, mesh.ply; beside these stand COLMAP's database, its other
 // reconstructions, its logs, and capture.json, which tells what is done. A step whose inputs (names, sizes and times of
 // files, options, the steps before) and outputs are as an earlier run left them is passed over; features and matching
 // that were broken off, or have got more photographs, go on where they were.

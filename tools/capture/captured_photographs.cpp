@@ -6,7 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <set>
+#include <map>
+#include <utility>
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
@@ -44,6 +45,19 @@ std::string lens_text(const fs::path& path) {
          std::to_string(spec.get_float_attribute("Exif:FocalLength"));
 }
 
+// COLMAP reads its list of photographs line by line, without the blanks around a name. The model that comes of them
+// holds names in JSON.
+void require_usable_name(const fs::path& folder, const std::string& name) {
+  const std::string place = (folder / name).string();
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  if (std::any_of(name.begin(), name.end(), is_control) || name.front() == ' ') {
+    throw InputError(place +
+                     ": its name holds a line break or begins with a blank, which COLMAP's list of photographs " +
+                     "cannot hold: rename it");
+  }
+  if (!is_utf8(name)) throw InputError(place + ": its name is not UTF-8, which a model needs: rename the photograph");
+}
+
 }  // namespace
 
 CapturedPhotographs find_photographs(const fs::path& folder) {
@@ -61,6 +75,7 @@ CapturedPhotographs find_photographs(const fs::path& folder) {
   }
   if (error) throw InputError(folder.string() + ": cannot be read (" + error.message() + ")");
   std::sort(result.names.begin(), result.names.end());
+  for (const std::string& name : result.names) require_usable_name(folder, name);
   if (result.names.size() >= 2) return result;
   throw InputError(folder.string() + ": holds " + std::to_string(result.names.size()) +
                    " photographs (.jpg, .png, .tif, .webp), at least two must be there, better twenty that overlap");
@@ -72,15 +87,24 @@ nlohmann::json states_of(const CapturedPhotographs& photographs) {
   return states;
 }
 
-bool of_one_lens(const CapturedPhotographs& photographs) {
-  std::set<std::string> lenses;
+std::vector<std::vector<std::string>> names_by_lens(const CapturedPhotographs& photographs) {
+  std::map<std::string, std::vector<std::string>> by_lens;
   for (const std::string& name : photographs.names) {
     throw_if_interrupted();
-    lenses.insert(lens_text(photographs.folder / name));
-    lenses.erase("");
-    if (lenses.size() > 1) return false;
+    by_lens[lens_text(photographs.folder / name)].push_back(name);
   }
-  return true;
+  std::vector<std::string> unreadable = std::move(by_lens[""]);
+  by_lens.erase("");
+  std::vector<std::vector<std::string>> lenses;
+  for (auto& [lens, names] : by_lens) lenses.push_back(std::move(names));
+  std::sort(lenses.begin(), lenses.end(), [](const auto& a, const auto& b) {
+    return a.size() != b.size() ? a.size() > b.size() : a.front() < b.front();
+  });
+  if (lenses.empty()) lenses.emplace_back();
+  std::vector<std::string>& most = lenses.front();
+  most.insert(most.end(), unreadable.begin(), unreadable.end());
+  std::sort(most.begin(), most.end());
+  return lenses;
 }
 
 }  // namespace lumatlas

@@ -12,12 +12,15 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/child_process.h"
+#include "tools/capture/colmap_log.h"
 
 namespace lumatlas {
 
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::streamoff kWholeLog = 1 << 24;
 
 // The end of a file, which another program may be writing.
 std::string last_bytes(const fs::path& file, std::streamoff count) {
@@ -28,15 +31,6 @@ std::string last_bytes(const fs::path& file, std::streamoff count) {
   std::ostringstream text;
   text << stream.rdbuf();
   return text.str();
-}
-
-std::string last_line(const std::string& text) {
-  std::istringstream lines(text);
-  std::string last;
-  for (std::string line; std::getline(lines, line);) {
-    if (line.find_first_not_of(" \t\r=") != std::string::npos) last = line;
-  }
-  return last;
 }
 
 // The last match of the pattern, if there is one.
@@ -137,28 +131,62 @@ void ColmapProgram::run(const std::string& step, const std::vector<std::string>&
   if (status == 0) return show_end(colmap_state(last_bytes(words, kTail), photographs), progress);
   const std::string how = status < 0 ? "was ended by signal " + std::to_string(-status)
                                      : "failed with exit status " + std::to_string(status);
-  const std::string said = last_line(last_bytes(words, kTail));
+  const std::string said = last_told(last_bytes(words, kTail));
   throw InputError("colmap " + arguments.front() + " " + how + (said.empty() ? "" : " and said '" + said + "'") +
                    ": see " + words.string());
 }
 
-void ColmapProgram::extract_features(const CapturedPhotographs& photographs, bool one_lens,
+std::vector<ColmapProgram::ListedNames> ColmapProgram::lists_of(const std::vector<std::vector<std::string>>& lenses) {
+  std::vector<ListedNames> lists;
+  ListedNames alone{{}, lenses.size() == 1};
+  for (const std::vector<std::string>& names : lenses) {
+    if (names.size() > 1) {
+      lists.push_back({names, true});
+    } else {
+      alone.names.insert(alone.names.end(), names.begin(), names.end());
+    }
+  }
+  if (!alone.names.empty()) lists.push_back(std::move(alone));
+  return lists;
+}
+
+void ColmapProgram::extract_features(const CapturedPhotographs& photographs,
+                                     const std::vector<std::vector<std::string>>& lenses, const fs::path& masks,
                                      const ColmapOptions& options, const ColmapProgress& progress) const {
-  const fs::path list = work_ / "photographs.txt";
-  std::string names;
-  for (const std::string& name : photographs.names) names += name + '\n';
-  write_whole_file(list, names);
-  std::vector<std::string> arguments{"feature_extractor",
-                                     "--database_path",
-                                     database(work_).string(),
-                                     "--image_path",
-                                     photographs.folder.string(),
-                                     "--image_list_path",
-                                     list.string(),
-                                     "--ImageReader.single_camera",
-                                     one_lens ? "1" : "0"};
-  add_gpu(help_of("feature_extractor"), options.use_gpu, arguments);
-  run("features", arguments, photographs.names.size(), progress);
+  const std::string help = help_of("feature_extractor");
+  const std::size_t all = photographs.names.size();
+  std::size_t before = 0;
+  FeatureCounts found;
+  for (const ListedNames& listed : lists_of(lenses)) {
+    const fs::path list = work_ / "photographs.txt";
+    std::string names;
+    for (const std::string& name : listed.names) names += name + '\n';
+    write_whole_file(list, names);
+    std::vector<std::string> arguments{"feature_extractor",
+                                       "--database_path",
+                                       database(work_).string(),
+                                       "--image_path",
+                                       photographs.folder.string(),
+                                       "--image_list_path",
+                                       list.string(),
+                                       "--ImageReader.single_camera",
+                                       listed.one_lens ? "1" : "0"};
+    if (!listed.one_lens) arguments.insert(arguments.end(), {"--ImageReader.single_camera_per_image", "1"});
+    if (!masks.empty()) arguments.insert(arguments.end(), {"--ImageReader.mask_path", masks.string()});
+    add_gpu(help, options.use_gpu, arguments);
+    run("features", arguments, listed.names.size(), [&](std::size_t done, std::size_t of) {
+      if (progress && of > 0) progress(before + done * listed.names.size() / of, all);
+    });
+    before += listed.names.size();
+    const FeatureCounts counts = feature_counts(last_bytes(log(work_, "features"), kWholeLog));
+    found.photographs += counts.photographs;
+    found.without_features += counts.without_features;
+  }
+  if (found.photographs == 0 || found.without_features < found.photographs) return;
+  throw InputError(photographs.folder.string() + ": COLMAP found nothing that can be told apart in any of the " +
+                   std::to_string(found.photographs) +
+                   " photographs: they are blank, blurred or masked out; take sharp ones of what has texture (see " +
+                   log(work_, "features").string() + ")");
 }
 
 void ColmapProgram::match(std::size_t photographs, const ColmapOptions& options, const ColmapProgress& progress) const {
@@ -173,11 +201,25 @@ void ColmapProgram::match(std::size_t photographs, const ColmapOptions& options,
   run("matching", arguments, photographs, progress);
 }
 
-void ColmapProgram::map(const CapturedPhotographs& photographs, const ColmapProgress& progress) const {
-  run("mapping",
-      {"mapper", "--database_path", database(work_).string(), "--image_path", photographs.folder.string(),
-       "--output_path", reconstructions(work_).string()},
-      photographs.names.size(), progress);
+void ColmapProgram::map(const CapturedPhotographs& photographs, bool exhaustive, const ColmapProgress& progress) const {
+  const auto fail_if_told = [&] {
+    const std::string why = why_no_reconstruction(last_bytes(log(work_, "mapping"), kWholeLog), exhaustive);
+    if (why.empty()) return;
+    throw InputError(photographs.folder.string() + ": COLMAP placed none of its " +
+                     std::to_string(photographs.names.size()) + " photographs: " + why + " (see " +
+                     log(work_, "mapping").string() + ")");
+  };
+  try {
+    run("mapping",
+        {"mapper", "--database_path", database(work_).string(), "--image_path", photographs.folder.string(),
+         "--output_path", reconstructions(work_).string()},
+        photographs.names.size(), progress);
+  } catch (const InputError&) {
+    fail_if_told();
+    throw;
+  }
+  std::error_code ignored;
+  if (fs::is_empty(reconstructions(work_), ignored)) fail_if_told();
 }
 
 }  // namespace lumatlas

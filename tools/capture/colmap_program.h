@@ -36,10 +36,16 @@ class ColmapProgram {
 
   // The three commands, each with its arguments beyond those that name files. They throw InputError, with the last
   // line that COLMAP wrote and its log, where COLMAP fails, and Interrupted, once it has ended.
-  void extract_features(const CapturedPhotographs& photographs, bool one_lens, const ColmapOptions& options,
+  //
+  // `lenses`: the names by lens, see names_by_lens(); COLMAP runs once for each lens of several photographs, and once
+  // for all others, each of which gets a lens of its own. `masks`: a folder with NAME.png for photographs NAME, black
+  // where no features are to be looked for; empty: there are none. Throws InputError, too, where no features were found.
+  void extract_features(const CapturedPhotographs& photographs, const std::vector<std::vector<std::string>>& lenses,
+                        const std::filesystem::path& masks, const ColmapOptions& options,
                         const ColmapProgress& progress) const;
   void match(std::size_t photographs, const ColmapOptions& options, const ColmapProgress& progress) const;
-  void map(const CapturedPhotographs& photographs, const ColmapProgress& progress) const;
+  // `exhaustive`: how photographs were matched, for what to do where none is placed, which throws InputError.
+  void map(const CapturedPhotographs& photographs, bool exhaustive, const ColmapProgress& progress) const;
 
   [[nodiscard]] static std::filesystem::path database(const std::filesystem::path& work);
   [[nodiscard]] static std::filesystem::path reconstructions(const std::filesystem::path& work);
@@ -47,6 +53,11 @@ class ColmapProgram {
   [[nodiscard]] static std::filesystem::path log(const std::filesystem::path& work, const std::string& step);
 
  private:
+  struct ListedNames {
+    std::vector<std::string> names;
+    bool one_lens;
+  };
+  [[nodiscard]] static std::vector<ListedNames> lists_of(const std::vector<std::vector<std::string>>& lenses);
   [[nodiscard]] std::string help_of(const std::string& command) const;
   void run(const std::string& step, const std::vector<std::string>& arguments, std::size_t photographs,
            const ColmapProgress& progress) const;

@@ -2,6 +2,8 @@
 #include "tools/capture/step_record.h"
 
 #include <chrono>
+#include <cstdlib>
+#include <string_view>
 #include <utility>
 
 #include "mesh/base/errors.h"
@@ -12,6 +14,50 @@ namespace lumatlas {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
+
+namespace {
+
+constexpr std::string_view kHexadecimal = "hexadecimal:";
+
+// A text that JSON can hold, another one for each text.
+std::string kept_text(const std::string& text) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  if (is_utf8(text) && !text.starts_with(kHexadecimal)) return text;
+  std::string kept(kHexadecimal);
+  for (const unsigned char byte : text) kept.append({kDigits[byte / 16], kDigits[byte % 16]});
+  return kept;
+}
+
+// The inverse of kept_text().
+std::string given_text(const std::string& kept) {
+  if (!kept.starts_with(kHexadecimal)) return kept;
+  std::string text;
+  for (std::size_t at = kHexadecimal.size(); at + 1 < kept.size(); at += 2) {
+    text += static_cast<char>(std::strtol(kept.substr(at, 2).c_str(), nullptr, 16));
+  }
+  return text;
+}
+
+}  // namespace
+
+bool is_utf8(const std::string& text) {
+  try {
+    (void)json(text).dump();
+    return true;
+  } catch (const json::type_error&) {
+    return false;
+  }
+}
+
+json kept_json(const json& value) {
+  if (value.is_string()) return kept_text(value.get<std::string>());
+  if (!value.is_structured()) return value;
+  json result = value.is_array() ? json::array() : json::object();
+  for (const auto& [key, element] : value.items()) {
+    value.is_array() ? result.push_back(kept_json(element)) : void(result[kept_text(key)] = kept_json(element));
+  }
+  return result;
+}
 
 json file_state(const fs::path& file) {
   std::error_code error;
@@ -37,10 +83,10 @@ json StepRecord::entry(const std::string& step) const {
 }
 
 bool StepRecord::is_done(const std::string& step, const json& inputs) const {
-  if (this->inputs(step) != inputs || stamp(step).is_null()) return false;
+  if (this->inputs(step) != kept_json(inputs) || stamp(step).is_null()) return false;
   const json outputs = entry(step).value("outputs", json());
   for (const auto& [path, state] : outputs.items()) {
-    if (file_state(path) != state) return false;
+    if (file_state(given_text(path)) != state) return false;
   }
   return true;
 }
@@ -58,14 +104,14 @@ void StepRecord::forget(const std::string& step) {
 }
 
 void StepRecord::begin(const std::string& step, const json& inputs) {
-  steps_[step] = {{"inputs", inputs}};
+  steps_[step] = {{"inputs", kept_json(inputs)}};
   write();
 }
 
 void StepRecord::finish(const std::string& step, std::span<const fs::path> outputs) {
   json& entry = steps_[step];
   entry["outputs"] = json::object();
-  for (const fs::path& output : outputs) entry["outputs"][output.string()] = file_state(output);
+  for (const fs::path& output : outputs) entry["outputs"][kept_text(output.string())] = file_state(output);
   entry["finished"] = std::chrono::system_clock::now().time_since_epoch().count();
   write();
 }

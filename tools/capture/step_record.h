@@ -12,7 +12,14 @@ namespace lumatlas {
 // Size and time of last change of a file, by which another one under its name is told. Null: there is no such file.
 [[nodiscard]] nlohmann::json file_state(const std::filesystem::path& file);
 
-// A JSON file that is written anew, in one step, whenever a step begins or ends.
+// Whether JSON can hold the text as it is.
+[[nodiscard]] bool is_utf8(const std::string& text);
+
+// What a StepRecord keeps of inputs: the same value with texts that JSON can hold, another one for each text.
+[[nodiscard]] nlohmann::json kept_json(const nlohmann::json& value);
+
+// A JSON file that is written anew, in one step, whenever a step begins or ends. Texts in it that are not UTF-8, names
+// of files, are kept in hexadecimal digits, so that they are known again.
 class StepRecord {
  public:
   // Reads what an earlier run wrote; an empty record where there is no such file. Throws InputError for a file that is
@@ -21,7 +28,7 @@ class StepRecord {
 
   // Whether it was finished with these inputs, and its outputs are still as it left them.
   [[nodiscard]] bool is_done(const std::string& step, const nlohmann::json& inputs) const;
-  // What the step was last begun with; null: it never was.
+  // kept_json() of what the step was last begun with; null: it never was.
   [[nodiscard]] nlohmann::json inputs(const std::string& step) const;
   // Different after each time that the step was finished: an input of the steps after it. Null: it is not finished.
   [[nodiscard]] nlohmann::json stamp(const std::string& step) const;

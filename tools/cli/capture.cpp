@@ -23,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 struct CaptureFlags {
-  std::filesystem::path photographs, output, work;
+  std::filesystem::path photographs, output, work, masks, points;
   CaptureOptions options;
   HoldFlags hold;
   bool json_output = false;
@@ -49,7 +49,7 @@ json steps_json(const CaptureResult& result) {
 json result_json(const CaptureResult& result, const CaptureFlags& flags) {
   return {{"output", flags.output.string()},
           {"scene", flags.work.string()},
-          {"photographs", {{"count", result.photographs}, {"missed", result.missed}}},
+          {"photographs", {{"count", result.photographs}, {"missed", result.missed}, {"outliers", result.outliers}}},
           {"reconstructions", result.reconstructions},
           {"steps", steps_json(result)},
           {"warnings", result.warnings}};
@@ -57,9 +57,11 @@ json result_json(const CaptureResult& result, const CaptureFlags& flags) {
 
 void run(CaptureFlags flags) {
   if (flags.work.empty()) flags.work = capture_beside(flags.output);
+  if (!flags.masks.empty()) flags.options.masks = flags.masks;
+  if (!flags.points.empty()) flags.options.mesh.points = flags.points;
   flags.options.build.hold_out = flags.hold.protocol();
   check_usage(flags.options);
-  check_apart(flags.output, std::array{flags.photographs, flags.work});
+  check_apart(flags.output, std::array{flags.photographs, flags.work, flags.masks, flags.points});
   const bool quiet = flags.quiet;
   const auto say = [quiet](const std::string& sentence) {
     if (!quiet) std::cerr << sentence << '\n';
@@ -88,6 +90,8 @@ void add_capture_command(CLI::App& program) {
   add_file(*command, "--work", flags->work, "DIR",
            "Poses, mesh and COLMAP's logs, which other commands read as a SCENE; what is done there is not done again; "
            "MODEL-capture unless given");
+  add_file(*command, "--masks", flags->masks, "DIR",
+           "Black where a photograph is not to be used, for poses and colours; of NAME.jpg: NAME.jpg.png or NAME.png");
   begin_group(*command, "Poses");
   add_choice(
       *command, "--matching", flags->options.colmap.matching,
@@ -96,6 +100,9 @@ void add_capture_command(CLI::App& program) {
       "each up to " +
           std::to_string(kMostForExhaustive));
   command->add_flag("--gpu", flags->options.colmap.use_gpu, "Let COLMAP use a GPU, if it is built for one");
+  begin_group(*command, "Mesh");
+  add_file(*command, "--points", flags->points, "FILE",
+           "PLY of denser points to make the mesh of, in the coordinates of the poses in WORK/sparse");
   begin_group(*command, "Model");
   flags->hold.add_to(*command, "Leave out every H-th by name, for `lumatlas validate` to score");
   command->add_option("--max-views", flags->options.build.max_views, "Photographs that it may hold")

@@ -85,6 +85,7 @@ json result_json(const SceneMesh& made, const std::filesystem::path& output, dou
           {"trust",
            {{"points_on_surface", made.trust.points_on_surface},
             {"pixels_covered", made.trust.pixels_covered},
+            {"frames_mostly_empty", made.trust.frames_mostly_empty},
             {"pixels_guessed", made.trust.pixels_guessed}}},
           {"warnings", made.warnings},
           {"time_ms", {{"total", milliseconds}}}};

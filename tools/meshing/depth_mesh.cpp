@@ -135,13 +135,12 @@ ScenePoints points_of(const DepthSamples& samples, const SceneViews& scene) {
   return points;
 }
 
-std::vector<std::string> warnings_of(const SurfaceTrust& trust, const DepthAgreement& agreement) {
-  constexpr double kLittleCovered = 0.5, kMuchSeenThrough = 0.3, kFewOnSurface = 0.5;
+std::vector<std::string> warnings_of(const SurfaceTrust& trust, const std::vector<std::string>& names,
+                                     const DepthAgreement& agreement) {
+  constexpr double kMuchSeenThrough = 0.3, kFewOnSurface = 0.5;
   std::vector<std::string> warnings;
-  if (trust.pixels_covered < kLittleCovered) {
-    warnings.push_back("the mesh covers only " + percent_text(trust.pixels_covered) +
-                       " of the photographs: the rest stays empty, for lack of depths there");
-  }
+  if (std::string empty = coverage_warning(trust, names, "depths"); !empty.empty())
+    warnings.push_back(std::move(empty));
   const double through = 1 - confirmed_share(agreement);
   if (through > kMuchSeenThrough) {
     warnings.push_back("depth images look through " + percent_text(through) +
@@ -244,11 +243,16 @@ class DepthMesher {
 
   void judge(const Mesh& mesh) {
     std::vector<Camera> cameras;
-    for (const SceneView& view : scene_.views) cameras.push_back(view.camera);
+    std::vector<std::string> names;
+    for (const SceneView& view : scene_.views) {
+      cameras.push_back(view.camera);
+      names.push_back(view.name);
+    }
     const auto tick = progress_("looking at the mesh", std::min(cameras.size(), kMostTrustViews));
     result_.views = cameras.size();
     result_.trust = surface_trust(mesh, points_of(samples_, scene_), cameras, [&] { tick(1); });
-    for (std::string& warning : warnings_of(result_.trust, agreement_)) result_.warnings.push_back(std::move(warning));
+    for (std::string& warning : warnings_of(result_.trust, names, agreement_))
+      result_.warnings.push_back(std::move(warning));
   }
 
   SceneViews scene_;

@@ -49,6 +49,12 @@ std::vector<Camera> cameras_of(const SceneViews& scene) {
   return cameras;
 }
 
+std::vector<std::string> names_of(const SceneViews& scene) {
+  std::vector<std::string> names;
+  for (const SceneView& view : scene.views) names.push_back(view.name);
+  return names;
+}
+
 double longest_edge(const std::vector<glm::dvec3>& positions, const glm::uvec3& face) {
   double longest = 0;
   for (int i = 0; i < 3; ++i) {
@@ -104,13 +110,11 @@ ScenePoints thinned_to_fit(const ScenePoints& points, std::span<const Camera> vi
   return result;
 }
 
-std::vector<std::string> warnings_of(const SurfaceTrust& trust) {
-  constexpr double kLittleCovered = 0.5, kMuchGuessed = 0.4, kFewOnSurface = 0.5;
+std::vector<std::string> warnings_of(const SurfaceTrust& trust, const std::vector<std::string>& names) {
+  constexpr double kMuchGuessed = 0.4, kFewOnSurface = 0.5;
   std::vector<std::string> warnings;
-  if (trust.pixels_covered < kLittleCovered) {
-    warnings.push_back("the mesh covers only " + percent_text(trust.pixels_covered) +
-                       " of the photographs: the rest stays empty, for lack of points there");
-  }
+  if (std::string empty = coverage_warning(trust, names, "points"); !empty.empty())
+    warnings.push_back(std::move(empty));
   if (trust.pixels_guessed > kMuchGuessed) {
     warnings.push_back(percent_text(trust.pixels_guessed) +
                        " of what photographs see of the mesh is far from every point and a guess: take more "
@@ -168,6 +172,19 @@ void check(const SceneMeshOptions& options) {
   check(options.cut);
 }
 
+std::string coverage_warning(const SurfaceTrust& trust, const std::vector<std::string>& names,
+                             const std::string& lacking) {
+  constexpr double kLittleCovered = 0.5, kManyFrames = 0.1;
+  if (trust.pixels_covered >= kLittleCovered && trust.frames_mostly_empty < kManyFrames) return "";
+  const std::string share = percent_text(trust.frames_mostly_empty);
+  std::string sentence = "the mesh covers only " + percent_text(trust.pixels_covered) + " of the photographs' pixels";
+  if (trust.frames_mostly_empty > 0) sentence += ", and less than half of " + share + " of the photographs";
+  if (trust.emptiest_view < names.size()) {
+    sentence += ", least of " + names[trust.emptiest_view] + " (" + percent_text(trust.emptiest_covered) + ")";
+  }
+  return sentence + ": the rest stays empty, for lack of " + lacking + " there";
+}
+
 SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                           const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
   check(options);
@@ -179,7 +196,8 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
   ScenePoints points = read_scene_points(scene, options.points);
   const glm::dvec3 offset = median_position(points.positions);
   for (glm::dvec3& position : points.positions) position -= offset;
-  const std::vector<Camera> views = cameras_of(read_scene_views(scene, offset, options.pictures));
+  const SceneViews posed = read_scene_views(scene, offset, options.pictures);
+  const std::vector<Camera> views = cameras_of(posed);
   SceneMesh result;
   result.points_file = points.file;
   result.points = points.positions.size();
@@ -198,7 +216,7 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
   }
   result.surface = surface_of(used, faces, offset);
   result.trust = trust_of(result.surface, offset, points, views, progress);
-  result.warnings = warnings_of(result.trust);
+  result.warnings = warnings_of(result.trust, names_of(posed));
   return result;
 }
 

@@ -60,6 +60,11 @@ struct SceneMesh {
   std::vector<std::string> warnings;  // reasons not to trust it, in sentences
 };
 
+// Warns where the surface leaves photographs empty; empty: it covers them. `names`: those of the views that `trust` is
+// of. `lacking`: what there is too little of, "points" for example.
+[[nodiscard]] std::string coverage_warning(const SurfaceTrust& trust, const std::vector<std::string>& names,
+                                           const std::string& lacking);
+
 // Called when a stage of the work begins, with what it is and its number of steps; returns what is called with the
 // steps done since the last call, from any thread. What that throws ends the work.
 using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;

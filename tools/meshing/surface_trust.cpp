@@ -78,9 +78,11 @@ class PixelCounter {
     tree_.insert(all.begin(), all.end());
   }
 
-  void look(const Camera& full_size) {
+  // Of the views in ascending order of their `index`.
+  void look(const Camera& full_size, std::size_t index) {
     const Camera view = full_size.shrunk_to(kGlancePx);
     visibility_->trace(view, buffer_);
+    count_frame(index);
     for (std::size_t pixel = 0; pixel < buffer_.face.size(); ++pixel) {
       ++pixels_;
       if (buffer_.face[pixel] == kNoFace) continue;
@@ -96,15 +98,31 @@ class PixelCounter {
   }
 
   void put_into(SurfaceTrust& trust) const {
+    trust.frames_mostly_empty = frames_ > 0 ? static_cast<double>(mostly_empty_) / static_cast<double>(frames_) : 0;
+    trust.emptiest_covered = frames_ > 0 ? emptiest_covered_ : 0;
+    trust.emptiest_view = emptiest_view_;
     trust.pixels_covered = pixels_ > 0 ? static_cast<double>(covered_) / static_cast<double>(pixels_) : 0;
     trust.pixels_guessed = measured_ > 0 ? static_cast<double>(guessed_) / static_cast<double>(measured_) : 0;
   }
 
  private:
+  void count_frame(std::size_t index) {
+    constexpr double kMostlyEmpty = 0.5;
+    const auto empty = std::count(buffer_.face.begin(), buffer_.face.end(), kNoFace);
+    const double covered = 1 - static_cast<double>(empty) / static_cast<double>(buffer_.face.size());
+    ++frames_;
+    if (covered < kMostlyEmpty) ++mostly_empty_;
+    if (covered >= emptiest_covered_) return;
+    emptiest_covered_ = covered;
+    emptiest_view_ = index;
+  }
+
   std::unique_ptr<Visibility> visibility_;
   Search::Tree tree_;
   VisibilityBuffer buffer_;
-  std::size_t pixels_ = 0, covered_ = 0, measured_ = 0, guessed_ = 0;
+  std::size_t pixels_ = 0, covered_ = 0, measured_ = 0, guessed_ = 0, frames_ = 0, mostly_empty_ = 0,
+              emptiest_view_ = 0;
+  double emptiest_covered_ = 2;  // more than any frame
 };
 
 }  // namespace
@@ -116,7 +134,7 @@ SurfaceTrust surface_trust(const Mesh& mesh, const ScenePoints& points, std::spa
   measure_points(mesh, points, views, trust);
   const std::size_t step = (views.size() + kMostTrustViews - 1) / kMostTrustViews;
   for (std::size_t view = 0; step > 0 && view < views.size(); view += step) {
-    pixels.look(views[view]);
+    pixels.look(views[view], view);
     progress();
   }
   pixels.put_into(trust);

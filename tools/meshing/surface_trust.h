@@ -3,6 +3,7 @@
 // how much of the photographs it accounts for.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <glm/vec3.hpp>
 #include <span>
@@ -20,8 +21,11 @@ inline constexpr double kFarFromPointsPx = 30;  // a pixel's surface this far fr
 inline constexpr std::size_t kMostTrustViews = 200;  // that are looked through
 
 struct SurfaceTrust {
-  double points_on_surface = 0;  // share of the points within kOnSurfacePx of the surface, [0, 1]
-  double pixels_covered = 0;     // share of the photographs' pixels that see the surface, [0, 1]
+  double points_on_surface = 0;    // share of the points within kOnSurfacePx of the surface, [0, 1]
+  double pixels_covered = 0;       // share of the photographs' pixels that see the surface, [0, 1]
+  double frames_mostly_empty = 0;  // share of the photographs that see the surface on less than half of their pixels
+  double emptiest_covered = 0;     // share of the pixels of the photograph that sees least of it
+  std::size_t emptiest_view = 0;   // that photograph, by its place in `views`
   double pixels_guessed = 0;  // share of those whose surface is farther than kFarFromPointsPx from every point, [0, 1]
 };
 

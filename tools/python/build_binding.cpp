@@ -86,9 +86,13 @@ std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::
 }
 
 nlohmann::json trust_json(const SceneMesh& made) {
-  return {{"vertices", made.surface.positions.size()},         {"faces", made.surface.faces.size()},
-          {"points_on_surface", made.trust.points_on_surface}, {"pixels_covered", made.trust.pixels_covered},
-          {"pixels_guessed", made.trust.pixels_guessed},       {"warnings", made.warnings}};
+  return {{"vertices", made.surface.positions.size()},
+          {"faces", made.surface.faces.size()},
+          {"points_on_surface", made.trust.points_on_surface},
+          {"pixels_covered", made.trust.pixels_covered},
+          {"frames_mostly_empty", made.trust.frames_mostly_empty},
+          {"pixels_guessed", made.trust.pixels_guessed},
+          {"warnings", made.warnings}};
 }
 
 py::object make_mesh(const Scene& scene, const Path& output, const std::optional<Path>& points) {

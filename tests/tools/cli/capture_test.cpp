@@ -3,25 +3,33 @@
 // before, so that the whole way runs in seconds.
 #include <signal.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
+#include "atlas/photograph.h"
+#include "tests/support/skip.h"
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/program_here.h"
+#include "tools/base/child_process.h"
 
 namespace lumatlas {
 namespace {
 
 using nlohmann::json;
 
-// Each command is noted in `calls`. A file `slow` makes the mapper wait for it to go away, `failing` makes it fail,
-// `blind` makes it find nothing.
-constexpr const char* kColmap = R"(#!/bin/sh
+// Each command is noted in `calls`, and the photographs that features are looked for in `lists`. A file `slow` makes the
+// mapper wait for it to go away, `failing` makes it fail, `blind` makes it find nothing; `featureless`, `matchless` and
+// `pairless` make COLMAP say what it says in such cases.
+constexpr const char* kColmap = R"sh(#!/bin/sh
 folder=$(dirname "$0")
 command=$1
 shift
@@ -36,25 +44,39 @@ while [ $# -gt 0 ]; do
   case $1 in
     --database_path) database=$2 ;;
     --output_path) output=$2 ;;
+    --image_list_path) list=$2 ;;
   esac
   shift 2
 done
 case $command in
   feature_extractor) 
     [ ! -f "$database" ] || : > "$folder/kept"
+    echo "$(tr '\n' ' ' < "$list")" >> "$folder/lists"
     echo "Processed file [12/12]"
+    if [ -f "$folder/featureless" ]; then echo "  Features:        0"; else echo "  Features:        866"; fi
     : > "$database" ;;
   exhaustive_matcher) echo "Matching block [1/1, 1/1]" ;;
   mapper)
     [ -f "$database" ] || exit 3
     if [ -f "$folder/failing" ]; then echo 'bundle adjustment lost its way' >&2; exit 4; fi
     if [ -f "$folder/blind" ]; then exit 0; fi
+    if [ -f "$folder/matchless" ]; then
+      echo 'Loading images... 3 in 0.000s (connected 0)'
+      echo 'WARNING: No images with matches found in the database.'
+      echo 'ERROR: failed to create sparse model'
+      exit 1
+    fi
+    if [ -f "$folder/pairless" ]; then
+      echo '  => No good initial image pair found.'
+      echo 'ERROR: failed to create sparse model'
+      exit 1
+    fi
     echo 'Registering image #3 (7)'
     echo $$ > "$folder/at-work"
     while [ -f "$folder/slow" ]; do sleep 0.02; done
     cp -r "$folder/models/." "$output" ;;
 esac
-)";
+)sh";
 
 // A folder of photographs, and a PATH whose `colmap` is the stand-in. The environment is as it was afterwards.
 class Surroundings {
@@ -82,6 +104,12 @@ class Surroundings {
   [[nodiscard]] fs::path photographs() const { return photographs_; }
   [[nodiscard]] fs::path bin() const { return bin_; }
   [[nodiscard]] fs::path note(const char* name) const { return folder_.with_file("bin/" + std::string(name), "x"); }
+  // Of the photographs, in order.
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> names = names_in(photographs_);
+    std::sort(names.begin(), names.end());
+    return names;
+  }
   // The names of COLMAP's commands since the last call of this.
   [[nodiscard]] std::string calls() const {
     std::istringstream lines(bytes_of(bin_ / "calls"));
@@ -196,6 +224,21 @@ TEST_CASE("of several reconstructions capture takes the largest, and counts phot
                               Catch::Contains("without a place: 0-of-nothing.png"));
 }
 
+TEST_CASE("a capture that lost most of its photographs does not replace the model of an earlier one") {
+  const Surroundings room;
+  printed(lumatlas_here(room.arguments()));
+  const std::string plan = bytes_of(room.model() / "plan.json");
+  const std::vector<std::string> names = names_in(room.photographs());
+  for (int copy = 0; copy < 13; ++copy) {
+    fs::copy(room.photographs() / names.front(),
+             room.photographs() / ("without-a-place-" + std::to_string(copy) + ".png"));
+  }
+  Arguments quiet = room.arguments();
+  quiet.push_back("--quiet");
+  check_failure(lumatlas_here(quiet), "the new model misses most of its photographs (9 of 22 could be used");
+  CHECK(bytes_of(room.model() / "plan.json") == plan);
+}
+
 TEST_CASE("without COLMAP one sentence says what to install") {
   const Surroundings room(false);
   Arguments arguments = room.arguments();
@@ -219,6 +262,131 @@ TEST_CASE("where COLMAP fails, its last words and its log are told, and what was
   (void)room.calls();
   CHECK(done_before(printed(lumatlas_here(quiet))) == "features matching ");
   CHECK(room.calls() == "mapper ");
+}
+
+TEST_CASE("where COLMAP places nothing, the sentence says why and what to do") {
+  const Surroundings room;
+  Arguments quiet = room.arguments();
+  quiet.push_back("--quiet");
+  const auto refused_with = [&](const char* note, const std::string& part) {
+    const fs::path file = room.note(note);
+    check_failure(lumatlas_here(quiet), part);
+    fs::remove(file);
+    CHECK_FALSE(fs::exists(room.model()));
+  };
+  refused_with("featureless",
+               "COLMAP found nothing that can be told apart in any of the 1 photographs: they are blank");
+  refused_with("matchless", "COLMAP placed none of its 12 photographs: no two photographs were found to show the same");
+  refused_with("pairless", "walk between photographs rather than turn on the spot");
+  CHECK(done_before(printed(lumatlas_here(quiet))) == "features matching ");
+}
+
+// Squares of grey by chance, other ones in each photograph.
+Photograph unrelated_photograph(std::mt19937& random) {
+  Photograph photograph{320, 240, std::vector<std::uint8_t>(3 * 320 * 240), {}};
+  std::vector<std::uint8_t> squares(40 * 30);
+  for (std::uint8_t& square : squares) square = static_cast<std::uint8_t>(random() % 256);
+  for (std::size_t i = 0; i < photograph.rgb.size(); ++i) {
+    const std::size_t x = i / 3 % 320, y = i / 3 / 320;
+    photograph.rgb[i] = squares[y / 8 * 40 + x / 8];
+  }
+  return photograph;
+}
+
+TEST_CASE("the COLMAP that is installed says why it places nothing as the stand-in does") {
+  if (find_program("colmap").empty()) return skip("COLMAP is not installed");
+  const TemporaryFolder folder;
+  std::mt19937 random(1);
+  fs::create_directory(folder / "blank");
+  fs::create_directory(folder / "unrelated");
+  for (const char* const name : {"a.png", "b.png", "c.png"}) {
+    write_image(folder / "blank" / name, {160, 120, std::vector<std::uint8_t>(3 * 160 * 120, 128), {}});
+    write_image(folder / "unrelated" / name, unrelated_photograph(random));
+  }
+  const std::string model = (folder / "model").string();
+  check_failure(lumatlas_here({"capture", (folder / "blank").string(), "-o", model, "--quiet"}),
+                "COLMAP found nothing that can be told apart in any of the 3 photographs");
+  fs::remove_all(folder / "model-capture");
+  check_failure(lumatlas_here({"capture", (folder / "unrelated").string(), "-o", model, "--quiet"}),
+                "COLMAP placed none of its 3 photographs: no two photographs were found to show the same");
+}
+
+TEST_CASE("one photograph of another size has a lens of its own, and the others share theirs") {
+  const Surroundings room;
+  const std::vector<std::string> names = room.names();
+  write_image(room.photographs() / "wider.png", {80, 48, std::vector<std::uint8_t>(80 * 48 * 3, 99), {}});
+  const Outcome outcome = lumatlas_here(room.arguments());
+  printed(outcome);
+  CHECK_THAT(outcome.err, Catch::Contains("taken as of 2 lenses, for their sizes or cameras differ: 12 like " +
+                                          names.front() + ", 1 like wider.png"));
+  std::string all;
+  for (const std::string& name : names) all += name + ' ';
+  CHECK(bytes_of(room.bin() / "lists") == all + "\nwider.png \n");
+  const std::string calls = bytes_of(room.bin() / "calls");
+  CHECK_THAT(calls.substr(0, calls.find('\n')), Catch::Contains("--ImageReader.single_camera 1"));
+  CHECK_THAT(calls, Catch::Contains("--ImageReader.single_camera 0 --ImageReader.single_camera_per_image 1"));
+}
+
+TEST_CASE("masks are given to COLMAP and to the build, and are no photographs where they lie among them") {
+  const Surroundings room;
+  const std::vector<std::string> names = room.names();
+  const fs::path masks = room.photographs() / "masks";
+  fs::create_directory(masks);
+  Arguments masked = room.arguments();
+  masked.insert(masked.end(), {"--masks", masks.string()});
+  check_failure(lumatlas_here(masked), "has a mask of none of the 12 photographs; that of " + names.front() +
+                                           " would be " + names.front() + ".png");
+  write_image(masks / names.front(), {64, 48, std::vector<std::uint8_t>(64 * 48 * 3, 255), {}});
+  const json first = printed(lumatlas_here(masked));
+  CHECK(first["photographs"]["count"] == 12);
+  CHECK_THAT(bytes_of(room.bin() / "calls"),
+             Catch::Contains("--ImageReader.mask_path " + (room.work() / "colmap-masks").string()));
+  CHECK(fs::equivalent(room.work() / "colmap-masks" / (names.front() + ".png"), masks / names.front()));
+  CHECK(json::parse(lumatlas_here({"inspect", room.work().string(), "--json", "--quiet"}).out)["views"]["masked"] == 1);
+  CHECK(done_before(printed(lumatlas_here(masked))) == "features matching mapping mesh build ");
+  // Without them everything is new.
+  fs::rename(masks, room.work().parent_path() / "elsewhere");
+  CHECK(done_before(printed(lumatlas_here(room.arguments()))).empty());
+  CHECK_FALSE(fs::exists(room.work() / "masks"));
+}
+
+TEST_CASE("the mesh is made of the points that are given, and again when they change") {
+  const Surroundings room;
+  printed(lumatlas_here(room.arguments()));
+  Arguments dense = room.arguments();
+  dense.insert(dense.end(), {"--points", made().scene + "/mesh.ply"});
+  const Outcome outcome = lumatlas_here(dense);
+  CHECK(done_before(printed(outcome)) == "features matching mapping ");
+  CHECK_THAT(outcome.err, Catch::Contains("mesh: from " + made().scene + "/mesh.ply and the photographs"));
+  CHECK(done_before(printed(lumatlas_here(dense))) == "features matching mapping mesh build ");
+}
+
+TEST_CASE("a folder of photographs may have any name, and what was done there is known again") {
+  for (const char* const name : {"caf\xe9", "two\nlines", "hexadecimal:"}) {
+    CAPTURE(name);
+    const Surroundings room;
+    const fs::path photographs = room.work().parent_path() / name,
+                   model = room.work().parent_path() / (std::string("m") + name);
+    fs::rename(room.photographs(), photographs);
+    const Arguments arguments{"capture", photographs.string(), "-o", model.string(), "--json"};
+    CHECK(done_before(printed(lumatlas_here(arguments))).empty());
+    CHECK_FALSE(room.calls().empty());
+    CHECK(done_before(printed(lumatlas_here(arguments))) == "features matching mapping mesh build ");
+    CHECK(room.calls().empty());
+  }
+}
+
+TEST_CASE("photographs whose names COLMAP's list or a model cannot hold are refused before anything is done") {
+  for (const auto& [name, part] : {std::pair{"line\nbreak.png", "holds a line break"},
+                                   {" blank.png", "begins with a blank"},
+                                   {"caf\xe9.png", "its name is not UTF-8"}}) {
+    CAPTURE(name);
+    const Surroundings room;
+    fs::copy(room.photographs() / room.names().front(), room.photographs() / name);
+    check_failure(lumatlas_here(room.arguments()), part);
+    CHECK(room.calls().empty());
+    CHECK_FALSE(fs::exists(room.work()));
+  }
 }
 
 TEST_CASE("an interruption ends COLMAP too, and the next run goes on") {

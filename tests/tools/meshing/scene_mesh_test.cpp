@@ -72,6 +72,29 @@ TEST_CASE("a model's points with their tracks become the surface, with colours, 
   CHECK(made.warnings.empty());
 }
 
+TEST_CASE("photographs that the mesh leaves mostly empty are warned of, with their share and the emptiest") {
+  SurfaceTrust trust;
+  trust.pixels_covered = 0.7;
+  const std::vector<std::string> names{"a.jpg", "b.jpg"};
+  CHECK(coverage_warning(trust, names, "points").empty());
+  trust.frames_mostly_empty = 0.25;
+  trust.emptiest_covered = 0.12;
+  trust.emptiest_view = 1;
+  CHECK(coverage_warning(trust, names, "points") ==
+        "the mesh covers only 70% of the photographs' pixels, and less than half of 25% of the photographs, least of "
+        "b.jpg (12%): the rest stays empty, for lack of points there");
+  // Of a sphere, one camera sees all and the other looks past it.
+  const SphereScene scene(true);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const std::vector<Camera> near = views_around(1);
+  Camera away = near[0];
+  away.cx += 350;
+  const SurfaceTrust seen = surface_trust(centred(made.surface, glm::dvec3(0)), {}, std::vector{near[0], away}, [] {});
+  CHECK(seen.frames_mostly_empty == 0.5);
+  CHECK(seen.emptiest_view == 1);
+  CHECK(seen.emptiest_covered < 0.3);
+}
+
 TEST_CASE("points without tracks, and far from the origin, become the same surface within a hundredth") {
   const glm::dvec3 far(4.5e6, -5.4e6, 200);
   const SphereScene scene(false, far);
