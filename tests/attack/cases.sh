@@ -320,7 +320,7 @@ soon() {
 
 # Sends one of the signals after a while, and once: timeout would send it to a whole group otherwise.
 kill_later() {
-  one_of KILL TERM INT HUP
+  one_of KILL TERM INT HUP PIPE
   sent=$chosen
   soon "$1"
   how=(timeout --preserve-status --foreground -s "$sent" -k 15 "$moment")
@@ -389,8 +389,8 @@ judge_loud() {
   judge "$@"
 }
 
-# A limit on the size of files, which stands for a disk that becomes full: one kilobyte at least, for the sentence. The signal that comes with it is sent by the
-# system.
+# A limit on the size of files, which stands for a disk that becomes full: one kilobyte at least, for the sentence. The
+# signal that comes with it is sent by the system, and must not end the program.
 case_file_size() {
   local trap_it target
   one_of model model.glb
@@ -400,8 +400,9 @@ case_file_size() {
   trap_it=$chosen
   below 120
   run "$trap_it; ulimit -f $((chosen + 1))" build "$work/base/scene" -o "$target" "${build_options[@]}"
-  judge XFSZ
+  judge
   judge_earlier "$target"
+  no_leftovers "$case_folder"
   judge_next_build "$target"
 }
 
@@ -474,5 +475,70 @@ case_options() {
   else
     judge
   fi
+  no_leftovers "$case_folder"
+}
+
+kinds+=(half_written closed_streams untold_result)
+
+# photographs_in MODEL: how many photographs it was made of.
+photographs_in() { grep -oE '"offered": [0-9]+' "$1/plan.json" | head -n 1 | grep -oE '[0-9]+'; }
+
+# A scene that is watched while some of its photographs are half written, until Ctrl-C at any moment: the earlier model
+# stays unless most photographs came.
+case_half_written() {
+  local target=$case_folder/model photograph size
+  cp -r "$work/base/scene" "$case_folder/scene"
+  put_earlier "$target"
+  for photograph in "$case_folder/scene/images/"*; do
+    below 4
+    if [ "$chosen" -eq 0 ]; then continue; fi
+    size=$(stat -c %s "$photograph")
+    truncate -s $((size * chosen / 4)) "$photograph"
+  done
+  soon 6000
+  how=(timeout --preserve-status --foreground -s INT -k 15 "$moment")
+  run "" build "$case_folder/scene" -o "$target" --watch "${build_options[@]}"
+  how=(timeout -k 5 60)
+  judge_loud INT
+  judge_earlier "$target"
+  if [ "$(sums_of "$target")" != "$earlier_sums" ] && [ "$(photographs_in "$target")" -lt 4 ]; then
+    complain "a model of $(photographs_in "$target") of 8 photographs is in the place of the earlier one"
+  fi
+  no_leftovers "$case_folder"
+}
+
+# Any of the three streams is closed, for any command: the numbers 0 to 2 are nobody else's.
+case_closed_streams() {
+  local streams=() made=$case_folder/made
+  for stream in '<&-' '>&-' '2>&-'; do
+    below 2
+    if [ "$chosen" -eq 0 ]; then streams+=("$stream"); fi
+  done
+  local surroundings=":"
+  if [ ${#streams[@]} -gt 0 ]; then surroundings="exec ${streams[*]}"; fi
+  below 4
+  case $chosen in
+    0) run "$surroundings" build "$work/base/scene" -o "$made" --refine none ;;
+    1) run "$surroundings" render "$work/base/model" --orbit --frames 1 --mode depth --width 32 --height 24 -o "$made" ;;
+    2) run "$surroundings" export "$work/base/model" --to web -o "$made" ;;
+    3) run "$surroundings" inspect "$work/base/model" ;;
+  esac
+  if [[ $surroundings == *2\>* && $status == 1 ]]; then count "exit 1"; else judge_loud; fi
+  if [ "$status" -eq 0 ] && [[ $surroundings == *" >&-"* ]]; then complain "exit 0, and nobody was told the result"; fi
+  if [ "$status" -eq 1 ] && [[ $surroundings != *">&-"* ]]; then complain "fails although it can tell its result"; fi
+  no_leftovers "$case_folder"
+}
+
+# Standard output takes no result: what the sentence calls complete is there.
+case_untold_result() {
+  local made
+  one_of made made.glb
+  made=$case_folder/$chosen
+  one_of --json --quiet
+  run "exec >/dev/full" build "$work/base/scene" -o "$made" --refine none "$chosen"
+  judge_loud
+  if [ "$status" -ne 1 ]; then complain "exit status $status, and nobody was told the result"; fi
+  if ! grep -q "is complete, but" "$case_folder/err"; then complain "does not say what is left"; fi
+  if ! "$program" inspect "$made" >/dev/null 2>&1; then complain "the output that is called complete is not"; fi
   no_leftovers "$case_folder"
 }
