@@ -50,13 +50,14 @@ std::string list_of_names() {
   return list;
 }
 
-// "; there is office_scan.ply": files in the folder that may be a mesh under another name.
+// Names files in the folder that may be a mesh under another name: "; there is office_scan.ply".
 std::string others_in(const fs::path& scene) {
   constexpr std::size_t kMostNamed = 3;
   std::string list;
   std::size_t named = 0;
   for (const char* const ending : kMeshEndings) {
     for (const fs::path& file : files_ending_in(scene, ending)) {
+      if (file.stem() == "fused") continue;  // COLMAP's points
       if (named == kMostNamed) return list + " and more";
       list += (named == 0 ? "; there is " : ", ") + short_reason(file.filename().string());
       ++named;

@@ -92,20 +92,21 @@ std::string unread_columns(const Columns& columns) {
   return list;
 }
 
-// Whether x and y are degrees of longitude and latitude while alt is in metres: they lie within a few kilometres far
-// from (0, 0), and differ by far less than the heights do.
+// Whether x and y are degrees of longitude and latitude: cameras that are apart by less than a thousandth of how far they
+// are from (0, 0).
+// In metres, that would be all of them in one place, from which nothing can be reconstructed.
 bool are_degrees(const std::vector<glm::dvec3>& centers) {
-  constexpr double kFewKilometres = 0.05, kFarther = 100, kHigher = 10;
+  constexpr double kFewKilometres = 0.05, kFarther = 1000, kMostDegrees = 180;
   if (centers.size() < 2) return false;
   glm::dvec3 least = centers.front(), most = centers.front();
   for (const glm::dvec3& center : centers) {
     least = glm::min(least, center);
     most = glm::max(most, center);
   }
-  const glm::dvec3 spread = most - least;
-  const double wide = std::max(spread.x, spread.y);
+  const double wide = std::max(most.x - least.x, most.y - least.y);
   const double far = std::max(std::abs(least.x), std::abs(least.y));
-  return far <= 180 && wide < kFewKilometres && far > kFarther * wide && spread.z > kHigher * wide;
+  const bool on_earth = far <= kMostDegrees && std::max(std::abs(most.x), std::abs(most.y)) <= kMostDegrees;
+  return on_earth && wide > 0 && wide < kFewKilometres && far > kFarther * wide;
 }
 
 std::string_view without_byte_order_mark(std::string_view text) {

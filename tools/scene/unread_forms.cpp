@@ -44,7 +44,7 @@ constexpr std::array kUnreadFiles{
     UnreadFile{"*.p4d", "Pix4D"},
 };
 
-std::optional<fs::path> found(const fs::path& scene, std::string_view pattern) {
+std::optional<fs::path> file_like(const fs::path& scene, std::string_view pattern) {
   if (pattern.starts_with('*')) {
     const std::vector<fs::path> files = files_ending_in(scene, pattern.substr(1));
     return files.empty() ? std::nullopt : std::optional(files.front().filename());
@@ -77,7 +77,7 @@ std::string unread_form_hint(const fs::path& scene) {
            "#name,x,y,alt,heading,pitch,roll,f: export it again as \"Internal/External camera parameters\"";
   }
   for (const UnreadFile& file : kUnreadFiles) {
-    const std::optional<fs::path> path = found(scene, file.path);
+    const std::optional<fs::path> path = file_like(scene, file.path);
     if (!path) continue;
     return "; it holds " + path->string() + " of " + file.program + ", which is not read: export COLMAP's form (" +
            kReadForms + ")";

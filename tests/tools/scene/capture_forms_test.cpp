@@ -347,6 +347,8 @@ TEST_CASE("RealityCapture: longitude and latitude in degrees are refused, metres
   };
   CHECK_THAT(refused("-34.82875641,-7.163227346,87.2", "-34.82875134,-7.163238529,86.9", "-34.8287484,-7.1632649,87.6"),
              Catch::StartsWith("c.csv: x and y look like degrees of longitude and latitude"));
+  CHECK_THAT(refused("-34.82875641,-7.163227346,87", "-34.82875134,-7.163238529,87", "-34.8287484,-7.1632649,87"),
+             Catch::Contains("degrees"));
   CHECK(refused("-34.8,-7.1,87.2", "-33.8,-6.1,87.3", "-32.8,-9.1,86.9") == "taken");
   CHECK(refused("0,0.001,1", "0.002,0,2", "0.001,0,3") == "taken");  // a pole at the origin
   CHECK(refused("565123.1,5932456.2,12", "565125.1,5932451.2,15", "565129,5932450,11") == "taken");

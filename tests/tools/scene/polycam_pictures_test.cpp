@@ -17,21 +17,21 @@ namespace {
 namespace fs = std::filesystem;
 using test::write_file;
 
-constexpr std::uint32_t kWidth = 200, kHeight = 150;
+constexpr std::uint32_t kAcross = 200, kDown = 150;
 
 // How far a pixel is inside the picture that an undistorted barrel lens leaves; below 0: in the rim.
 double inside(std::uint32_t x, std::uint32_t y) {
-  const double u = (x + 0.5) / kWidth * 2 - 1, v = (y + 0.5) / kHeight * 2 - 1;
-  const double side = kWidth / 2.0 * (0.96 + 0.04 * v * v - std::abs(u));
-  const double end = kHeight / 2.0 * (0.96 + 0.04 * u * u - std::abs(v));
+  const double u = (x + 0.5) / kAcross * 2 - 1, v = (y + 0.5) / kDown * 2 - 1;
+  const double side = kAcross / 2.0 * (0.96 + 0.04 * v * v - std::abs(u));
+  const double end = kDown / 2.0 * (0.96 + 0.04 * u * u - std::abs(v));
   return std::min(side, end);
 }
 
 // Bright, with a rim as JPEG leaves it, not quite black.
 Photograph rimmed() {
-  Photograph photograph{kWidth, kHeight, {}, {}};
-  for (std::uint32_t y = 0; y < kHeight; ++y) {
-    for (std::uint32_t x = 0; x < kWidth; ++x) {
+  Photograph photograph{kAcross, kDown, {}, {}};
+  for (std::uint32_t y = 0; y < kDown; ++y) {
+    for (std::uint32_t x = 0; x < kAcross; ++x) {
       const bool rim = inside(x, y) < 0;
       for (int c = 0; c < 3; ++c)
         photograph.rgb.push_back(static_cast<std::uint8_t>(rim ? (x + y + c) % 9 : 90 + x % 50));
@@ -44,20 +44,20 @@ void paint(Photograph& photograph, std::uint32_t left, std::uint32_t top, std::u
            std::uint8_t level) {
   for (std::uint32_t y = top; y < bottom; ++y) {
     for (std::uint32_t x = left; x < right; ++x) {
-      for (int c = 0; c < 3; ++c) photograph.rgb[3 * (std::size_t{y} * kWidth + x) + c] = level;
+      for (int c = 0; c < 3; ++c) photograph.rgb[3 * (std::size_t{y} * kAcross + x) + c] = level;
     }
   }
 }
 
 bool is_rim(const std::vector<bool>& rim, std::uint32_t x, std::uint32_t y) {
-  return rim[std::size_t{y} * kWidth + x];
+  return rim[std::size_t{y} * kAcross + x];
 }
 
 TEST_CASE("a black rim is found with the pixels that it darkens, and nothing further inside") {
   const std::vector<bool> rim = black_rim(rimmed());
   std::size_t found = 0;
-  for (std::uint32_t y = 0; y < kHeight; ++y) {
-    for (std::uint32_t x = 0; x < kWidth; ++x) {
+  for (std::uint32_t y = 0; y < kDown; ++y) {
+    for (std::uint32_t x = 0; x < kAcross; ++x) {
       const double depth = inside(x, y);
       CAPTURE(x, y, depth);
       if (depth < 0) REQUIRE(is_rim(rim, x, y));
@@ -69,11 +69,11 @@ TEST_CASE("a black rim is found with the pixels that it darkens, and nothing fur
 }
 
 TEST_CASE("what is black inside the picture, or dark at its border, is no rim") {
-  Photograph photograph{kWidth, kHeight, std::vector<std::uint8_t>(std::size_t{3} * kWidth * kHeight, 120), {}};
+  Photograph photograph{kAcross, kDown, std::vector<std::uint8_t>(std::size_t{3} * kAcross * kDown, 120), {}};
   paint(photograph, 80, 60, 120, 90, 0);
   const std::vector<bool> none = black_rim(photograph);
   CHECK(std::find(none.begin(), none.end(), true) == none.end());
-  paint(photograph, 0, 0, kWidth, 20, 25);  // dark, as a shadow is
+  paint(photograph, 0, 0, kAcross, 20, 25);  // dark, as a shadow is
   const std::vector<bool> dark = black_rim(photograph);
   CHECK(std::find(dark.begin(), dark.end(), true) == dark.end());
   paint(photograph, 0, 40, 100, 110, 0);  // a black thing that reaches the border is taken for a rim to a tenth
@@ -106,10 +106,9 @@ TEST_CASE("Polycam: rims of corrected photographs are not valid, those of others
       CHECK(loaded.valid.empty());
       continue;
     }
-    REQUIRE(loaded.valid.size() == kWidth * kHeight);
-    CHECK(loaded.valid[0] == 0);
-    CHECK(loaded.valid[kHeight / 2 * kWidth + 1] == 0);
-    CHECK(loaded.valid[kHeight / 2 * kWidth + kWidth / 2] == 255);
+    REQUIRE(loaded.valid.size() == kAcross * kDown);
+    CHECK(loaded.valid[kDown / 2 * kAcross + 1] == 0);
+    CHECK(loaded.valid[kDown / 2 * kAcross + kAcross / 2] == 255);
   }
 }
 

@@ -43,7 +43,7 @@ struct Three {
 };
 
 TEST_CASE("masks are found under the names that programs give them") {
-  for (const std::string& ending : {".png.png", ".png", "_mask.png", ".mask.png", ".png.mask.png", ".png_mask.png"}) {
+  for (const std::string ending : {".png.png", ".png", "_mask.png", ".mask.png", ".png.mask.png", ".png_mask.png"}) {
     CAPTURE(ending);
     const Three scene;
     for (const std::string& name : scene.names) {

@@ -38,7 +38,7 @@ std::string refusal_of_mesh(const fs::path& scene) {
 }
 
 TEST_CASE("a folder of photographs alone names the command that finds out where they were taken") {
-  for (const std::string& folder : {"", "images/"}) {
+  for (const std::string folder : {"", "images/"}) {
     const TemporaryFolder scene;
     CHECK(unread_form_hint(scene.path()).empty());
     for (const char* const name : {"a.jpg", "b.JPG"}) write_file(scene / (folder + name), "is not looked at");
