@@ -31,8 +31,8 @@ struct Tile {
 
 // What the renderer's functions of these names give, of pictures of any size that a camera may have; in one piece where
 // `side`, and the driver's texture size, allow that. Rounding differs from tile to tile as from one camera to another:
-// by a level here and there, and by a pixel at silhouettes. Throw as those functions do, and std::invalid_argument for a
-// side of 0.
+// by a level here and there, and by a pixel at silhouettes. Throw as those functions do, and std::invalid_argument for
+// a side of 0.
 [[nodiscard]] Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
                                      std::uint32_t side = kTileSide);
 [[nodiscard]] LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,

@@ -38,8 +38,8 @@ constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 // Up to so many vertices a loop is filled by the best of all triangles where those of a Delaunay triangulation do not
 // fill it: time grows with the cube of their number.
 constexpr std::size_t kMostForAllTriangles = 250;
-// Larger loops are filled by triangles of a Delaunay triangulation alone, and only where few of its edges need be looked
-// at for each of the loop's: some six where it has the loop's edges, as many as the loop has where it has not.
+// Larger loops are filled by triangles of a Delaunay triangulation alone, and only where few of its edges need be
+// looked at for each of the loop's: some six where it has the loop's edges, as many as the loop has where it has not.
 constexpr std::size_t kMostEdgesLookedAt = 10;
 constexpr std::size_t kMostForDelaunay = 3000;  // for the depth of CGAL's recursion grows with them
 constexpr std::size_t kStepsBetweenTicks = 256;
@@ -57,8 +57,8 @@ double diagonal(const Bounds& box) {
   return box.empty() ? 0 : glm::length(box.max - box.min);
 }
 
-// The other ends of the edges at a vertex along which the surface ends, for the faces that run towards it. It ends where
-// no other face runs the other way, and where an edge has more than two.
+// The other ends of the edges at a vertex along which the surface ends, for the faces that run towards it. It ends
+// where no other face runs the other way, and where an edge has more than two.
 class BoundaryEdges {
  public:
   explicit BoundaryEdges(const Mesh& mesh) : mesh_(mesh), around_(mesh.positions.size(), mesh.faces) {}

@@ -19,9 +19,10 @@ struct ClosedHoles {
 // the diagonal of its component's box: what is as large as that is the component's own rim. A hole that cannot be
 // closed with faces that have an area, and without a third face at an edge, stays. Minimal in the largest angle between
 // neighbouring faces, then in area, among all faces up to 250 edges and among those of a Delaunay triangulation up to
-// 3000; a hole for which there is none is filled as it is seen along the axis in which it is largest. Throws std::invalid_argument unless `largest` is finite and not negative and the
-// mesh passes check(); boundary that branches, as no mesh of repair() has it, is left alone. `tick` is called for each
-// hole, and often while one is filled.
+// 3000; a hole for which there is none is filled as it is seen along the axis in which it is largest. Throws
+// std::invalid_argument unless `largest` is finite and not negative and the mesh passes check(); boundary that
+// branches, as no mesh of repair() has it, is left alone. `tick` is called for each hole, and often while one is
+// filled.
 [[nodiscard]] ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick = {});
 
 }  // namespace lumatlas

@@ -15,8 +15,8 @@ namespace lumatlas {
 
 using TriangleList = std::vector<std::array<std::uint32_t, 3>>;
 
-// Drops every face that has the same three vertices as an earlier one, in any order; the others keep theirs. Returns how
-// many were dropped. `suspects`: vertices_without_one_fan().
+// Drops every face that has the same three vertices as an earlier one, in any order; the others keep theirs. Returns
+// how many were dropped. `suspects`: vertices_without_one_fan().
 [[nodiscard]] std::size_t drop_duplicate_faces(TriangleList& faces, const VertexFaces& around,
                                                const std::vector<std::uint32_t>& suspects);
 

@@ -13,8 +13,8 @@ namespace {
 
 constexpr double kOutlierLog = 0.1;  // ratios off by more than this (a sixth of a stop) lose their say
 constexpr double kAnchor = 1e-3;     // e, as a share of a view's own weight of ratios
-// Of a system that is solved: the residual, as a share of each slot's diagonal, ln gain. The anchors make an error of the
-// solution at most 1 / kAnchor times as large.
+// Of a system that is solved: the residual, as a share of each slot's diagonal, ln gain. The anchors make an error of
+// the solution at most 1 / kAnchor times as large.
 constexpr double kTolerance = 1e-9;
 
 constexpr Requirement exposure_graph_requires{"exposure graph"};

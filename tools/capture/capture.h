@@ -52,10 +52,10 @@ struct CaptureResult {
 };
 
 // Features, matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads:
-// images (a link to the photographs), masks (another one, with options.masks), sparse/0/, mesh.ply; beside these stand COLMAP's database, its other
-// reconstructions, its logs, and capture.json, which tells what is done. A step whose inputs (names, sizes and times of
-// files, options, the steps before) and outputs are as an earlier run left them is passed over; features and matching
-// that were broken off, or have got more photographs, go on where they were.
+// images (a link to the photographs), masks (another one, with options.masks), sparse/0/, mesh.ply; beside these stand
+// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step whose
+// inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left them is
+// passed over; features and matching that were broken off, or have got more photographs, go on where they were.
 //
 // Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
 // photographs, and where `work` holds something else; Interrupted, with what is done kept.

@@ -39,7 +39,8 @@ class ColmapProgram {
   //
   // `lenses`: the names by lens, see names_by_lens(); COLMAP runs once for each lens of several photographs, and once
   // for all others, each of which gets a lens of its own. `masks`: a folder with NAME.png for photographs NAME, black
-  // where no features are to be looked for; empty: there are none. Throws InputError, too, where no features were found.
+  // where no features are to be looked for; empty: there are none. Throws InputError, too, where no features were
+  // found.
   void extract_features(const CapturedPhotographs& photographs, const std::vector<std::vector<std::string>>& lenses,
                         const std::filesystem::path& masks, const ColmapOptions& options,
                         const ColmapProgress& progress) const;

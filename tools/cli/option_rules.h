@@ -68,9 +68,10 @@ struct SizeBound {
 // A size in bytes, at least 1, which is turned into their number.
 [[nodiscard]] CLI::Validator byte_size();
 
-// A sentence of the library that names a field of its options, "spacing_px: 2000, must be ..." or "synth: fov_deg is 500,
-// must be ...", with the option of that field in its place, "--spacing: 2000, must be ...". `options`: the names of the
-// command's options, of which the one that begins as the field does is meant; the sentence stays where none does.
+// A sentence of the library that names a field of its options, "spacing_px: 2000, must be ..." or "synth: fov_deg is
+// 500, must be ...", with the option of that field in its place, "--spacing: 2000, must be ...". `options`: the names
+// of the command's options, of which the one that begins as the field does is meant; the sentence stays where none
+// does.
 [[nodiscard]] std::string with_option_name(const std::string& sentence, const std::vector<std::string>& options);
 
 // The names of an enumeration's values, in the order in which help lists them.

@@ -39,7 +39,8 @@ class FollowedModel {
     unseen_ = std::make_shared<const Model>(read_model(path_));
     written_ = written;
   }
-  // Returns the model if it was replaced since the last call, otherwise null. Throws InputError, once for each bad model.
+  // Returns the model if it was replaced since the last call, otherwise null. Throws InputError, once for each bad
+  // model.
   std::shared_ptr<const Snapshot> changed() {
     const auto written = last_written();
     if (written != written_) {

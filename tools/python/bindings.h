@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The Python module's parts, one file a subject. What Python sees is in the coordinates of the scene, its offset not
 // subtracted. InputError and GlError become RuntimeError, std::invalid_argument becomes ValueError, with the same
-// sentence; other exceptions get the sentence that the program prints (tools/base/error_sentence.h). Whatever takes long runs without Python's lock.
+// sentence; other exceptions get the sentence that the program prints (tools/base/error_sentence.h). Whatever takes
+// long runs without Python's lock.
 #pragma once
 
 #include <pybind11/pybind11.h>

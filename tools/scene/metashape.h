@@ -10,8 +10,8 @@
 //                       disabled or have no pose are left out and counted.
 //   master_id           the camera whose transform the whole rig has: chunk from camera is its transform times rotation
 //                       (3 x 3 by rows) and location of the camera's own sensor
-//   component, chunk    transform: world from chunk, scale * rotation + translation; a camera has that of its component,
-//                       else the chunk's, else none
+//   component, chunk    transform: world from chunk, scale * rotation + translation; a camera has that of its
+//                       component, else the chunk's, else none
 //
 // The first chunk with cameras is read.
 #pragma once

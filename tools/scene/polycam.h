@@ -8,8 +8,8 @@
 //                                        undistortion found nothing, which is masked out
 //   keyframes/depth/ID.png               depth images in millimetres, smaller, of what the photograph shows
 //   keyframes/confidence/ID.png          of the depth's size: 0 low, 127 medium, 255 high. What is 0 is left out
-//   mesh_info.json alignmentTransform    mesh from world, 4 x 4 by columns, a rotation and a translation. It is applied,
-//                                        so that poses are in the coordinates of raw.glb
+//   mesh_info.json alignmentTransform    mesh from world, 4 x 4 by columns, a rotation and a translation. It is
+//                                        applied, so that poses are in the coordinates of raw.glb
 #pragma once
 
 #include <filesystem>

@@ -75,8 +75,8 @@ struct BrownLens {
 // The simplest model that has all of the coefficients. Throws std::invalid_argument as check() does.
 [[nodiscard]] CameraModel lens_of(const BrownLens& brown);
 
-// Throws std::invalid_argument unless `row`, the last one of a 4 x 4 of a pose, is 0 0 0 1 within 1e-6: a matrix that is
-// written by columns has the camera's place there.
+// Throws std::invalid_argument unless `row`, the last one of a 4 x 4 of a pose, is 0 0 0 1 within 1e-6: a matrix that
+// is written by columns has the camera's place there.
 void check_last_row(const std::array<double, 4>& row);
 
 // A path that stays in its folder, without "./" in it; none if it does not, or is no path to a file.
@@ -106,8 +106,9 @@ class PhotographNames {
   // ending, or without both's. `label` itself if there is none. Throws InputError if there are several.
   [[nodiscard]] std::string find(const std::string& label) const;
 
-  // The same for a path of any system that may lead elsewhere, as it was where the photographs were aligned: the longest
-  // end of it that is a photograph. Where there is none, the path itself if it leads nowhere else, else its last part.
+  // The same for a path of any system that may lead elsewhere, as it was where the photographs were aligned: the
+  // longest end of it that is a photograph. Where there is none, the path itself if it leads nowhere else, else its
+  // last part.
   [[nodiscard]] std::string find_by_path(std::string_view path) const;
 
  private:
@@ -121,8 +122,8 @@ class PhotographNames {
 
 // How parsers ask about photographs, so that they need no files themselves.
 struct PhotographLookup {
-  // The photograph that a form calls `label`, see PhotographNames::find_by_path(). Throws InputError for a label that is
-  // several photographs.
+  // The photograph that a form calls `label`, see PhotographNames::find_by_path(). Throws InputError for a label that
+  // is several photographs.
   std::function<PosedPhotograph(std::string_view label)> find;
   // In pixels, as stored; of a photograph that cannot be looked at, the size of one beside it, so that a scene can be
   // listed whole and whoever comes to that photograph says what is wrong with it. Throws InputError if there is none.

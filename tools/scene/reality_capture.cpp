@@ -92,9 +92,8 @@ std::string unread_columns(const Columns& columns) {
   return list;
 }
 
-// Whether x and y are degrees of longitude and latitude: cameras that are apart by less than a thousandth of how far they
-// are from (0, 0).
-// In metres, that would be all of them in one place, from which nothing can be reconstructed.
+// Whether x and y are degrees of longitude and latitude: cameras that are apart by less than a thousandth of how far
+// they are from (0, 0). In metres, that would be all of them in one place, from which nothing can be reconstructed.
 bool are_degrees(const std::vector<glm::dvec3>& centers) {
   constexpr double kFewKilometres = 0.05, kFarther = 1000, kMostDegrees = 180;
   if (centers.size() < 2) return false;

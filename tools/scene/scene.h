@@ -64,11 +64,12 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 
 // Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/capture_forms.h). A workspace:
 // sparse/, the largest model in a folder of sparse/, or the model's files in the folder itself, binary or text; with
-// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every camera position in double precision.
-// A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where
-// that does not fit its camera's size but the upright one does, it is turned. The mask of NAME.jpg is NAME.jpg.png, as
-// COLMAP has it, or another of mask_names() (tools/scene/scene_notes.h); a photograph need not have one. Throws InputError: file, index, value, what to do, also
-// where folders.masks has no mask of any photograph, and with skip_bad where all are bad.
+// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every
+// camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF
+// orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is turned.
+// The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names() (tools/scene/scene_notes.h); a
+// photograph need not have one. Throws InputError: file, index, value, what to do, also where folders.masks has no mask
+// of any photograph, and with skip_bad where all are bad.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
                                           const PictureFolders& folders = {});
 
@@ -86,8 +87,9 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 
 // The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
 // the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
-// pixels whose mask is exactly 0, or whose alpha is less than half, and a black rim. A view without any of these is returned unchanged, to the
-// byte. Throws InputError if the file or the mask cannot be read or has another size than the view's camera.
+// pixels whose mask is exactly 0, or whose alpha is less than half, and a black rim. A view without any of these is
+// returned unchanged, to the byte. Throws InputError if the file or the mask cannot be read or has another size than
+// the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).

@@ -88,10 +88,10 @@ void write_report(const std::filesystem::path& path, const Report& report);
 
 // {"protocol": {"hold", "block", "test"}, "held": views, "methods": {NAME: MEANS}, "shortfall": {"moved", "budget"},
 // "views": [{"name", "methods": {NAME: SCORES}}]} with MEANS = {"raw": {"psnr", "ssim"}, "fitted", "aligned",
-// "textured", "frame_textured", "seams", "flicker": {"rms", "worst", "followed"}}, of which those that were not measured
-// are absent, as are those of the protocol that do not apply; SCORES likewise with "gain", "pixels", "frame_pixels" and
-// "aligned_pixels", without "seams" and "flicker".
-// Numbers are as in json_number; an infinite PSNR is kPsnrOfIdentical.
+// "textured", "frame_textured", "seams", "flicker": {"rms", "worst", "followed"}}, of which those that were not
+// measured are absent, as are those of the protocol that do not apply; SCORES likewise with "gain", "pixels",
+// "frame_pixels" and "aligned_pixels", without "seams" and "flicker". Numbers are as in json_number; an infinite PSNR
+// is kPsnrOfIdentical.
 [[nodiscard]] nlohmann::json report_json(const Report& report);
 
 }  // namespace lumatlas

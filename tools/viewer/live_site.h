@@ -43,8 +43,8 @@ class LiveSite {
 // Whether two snapshots of one atlas show the same: the same surface and views, by their addresses, and equal tables.
 [[nodiscard]] bool look_alike(const Snapshot& a, const Snapshot& b);
 
-// Returns the next snapshot to show, or null: nothing new. The snapshot is kept until the page has all of it, or another
-// one that holds a view takes its place.
+// Returns the next snapshot to show, or null: nothing new. The snapshot is kept until the page has all of it, or
+// another one that holds a view takes its place.
 using SnapshotSource = std::function<std::shared_ptr<const Snapshot>()>;
 
 // Asks for what changed and shows it, on a thread of its own, until what this gives is destroyed, which takes a moment:

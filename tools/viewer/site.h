@@ -59,14 +59,14 @@ struct SiteFacts {
 // How many ticks write_site() gives.
 [[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
 
-// Hands each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others, whose
-// names hold a tag of their bytes: a file of that name is the same in every version of every site, so that no cache
-// mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
+// Hands each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others,
+// whose names hold a tag of their bytes: a file of that name is the same in every version of every site, so that no
+// cache mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
 
-// The page's own files under names that stay, for a server that lets nobody keep them: HTML, script, style, shaders. They
-// are alike for all models but for the title.
+// The page's own files under names that stay, for a server that lets nobody keep them: HTML, script, style, shaders.
+// They are alike for all models but for the title.
 [[nodiscard]] std::vector<SiteFile> page_files(const SiteOptions& options);
 
 // The rest of the site, as far as it is not as it was written last; the scene's own file, which names the others, comes

@@ -35,8 +35,8 @@ class SiteServer {
   void remove(const std::string& name);
   // A URL that this machine's browser can open.
   [[nodiscard]] std::string address() const;
-  // URLs that other machines may open, for each of this machine's IPv4 addresses, if it listens at all of them; otherwise
-  // none.
+  // URLs that other machines may open, for each of this machine's IPv4 addresses, if it listens at all of them;
+  // otherwise none.
   [[nodiscard]] std::vector<std::string> addresses_for_others() const;
   // Answers until `stop` says so, which is asked some times a second, or throws, as throw_if_interrupted() does. All
   // connections are closed then. To be called once.

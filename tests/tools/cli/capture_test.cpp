@@ -26,9 +26,9 @@ namespace {
 
 using nlohmann::json;
 
-// Each command is noted in `calls`, and the photographs that features are looked for in `lists`. A file `slow` makes the
-// mapper wait for it to go away, `failing` makes it fail, `blind` makes it find nothing; `featureless`, `matchless` and
-// `pairless` make COLMAP say what it says in such cases.
+// Each command is noted in `calls`, and the photographs that features are looked for in `lists`. A file `slow` makes
+// the mapper wait for it to go away, `failing` makes it fail, `blind` makes it find nothing; `featureless`, `matchless`
+// and `pairless` make COLMAP say what it says in such cases.
 constexpr const char* kColmap = R"sh(#!/bin/sh
 folder=$(dirname "$0")
 command=$1

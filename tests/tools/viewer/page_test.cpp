@@ -136,7 +136,8 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(said.at("etc2-bytes") == said.at("bc7-bytes"));
   CHECK(std::stod(said.at("etc2-bytes")) < std::stod(said.at("photograph-bytes")));
   CHECK(said.at("forms") == "bc7 etc2 rgb8");
-  // The second pair is of a slow GPU, which draws the surface of a still frame once, where interactive frames are drawn.
+  // The second pair is of a slow GPU, which draws the surface of a still frame once, where interactive frames are
+  // drawn.
   CHECK(said.at("still-sizes") == "96x72 192x144, 96x72 96x72");
   // A page that had an earlier version draws the later one, and did not fetch what had not changed.
   CHECK(agreement(expected, said, "followed-", kFollowed).psnr > kLeastPsnr);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The server under attack: whatever is sent to it, each answer is well-formed, each byte of a body is the file's byte at
-// that offset, and the next client is answered at once.
+// The server under attack: whatever is sent to it, each answer is well-formed, each byte of a body is the file's byte
+// at that offset, and the next client is answered at once.
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
