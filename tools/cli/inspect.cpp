@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -48,6 +49,14 @@ void print_views(const json& views) {
   std::cout << "  distance to the surface: median " << views["median_distance"].get<double>() << " (scene units)\n";
 }
 
+void print_fit(const json& fit) {
+  if (fit.is_null() || fit["correlation"].is_null()) return;
+  char text[200];
+  std::snprintf(text, sizeof(text), "correlation %.2f (0 is chance), residual %.3f, outliers %.1f%%",
+                fit["correlation"].get<double>(), fit["residual"].get<double>(), 100 * fit["outliers"].get<double>());
+  std::cout << "fit        colours of the same points in different photographs: " << text << '\n';
+}
+
 void print_surface(const json& scene) {
   print_mesh(scene["mesh"]);
   const json& cells = scene["cells"];
@@ -63,6 +72,7 @@ void print(const json& scene) {
     print_surface(scene);
   }
   print_views(scene["views"]);
+  print_fit(scene["fit"]);
   for (const json& warning : scene["warnings"]) std::cout << "warning    " << warning.get<std::string>() << '\n';
 }
 

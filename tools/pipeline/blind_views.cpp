@@ -29,11 +29,13 @@ BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<st
   return result;
 }
 
-void require_seen(const std::filesystem::path& mesh_file, const BlindViews& views) {
+void require_seen(const std::filesystem::path& mesh_file, const BlindViews& views, const std::string& likely) {
   if (4 * views.blind <= 3 * views.looks) return;
-  throw InputError(mesh_file.string() + ": " + std::to_string(views.blind) + " of " + std::to_string(views.looks) +
-                   " views that were looked through see next to nothing of it: mesh and cameras are in different "
-                   "coordinates, or the mesh is the wrong one (see lumatlas inspect; --any-mesh builds all the same)");
+  throw InputError(
+      mesh_file.string() + ": " + std::to_string(views.blind) + " of " + std::to_string(views.looks) +
+      " views that were looked through see next to nothing of it: " +
+      (likely.empty() ? "mesh and cameras are in different coordinates, or the mesh is the wrong one" : likely) +
+      " (see lumatlas inspect; --any-mesh builds all the same)");
 }
 
 }  // namespace lumatlas

@@ -23,7 +23,8 @@ struct BlindViews {
                                      const Visibility& visibility);
 
 // Throws InputError, naming the mesh, if more than three quarters of the views that were looked through are blind: a
-// mesh in other coordinates, or of another scene, is seen by chance.
-void require_seen(const std::filesystem::path& mesh_file, const BlindViews& views);
+// mesh in other coordinates, or of another scene, is seen by chance. `likely` says what is likely to be wrong, see
+// MeshDiagnosis; empty: not known.
+void require_seen(const std::filesystem::path& mesh_file, const BlindViews& views, const std::string& likely);
 
 }  // namespace lumatlas

@@ -20,11 +20,13 @@
 #include "tools/pipeline/fitted_views.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/joint_refinement.h"
+#include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/lens_refinement.h"
 #include "tools/pipeline/parsimony.h"
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/inspection.h"
+#include "tools/scene/mesh_diagnosis.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {
@@ -169,6 +171,20 @@ void note_surface(const SurfaceInput& input, BuildResult& result) {
   result.simplified_distance = input.simplified_distance;
 }
 
+// Tells what does not fit. Lenses are then taken as given: what a wrong mesh pretends is no lens. Black borders are left
+// out, before they are painted on the surface or taken for a lens.
+void diagnose(const std::filesystem::path& scene, const SurfaceInput& input, const Visibility& visibility,
+              std::vector<SceneView>& views, const std::vector<std::size_t>& ranks, const BuildCallback& callback,
+              BuildResult& result) {
+  BuildStage stage(callback, "comparing photographs over the mesh", 0);
+  result.fit =
+      diagnose_mesh(scene, result.mesh_file, input.surface->mesh, input.surface->offset, visibility, views, ranks);
+  for (const std::string& sentence : result.fit->warnings) add_warning(sentence, result);
+  if (!result.fit->likely.empty()) result.options.refine_lenses = false;
+  if (result.fit->black_border > 0) leave_out_black_rims(views);
+  stage.finish();
+}
+
 void restrict(RefinementOptions& refinement, RefineMode mode) {
   const bool masks = mode == RefineMode::all || mode == RefineMode::joint;
   refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
@@ -279,7 +295,8 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   note_surface(input, result);
   seen.visibility = make_visibility(*input.surface, options.visibility_by);
   const BlindViews blind = blind_views(views.views, ranks, *seen.visibility);
-  if (!options.any_mesh) require_seen(result.mesh_file, blind);
+  if (!watched_scene) diagnose(scene, input, *seen.visibility, views.views, ranks, callback, result);
+  if (!options.any_mesh) require_seen(result.mesh_file, blind, result.fit ? result.fit->likely : "");
   add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
   restrict(result.effective.refinement, options.refine);
   if (result.effective.coverage.ideal_distance == 0) {

@@ -2,7 +2,8 @@
 // The main job: a scene's photographs, offered to the planner one by one, become a model.
 //
 // Only photographs that are to be stored are read. Of the others the size is looked at and no more: one of them that is
-// cut off or damaged behind its header is not noticed, and does no harm.
+// cut off or damaged behind its header is not noticed, and does no harm. A few are read beforehand, to see whether the
+// mesh fits them: tools/scene/mesh_diagnosis.h.
 #pragma once
 
 #include <chrono>
@@ -24,6 +25,7 @@
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/measured_loss.h"
 #include "tools/pipeline/view_stream.h"
+#include "tools/scene/mesh_diagnosis.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
 
@@ -84,6 +86,7 @@ struct BuildResult {
   std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;           // its distance
   std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences
+  std::optional<MeshDiagnosis> fit;         // whether mesh and photographs fit; none of a watched scene
   std::vector<SkippedView> skipped;         // by name
   std::vector<std::string> scene_notes;     // sentences: what was assumed of the scene, see SceneViews::notes
   std::size_t views = 0, masked_views = 0;  // of the scene

@@ -353,7 +353,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
   const std::vector<std::size_t> by_references = cells_by_references(result.snapshot.references);
   const std::size_t referenced = cells - by_references.front();
   const std::uint32_t full = result.effective.coverage.max_references;
-  return {{"views",
+  return {{"fit", result.fit ? mesh_diagnosis_json(*result.fit) : json()},
+          {"views",
            {{"offered", result.planned.size()},
             {"stored", holding.views},
             {"kept", count(result.planned, Decision::kept)},

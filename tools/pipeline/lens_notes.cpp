@@ -87,7 +87,18 @@ std::string left_as_given(const RefinedLens& lens) {
          number_text(lens.estimate.corner_px, 1) + " px, but makes too little of a difference to be sure of\n";
 }
 
+bool found_black_borders(const ModelNotes& notes) {
+  const json::json_pointer where("/summary/fit/black_border");
+  if (!notes.plan.contains(where)) return false;
+  const json& share = notes.plan.at(where);
+  return share.is_number() && share.get<double>() > 0;
+}
+
 }  // namespace
+
+void leave_out_black_rims(std::vector<SceneView>& views) {
+  for (SceneView& view : views) view.black_rim = true;
+}
 
 json lenses_json(std::span<const RefinedLens> lenses) {
   json list = json::array();
@@ -124,6 +135,7 @@ void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> 
 }
 
 void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
+  if (found_black_borders(notes)) leave_out_black_rims(views);
   const json::json_pointer where("/summary/lenses");
   if (!notes.plan.contains(where)) return;
   try {

@@ -21,11 +21,15 @@ namespace lumatlas {
 // lens whose estimate moves a corner by half a pixel or more and was not applied.
 [[nodiscard]] std::string lenses_text(std::span<const RefinedLens> lenses);
 
+// Takes black rims out of all photographs that are read from now on.
+void leave_out_black_rims(std::vector<SceneView>& views);
+
 // Gives the views the corrections of their lenses that were applied.
 void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> lenses);
 
-// The same from the notes of a saved model; nothing if they are null or name no lens. Throws InputError, naming
-// `model`, if what stands there is no correction.
+// The same from the notes of a saved model; nothing if they are null or name no lens. Where the build found black
+// borders, they are left out of these views too (SceneView::black_rim). Throws InputError, naming `model`, if what
+// stands there is no correction.
 void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model);
 
 }  // namespace lumatlas

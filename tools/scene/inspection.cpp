@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "mesh/base/number_text.h"
 #include "mesh/visibility.h"
 #include "tools/base/progress.h"
+#include "tools/scene/mesh_diagnosis.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
 
@@ -54,15 +56,14 @@ struct Glance {
   double median_distance = 0;  // scene units; 0: nothing is seen
 };
 
-Glance glance(const Surface& surface, const SceneViews& scene, bool quiet) {
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface.mesh);
+Glance glance(const Surface& surface, const Visibility& visibility, const SceneViews& scene, bool quiet) {
   std::vector<bool> seen(surface.cells.cells.size(), false);
   std::vector<float> depths;
   Glance result;
   VisibilityBuffer buffer;
   Progress progress("looking through every camera", scene.views.size(), ProgressOptions::standard_error(quiet));
   for (const SceneView& view : scene.views) {
-    visibility->trace(view.camera.shrunk_to(kGlancePx), buffer);
+    visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
     std::size_t pixels = 0;
     for (std::size_t pixel = 0; pixel < buffer.face.size(); ++pixel) {
       if (buffer.face[pixel] == kNoFace) continue;
@@ -95,8 +96,9 @@ std::string unseen_cells_warning(std::size_t unseen, std::size_t cells) {
          " cells are seen by no view: much of the mesh will have no photograph";
 }
 
-json warnings(const Glance& seen, const SceneViews& scene, const SurfaceInput& input) {
+json warnings(const Glance& seen, const MeshDiagnosis& fit, const SceneViews& scene, const SurfaceInput& input) {
   json list = input.warnings;
+  for (const std::string& sentence : fit.warnings) list.push_back(sentence);
   const std::string first = seen.blind.empty() ? "" : seen.blind.front();
   for (const std::string& sentence : {blind_views_warning(seen.blind.size(), scene.views.size(), first),
                                       unseen_cells_warning(seen.unseen_cells, input.surface->cells.cells.size())}) {
@@ -118,6 +120,7 @@ json inspect_views(const std::filesystem::path& scene_path) {
                 {"masked", masked_views(scene)},
                 {"median_distance", nullptr},
                 {"blind", json::array()}}},
+              {"fit", nullptr},
               {"warnings", json::array()}};
   try {
     (void)find_mesh(scene_path, std::nullopt);
@@ -143,7 +146,12 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
   const SurfaceInput input = load_surface(scene_path, mesh_file, options);
   const Surface& surface = *input.surface;
   const SceneViews scene = read_scene_views(scene_path, surface.offset);
-  const Glance seen = glance(surface, scene, quiet);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface.mesh);
+  const Glance seen = glance(surface, *visibility, scene, quiet);
+  std::vector<std::size_t> ranks(scene.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  const MeshDiagnosis fit =
+      diagnose_mesh(scene_path, input.mesh_file, surface.mesh, surface.offset, *visibility, scene.views, ranks);
   double area = 0;
   for (const Cell& cell : surface.cells.cells) area += cell.area;
   const double diameter = scene_diameter(surface.mesh);
@@ -165,7 +173,8 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
       {"form", scene.form},         {"notes", scene.notes},          {"count", scene.views.size()},
       {"lenses", lenses_of(scene)}, {"masked", masked_views(scene)}, {"median_distance", seen.median_distance},
       {"blind", seen.blind}};
-  result["warnings"] = warnings(seen, scene, input);
+  result["fit"] = mesh_diagnosis_json(fit);
+  result["warnings"] = warnings(seen, fit, scene, input);
   return result;
 }
 

@@ -68,14 +68,6 @@ void check_page(const std::string& heading, const Keys& printed) {
   }
 }
 
-TEST_CASE("the page has at most 1450 words") {
-  std::istringstream page(bytes_of(LUMATLAS_CLI_PAGE));
-  std::size_t words = 0;
-  for (std::string word; page >> word;) ++words;
-  CHECK(words > 400);
-  CHECK(words <= 1450);
-}
-
 TEST_CASE("every key that build, mesh, inspect, export and synth print is on the page, and no other") {
   Keys build, mesh, of_model, of_scene, exported, synth;
   const TemporaryFolder folder;

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Meshes and photographs that do not fit, made of one synthetic scene that does.
+#include "tools/scene/mesh_diagnosis.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <filesystem>
+#include <functional>
+#include <glm/mat3x3.hpp>
+#include <nlohmann/json.hpp>
+#include <numeric>
+#include <stdexcept>
+
+#include "mesh/base/errors.h"
+#include "mesh/mesh_file.h"
+#include "tests/support/temporary_folder.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/scene/inspection.h"
+#include "tools/scene/surface_input.h"
+#include "tools/synth/synth.h"
+
+namespace lumatlas {
+namespace {
+
+SynthOptions small_rooms(std::uint64_t seed) {
+  SynthOptions options;
+  options.seed = seed;
+  options.views = 12;
+  options.width = 120;
+  options.height = 120;
+  options.samples = 4;
+  options.triangles = 4000;
+  return options;
+}
+
+// Two rooms, square photographs.
+const std::filesystem::path& rooms() {
+  static const TemporaryFolder folder;
+  static const bool made = [] {
+    write_synthetic_scene(small_rooms(1), folder.path());
+    return true;
+  }();
+  REQUIRE(made);
+  return folder.path();
+}
+
+// The scene's mesh in the coordinates of its file.
+Mesh mesh_of(const std::filesystem::path& scene) {
+  MeshInput input = load_mesh(scene, std::nullopt);
+  for (glm::vec3& position : input.mesh.positions) position = glm::vec3(glm::dvec3(position) + input.offset);
+  return std::move(input.mesh);
+}
+
+Mesh changed(Mesh mesh, const glm::dmat3& linear, const glm::dvec3& shift = glm::dvec3(0)) {
+  for (glm::vec3& position : mesh.positions) position = glm::vec3(linear * glm::dvec3(position) + shift);
+  return mesh;
+}
+
+// `mesh` lies around `offset`.
+MeshDiagnosis diagnosis_of(const std::filesystem::path& scene, const Mesh& mesh,
+                           const glm::dvec3& offset = glm::dvec3(0)) {
+  const SceneViews views = read_scene_views(scene, offset);
+  std::vector<std::size_t> ranks(views.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  return diagnose_mesh(scene, "mesh.ply", mesh, offset, *make_ray_visibility(mesh), views.views, ranks);
+}
+
+// A copy of the scene whose photographs went through `change`.
+void copy_with(const std::filesystem::path& folder, const std::function<Photograph(const Photograph&)>& change) {
+  std::filesystem::copy(rooms(), folder, std::filesystem::copy_options::recursive);
+  for (const auto& entry : std::filesystem::directory_iterator(folder / "images")) {
+    write_image(entry.path(), change(read_photograph(entry.path(), Orientation::as_stored)));
+  }
+}
+
+Photograph turned_right(const Photograph& image) {
+  Photograph turned = image;
+  for (std::size_t y = 0; y < image.height; ++y) {
+    for (std::size_t x = 0; x < image.width; ++x) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        turned.rgb[3 * (x * image.width + image.width - 1 - y) + c] = image.rgb[3 * (y * image.width + x) + c];
+      }
+    }
+  }
+  return turned;
+}
+
+TEST_CASE("a mesh that fits is not suspected, nor one whose faces are turned round") {
+  Mesh mesh = mesh_of(rooms());
+  const MeshDiagnosis fits = diagnosis_of(rooms(), mesh);
+  CHECK(fits.as_given.correlation > 0.4);
+  CHECK(fits.as_given.outliers < 0.1);
+  CHECK(fits.warnings.empty());
+  CHECK(fits.likely.empty());
+  CHECK(mesh_diagnosis_json(fits)["likely"].is_null());
+  for (glm::uvec3& face : mesh.faces) std::swap(face.x, face.y);
+  CHECK(diagnosis_of(rooms(), mesh).warnings.empty());
+}
+
+TEST_CASE("a mesh in other units, with other axes or mirrored is told, and how") {
+  struct Case {
+    glm::dmat3 change;
+    const char* sentence;
+  };
+  const glm::dmat3 one(1.0);
+  const glm::dmat3 z_to_y(1, 0, 0, 0, 0, -1, 0, 1, 0);  // (x, z, -y) of (x, y, z), as exports that are y up have it
+  glm::dmat3 mirror(1.0);
+  mirror[0][0] = -1;
+  const std::vector<Case> cases = {
+      {1000.0 * one, "1000 times too large, as in millimetres for metres: scale it by 0.001"},
+      {0.01 * one, "100 times too small, as in metres for centimetres: scale it by 100"},
+      {1 / 0.0254 * one, "as in inches for metres: scale it by 0.0254"},
+      {z_to_y, "y up where the poses are z up: make (x, y, z) of it (x, -z, y)"},
+      {mirror, "probably mirrored: make (x, y, z) of it (-x, y, z)"},
+      {1000.0 * z_to_y, "scale it by 0.001, and make (x, y, z) of it (x, -z, y)"},
+  };
+  const Mesh mesh = mesh_of(rooms());
+  const double fits = diagnosis_of(rooms(), mesh).as_given.correlation;
+  for (const Case& c : cases) {
+    CAPTURE(c.sentence);
+    const MeshDiagnosis wrong = diagnosis_of(rooms(), changed(mesh, c.change));
+    CHECK_FALSE(wrong.as_given.correlation >= MeshDiagnosisOptions().least_correlation);
+    REQUIRE(wrong.warnings.size() == 1);
+    CHECK_THAT(wrong.warnings.front(), Catch::Contains("mesh.ply: does not fit the photographs: "));
+    CHECK_THAT(wrong.warnings.front(), Catch::Contains(c.sentence));
+    REQUIRE(wrong.likely_correlation);
+    CHECK(*wrong.likely_correlation == Approx(fits).margin(0.02));  // floats of other sizes
+  }
+}
+
+TEST_CASE("a mesh that is far away is told to be shifted, one of another scene to be another") {
+  const Mesh mesh = mesh_of(rooms());
+  const MeshDiagnosis far = diagnosis_of(rooms(), mesh, {4e5, 5e6, 0});
+  CHECK_THAT(far.likely, Catch::Contains("its coordinates are probably shifted"));
+  const MeshDiagnosis near = diagnosis_of(rooms(), changed(mesh, glm::dmat3(1.0), {1.5, -1, 0.5}));
+  REQUIRE(near.warnings.size() == 1);
+  CAPTURE(near.warnings.front());
+  CHECK_THAT(near.likely, Catch::Contains("shifted or turned against the poses"));
+  const TemporaryFolder other;
+  SynthOptions options = small_rooms(7);
+  options.kind = SynthKind::lab;
+  write_synthetic_scene(options, other.path());
+  const MeshDiagnosis wrong = diagnosis_of(rooms(), mesh_of(other.path()));
+  REQUIRE(wrong.warnings.size() == 1);
+  CHECK_THAT(wrong.likely, Catch::Contains("probably the mesh of another scene"));
+}
+
+TEST_CASE("square photographs that were turned or mirrored after their poses were found are told") {
+  const Mesh mesh = mesh_of(rooms());
+  const TemporaryFolder turned, back, upside_down;
+  copy_with(turned.path(), turned_right);
+  CHECK_THAT(diagnosis_of(turned.path(), mesh).likely, Catch::Contains("turned by 90 degrees to the right"));
+  copy_with(back.path(), [](const Photograph& image) { return turned_right(turned_right(turned_right(image))); });
+  CHECK_THAT(diagnosis_of(back.path(), mesh).likely, Catch::Contains("turned by 90 degrees to the left"));
+  copy_with(upside_down.path(), [](const Photograph& image) { return turned_right(turned_right(image)); });
+  CHECK_THAT(diagnosis_of(upside_down.path(), mesh).likely, Catch::Contains("turned by 180 degrees"));
+}
+
+TEST_CASE("black borders are told and do not enter; dark corners of single photographs are none") {
+  const Mesh mesh = mesh_of(rooms());
+  const TemporaryFolder framed, corner;
+  copy_with(framed.path(), [](const Photograph& image) {
+    Photograph border = image;
+    for (std::size_t i = 0; i < border.rgb.size(); ++i) {
+      if (i / 3 % border.width < 6) border.rgb[i] = 0;
+    }
+    return border;
+  });
+  const MeshDiagnosis told = diagnosis_of(framed.path(), mesh);
+  REQUIRE(told.warnings.size() == 1);
+  CHECK_THAT(told.warnings.front(), Catch::Contains("black border") && Catch::Contains("5.0% of the pixels"));
+  CHECK(told.black_border == Approx(0.05));
+  CHECK(told.likely.empty());
+  int copied = 0;
+  copy_with(corner.path(), [&](const Photograph& image) {
+    Photograph dark = image;
+    if (++copied < 4) std::fill_n(dark.rgb.begin(), 3 * 10 * dark.width, std::uint8_t{0});
+    return dark;
+  });
+  CHECK(diagnosis_of(corner.path(), mesh).warnings.empty());
+}
+
+TEST_CASE("points lie on a mesh that fits, and not on another") {
+  const Mesh mesh = mesh_of(rooms());
+  const SceneViews views = read_scene_views(rooms(), glm::dvec3(0));
+  std::vector<std::size_t> ranks(views.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  ScenePoints points;
+  for (const glm::vec3& position : mesh.positions) points.positions.emplace_back(position);
+  points.views.resize(points.positions.size());
+  const auto share = [&](const Mesh& of) {
+    const auto visibility = make_ray_visibility(of);
+    return MeshFitMeter(views.views, ranks, *visibility, glm::dvec3(0)).points_on_mesh(points, 0.05);
+  };
+  CHECK(share(mesh) > 0.7);  // but those that stand before others in every picture's pixels
+  CHECK(share(changed(mesh, 0.01 * glm::dmat3(1.0))) < 0.2);
+  points.positions.resize(40);
+  points.views.resize(40);
+  CHECK(std::isnan(share(mesh)));
+}
+
+TEST_CASE("build tells what does not fit and then takes lenses as given; a mesh that nobody sees is refused with it") {
+  const TemporaryFolder folder;
+  const std::filesystem::path large = folder.path() / "large.ply", far = folder.path() / "far.ply";
+  const Mesh mesh = mesh_of(rooms());
+  write_ply(large, changed(mesh, 1000.0 * glm::dmat3(1.0)));
+  write_ply(far, changed(mesh, glm::dmat3(1.0), {30000, 20000, 0}));
+  BuildOptions options;
+  options.mesh = large;
+  const BuildResult told = build_model(rooms(), options);
+  REQUIRE(told.fit);
+  CHECK_THAT(told.fit->likely, Catch::Contains("1000 times too large"));
+  CHECK(std::count(told.warnings.begin(), told.warnings.end(), told.fit->warnings.front()) == 1);
+  CHECK_FALSE(told.options.refine_lenses);
+  options.mesh = far;
+  CHECK_THROWS_WITH(build_model(rooms(), options), Catch::Contains("its coordinates are probably shifted"));
+  options.mesh.reset();
+  const BuildResult fits = build_model(rooms(), options);
+  CHECK(fits.warnings.empty());
+  CHECK(fits.options.refine_lenses);
+  REQUIRE(fits.fit);
+  CHECK(fits.fit->likely.empty());
+}
+
+TEST_CASE("a build leaves black borders out, paints none of them and takes them for no lens") {
+  const TemporaryFolder framed;
+  copy_with(framed.path(), [](const Photograph& image) {
+    Photograph border = image;
+    for (std::size_t i = 0; i < border.rgb.size(); ++i) {
+      if (i / 3 % border.width < 6) border.rgb[i] = 0;
+    }
+    return border;
+  });
+  const BuildResult result = build_model(framed.path(), BuildOptions());
+  CHECK_THAT(result.warnings.front(), Catch::Contains("black border"));
+  for (const auto& view : result.snapshot.views) {
+    if (!view) continue;
+    CHECK(view->validity[3] == 0);
+    CHECK(view->validity[60 * view->camera.width + 5] == 0);
+  }
+  for (const RefinedLens& lens : result.lenses) CHECK_FALSE(lens.applied);
+}
+
+TEST_CASE("inspect tells how well photographs agree, and what does not fit") {
+  const nlohmann::json fits = inspect_scene(rooms(), std::nullopt, CellOptions(), true);
+  CHECK(fits["fit"]["correlation"].get<double>() > 0.4);
+  CHECK(fits["fit"]["likely"].is_null());
+  const TemporaryFolder folder;
+  write_ply(folder.path() / "small.ply", changed(mesh_of(rooms()), 0.001 * glm::dmat3(1.0)));
+  const nlohmann::json wrong = inspect_scene(rooms(), folder.path() / "small.ply", CellOptions(), true);
+  CHECK_THAT(wrong["fit"]["likely"].get<std::string>(), Catch::Contains("1000 times too small"));
+  CHECK_THAT(wrong["warnings"].dump(), Catch::Contains("does not fit the photographs"));
+}
+
+TEST_CASE("options of a diagnosis that cannot be are refused by name") {
+  MeshDiagnosisOptions options;
+  CHECK_NOTHROW(check(options));
+  options.least_correlation = 1;
+  CHECK_THROWS_WITH(check(options), "mesh diagnosis: least_correlation is 1, must be in (0, 1)");
+  options = {};
+  options.fit.views = 1;
+  CHECK_THROWS_WITH(check(options), "mesh fit: views is 1, must be at least 2");
+}
+
+}  // namespace
+}  // namespace lumatlas
