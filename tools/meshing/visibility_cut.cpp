@@ -12,6 +12,7 @@
 #include <boost/graph/boykov_kolmogorov_max_flow.hpp>
 #include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <cmath>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -73,6 +74,7 @@ class VoteCounter {
  public:
   VoteCounter(const Delaunay& tetrahedra, double sigma)
       : tetrahedra_(tetrahedra),
+        hull_(hull_of(tetrahedra)),
         sigma_(sigma),
         votes_{std::vector<Weight>(tetrahedra.number_of_cells()), std::vector<Weight>(tetrahedra.number_of_cells()),
                std::vector<Weight>(4 * tetrahedra.number_of_cells())} {}
@@ -89,15 +91,9 @@ class VoteCounter {
 
   // A view outside of the hull is in all the infinite cells whose facets it sees from there.
   void count_outside(const Point& view) {
-    for (const Cell cell : tetrahedra_.all_cell_handles()) {
-      int infinite = 0;
-      if (!cell->has_vertex(tetrahedra_.infinite_vertex(), infinite)) continue;
-      const Cell inner = cell->neighbor(infinite);
-      const Point& apex = inner->vertex(inner->index(cell))->point();
-      const auto corner = [&](int i) { return cell->vertex((infinite + i) & 3)->point(); };
-      const auto side_of = [&](const Point& p) { return CGAL::orientation(corner(1), corner(2), corner(3), p); };
-      if (side_of(view) == -side_of(apex) && side_of(view) != CGAL::COPLANAR) {
-        votes_.free[cell->info()] += weight_of(1);
+    for (const HullFacet& facet : hull_) {
+      if (CGAL::orientation(facet.corners[0], facet.corners[1], facet.corners[2], view) == facet.outside) {
+        votes_.free[facet.cell] += weight_of(1);
       }
     }
   }
@@ -105,6 +101,31 @@ class VoteCounter {
   [[nodiscard]] Votes take() { return std::move(votes_); }
 
  private:
+  // A facet of the hull, and the infinite cell beyond it.
+  struct HullFacet {
+    std::array<Point, 3> corners;
+    CGAL::Orientation outside;  // of the corners and a point beyond the facet
+    std::uint32_t cell;
+  };
+
+  // Views outside are many, and the hull has few of all the cells.
+  static std::vector<HullFacet> hull_of(const Delaunay& tetrahedra) {
+    std::vector<Cell> infinite_cells;
+    tetrahedra.incident_cells(tetrahedra.infinite_vertex(), std::back_inserter(infinite_cells));
+    std::vector<HullFacet> hull;
+    hull.reserve(infinite_cells.size());
+    for (const Cell cell : infinite_cells) {
+      const int infinite = cell->index(tetrahedra.infinite_vertex());
+      const Cell inner = cell->neighbor(infinite);
+      const Point& apex = inner->vertex(inner->index(cell))->point();
+      const auto corner = [&](int i) { return cell->vertex((infinite + i) & 3)->point(); };
+      const CGAL::Orientation inside = CGAL::orientation(corner(1), corner(2), corner(3), apex);
+      // Cells of the hull that have no volume are seen by nobody.
+      if (inside != CGAL::COPLANAR) hull.push_back({{corner(1), corner(2), corner(3)}, -inside, cell->info()});
+    }
+    return hull;
+  }
+
   // The cell that holds the view; on the way there the facets get their votes.
   Cell towards(Delaunay::Vertex_handle p, const Point& view, double alpha_vis) {
     Delaunay::Segment_cell_iterator cell(&tetrahedra_, p, view);
@@ -144,6 +165,7 @@ class VoteCounter {
   }
 
   const Delaunay& tetrahedra_;
+  std::vector<HullFacet> hull_;
   double sigma_;
   Votes votes_;
 };
