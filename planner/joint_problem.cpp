@@ -94,13 +94,15 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
   return part;
 }
 
-// Nothing for a point behind the camera.
+// Nothing for a point behind the camera or outside of its image.
 std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
                                                  const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
-  return uncorrected(at.corrections[lens_of_[slot]], camera, camera.image_from_cam(cam));
+  const glm::dvec2 image = uncorrected(at.corrections[lens_of_[slot]], camera, camera.image_from_cam(cam));
+  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
+  return image;
 }
 
 // The change of the distortion with the pose is left out: of second order.
@@ -134,16 +136,17 @@ ImageDerivatives JointProblem::derivatives(const JointState& state, std::uint32_
   return result;
 }
 
-// Of the views that a point is compared with.
+// Of the views that a point is compared with, those that show it where they are now.
 void JointProblem::find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level,
                                Scratch& scratch) const {
   scratch.places.clear();
   for (const Observation& other : point.others) {
     const Pyramid& pyramid = views_[other.slot]->pyramid;
     const double matching = std::clamp(std::round(other.level + level), 0.0, pyramid.levels() - 1.0);
-    const glm::dvec2 image = image_of(at, other.slot, point.position).value_or(glm::dvec2(0.0));
-    scratch.places.push_back({other.slot, static_cast<std::uint32_t>(matching), image});
-    pyramid.prefetch(scratch.places.back().level, image);
+    const std::optional<glm::dvec2> image = image_of(at, other.slot, point.position);
+    if (!image) continue;
+    scratch.places.push_back({other.slot, static_cast<std::uint32_t>(matching), *image});
+    pyramid.prefetch(scratch.places.back().level, *image);
   }
 }
 
@@ -160,15 +163,14 @@ ColorSample JointProblem::sample_at(const Place& place) const {
 // Rows 3 * index and the next two.
 void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point,
                               std::size_t index, Scratch& scratch, Linearised& out) const {
-  const Camera& camera = at.state.cameras[slot];
   const auto first = static_cast<Eigen::Index>(3 * index);
   const std::optional<glm::dvec2> image = image_of(at, slot, point.position);
-  if (!image || !(image->x >= 0 && image->y >= 0 && image->x < camera.width && image->y < camera.height)) {
+  const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
+  if (image) find_places(at, point, level, scratch);
+  if (!image || scratch.places.empty()) {  // there is nothing to compare
     out.r.segment<3>(first).setConstant(tukey(kTukeyCutoff).value);
     return;
   }
-  const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
-  find_places(at, point, level, scratch);
   const ColorSample sample = views_[slot]->pyramid.sample(level, *image);
   const ImageDerivatives own = derivatives(at.state, slot, point.position);
   const glm::dvec3 gain = views_[slot]->gain * at.state.gain[slot];
@@ -177,7 +179,7 @@ void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const
   scratch.values.resize(scratch.seen.size());
   for (int channel = 0; channel < 3; ++channel) {
     for (std::uint32_t i = 0; i < scratch.seen.size(); ++i) {
-      scratch.values[i] = {scratch.seen[i].color[channel], point.others[i].slot, i};
+      scratch.values[i] = {scratch.seen[i].color[channel], scratch.places[i].slot, i};
     }
     const Eigen::Index row = first + channel;
     const auto [low, high] = middle_values(scratch.values);
