@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 
 namespace lumatlas {
 
@@ -14,6 +16,16 @@ inline constexpr std::size_t kFewestJointPoints = 300;  // of each view
 
 [[nodiscard]] constexpr bool can_be_solved_for_together(std::uint32_t views) {
   return views > 0 && views <= kMostJointViews;
+}
+
+// What to tell of so many views, if they are too many.
+[[nodiscard]] inline std::optional<std::string> too_many_together(std::uint32_t views) {
+  if (views <= kMostJointViews) return std::nullopt;
+  return std::to_string(views) + " stored views are too many to solve for all poses and lenses at once (at most " +
+         std::to_string(kMostJointViews) +
+         "): each view is refined beside its neighbours instead, which leaves a drift that many views share; "
+         "--max-views " +
+         std::to_string(kMostJointViews) + " keeps few enough";
 }
 
 // Of each view, so that it is about so many of all together.

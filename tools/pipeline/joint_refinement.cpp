@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cstddef>
 #include <limits>
+#include <optional>
+#include <string>
 
 #include "tools/base/elapsed.h"
 #include "tools/pipeline/joint_limits.h"
@@ -69,8 +71,9 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
 }
 
 // Exposures and single views follow.
-void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
+void solve_poses(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
   const std::uint32_t views = planner.stored_views();
+  if (const std::optional<std::string> sentence = too_many_together(views)) warn_of(options)(*sentence);
   if (!can_be_solved_for_together(views)) return;
   result.poses = planner.solve_poses(points_of_each(kPointsTogether, views));
   stage.tick();
@@ -82,7 +85,7 @@ void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildO
   polish_once(planner, stage, result);
   const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, options, stage, result);
   if (result.polish.back().moved_px == 0) return;
-  if (!has_new_poses) solve_poses(planner, stage, result);
+  if (!has_new_poses) solve_poses(planner, options, stage, result);
   polish_until_rest(planner, options, stage, result);
 }
 
