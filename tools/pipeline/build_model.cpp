@@ -171,8 +171,8 @@ void note_surface(const SurfaceInput& input, BuildResult& result) {
   result.simplified_distance = input.simplified_distance;
 }
 
-// Tells what does not fit. Lenses are then taken as given: what a wrong mesh pretends is no lens. Black borders are left
-// out, before they are painted on the surface or taken for a lens.
+// Tells what does not fit. Lenses are then taken as given: what a wrong mesh pretends is no lens. Black borders are
+// left out, before they are painted on the surface or taken for a lens.
 void diagnose(const std::filesystem::path& scene, const SurfaceInput& input, const Visibility& visibility,
               std::vector<SceneView>& views, const std::vector<std::size_t>& ranks, const BuildCallback& callback,
               BuildResult& result) {
