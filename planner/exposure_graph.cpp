@@ -19,19 +19,29 @@ constexpr double kTolerance = 1e-9;
 
 constexpr Requirement exposure_graph_requires{"exposure graph"};
 
+// A ratio between two entries of Graph::slots.
 struct Edge {
   std::uint32_t from, to;  // ln g_from - ln g_to = log_ratio
   double log_ratio, weight;
+};
+
+// The slots that have ratios, in rising order, and the ratios between them. No other slot is part of a system, so that
+// the solution is the same to the bit however many slots the store has.
+struct Graph {
+  std::vector<std::uint32_t> slots;
+  std::vector<Edge> edges;
 };
 
 // Normal equations of the edges, each weighted by how well a solution fits it.
 class NormalEquations {
  public:
   // Every edge counts in full without a solution.
-  NormalEquations(const std::vector<Edge>& edges, const Eigen::VectorXd* fitted, Eigen::Index slots)
-      : edges_(edges), diagonal_(Eigen::VectorXd::Zero(slots)), right_(Eigen::VectorXd::Zero(slots)) {
-    weights_.reserve(edges.size());
-    for (const Edge& edge : edges) {
+  NormalEquations(const Graph& graph, const Eigen::VectorXd* fitted)
+      : edges_(graph.edges),
+        diagonal_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(graph.slots.size()))),
+        right_(Eigen::VectorXd::Zero(diagonal_.size())) {
+    weights_.reserve(edges_.size());
+    for (const Edge& edge : edges_) {
       const double misfit =
           fitted == nullptr ? 0 : ((*fitted)[edge.from] - (*fitted)[edge.to] - edge.log_ratio) / kOutlierLog;
       const double weight = edge.weight / (1 + misfit * misfit);
@@ -40,7 +50,7 @@ class NormalEquations {
       right_[edge.from] += weight * edge.log_ratio;
       right_[edge.to] -= weight * edge.log_ratio;
     }
-    for (double& value : diagonal_) value = value > 0 ? value : 1;  // of a slot without ratios, whose gain is 1
+    for (double& value : diagonal_) value = value > 0 ? value : 1;  // of a slot whose ratios are of no point at all
   }
 
   [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& logs) const {
@@ -76,18 +86,38 @@ class NormalEquations {
   }
 
  private:
-  const std::vector<Edge>& edges_;
+  const std::vector<Edge>& edges_;  // of a graph that outlives this
   std::vector<double> weights_;
   Eigen::VectorXd diagonal_, right_;
 };
 
-// Those of a slot without ratios are 0.
-void forget_without_ratios(const std::vector<Edge>& edges, Eigen::VectorXd& logs) {
-  Eigen::VectorXd kept = Eigen::VectorXd::Zero(logs.size());
-  for (const Edge& edge : edges) {
-    for (const std::uint32_t slot : {edge.from, edge.to}) kept[slot] = logs[slot];
+// Replaces the slots that the edges name by their places in graph.slots, which this fills.
+void number_slots(Graph& graph, std::size_t slots) {
+  std::vector<std::uint32_t> place(slots, 0);
+  for (const Edge& edge : graph.edges) place[edge.from] = place[edge.to] = 1;
+  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+    if (place[slot] == 0) continue;
+    place[slot] = static_cast<std::uint32_t>(graph.slots.size());
+    graph.slots.push_back(slot);
   }
-  logs = std::move(kept);
+  for (Edge& edge : graph.edges) {
+    edge.from = place[edge.from];
+    edge.to = place[edge.to];
+  }
+}
+
+Eigen::VectorXd gathered(const std::vector<double>& by_slot, const std::vector<std::uint32_t>& slots) {
+  Eigen::VectorXd values(static_cast<Eigen::Index>(slots.size()));
+  for (std::size_t i = 0; i < slots.size(); ++i) values[static_cast<Eigen::Index>(i)] = by_slot[slots[i]];
+  return values;
+}
+
+// 0 for the slots that are not among `slots`.
+std::vector<double> scattered(const Eigen::VectorXd& values, const std::vector<std::uint32_t>& slots,
+                              std::size_t count) {
+  std::vector<double> by_slot(count, 0.0);
+  for (std::size_t i = 0; i < slots.size(); ++i) by_slot[slots[i]] = values[static_cast<Eigen::Index>(i)];
+  return by_slot;
 }
 
 }  // namespace
@@ -116,22 +146,21 @@ void ExposureGraph::erase(std::uint32_t slot) {
 }
 
 const std::vector<double>& ExposureGraph::log_gains(bool white_balance, int channel) {
-  std::vector<Edge> edges;
+  Graph graph;
   for (std::uint32_t slot = 0; slot < ratios_.size(); ++slot) {
     for (const ExposureRatio& ratio : ratios_[slot]) {
-      edges.push_back({slot, ratio.slot, (white_balance ? ratio.log_ratio : ratio.log_luminance)[channel],
-                       std::sqrt(static_cast<double>(ratio.points))});
+      graph.edges.push_back({slot, ratio.slot, (white_balance ? ratio.log_ratio : ratio.log_luminance)[channel],
+                             std::sqrt(static_cast<double>(ratio.points))});
     }
   }
-  const auto slots = static_cast<Eigen::Index>(ratios_.size());
+  number_slots(graph, ratios_.size());
   Solutions& solutions = solutions_[white_balance ? static_cast<std::size_t>(channel) : 3];
-  Eigen::VectorXd logs = Eigen::VectorXd::Zero(slots);  // of the system before
+  Eigen::VectorXd logs = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(graph.slots.size()));
   for (std::size_t system = 0; system < kSystems; ++system) {
-    const NormalEquations equations(edges, system == 0 ? nullptr : &logs, slots);
-    if (!solutions[system].empty()) logs = Eigen::Map<const Eigen::VectorXd>(solutions[system].data(), slots);
-    forget_without_ratios(edges, logs);
-    looks_ += edges.size() * equations.solve(logs);
-    solutions[system].assign(logs.begin(), logs.end());
+    const NormalEquations equations(graph, system == 0 ? nullptr : &logs);  // logs: of the system before
+    if (!solutions[system].empty()) logs = gathered(solutions[system], graph.slots);
+    if (!graph.slots.empty()) looks_ += graph.edges.size() * equations.solve(logs);
+    solutions[system] = scattered(logs, graph.slots, ratios_.size());
   }
   return solutions.back();
 }

@@ -94,15 +94,23 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
   return part;
 }
 
-// Nothing for a point behind the camera or outside of its image.
+namespace {
+
+// Whether a point of the image plane, pixels, lies in the image or at most `margin` pixels beside it.
+bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
+  return image.x >= -margin && image.y >= -margin && image.x < camera.width + margin &&
+         image.y < camera.height + margin;
+}
+
+}  // namespace
+
+// Nothing for a point behind the camera.
 std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
                                                  const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
-  const glm::dvec2 image = uncorrected(at.corrections[lens_of_[slot]], camera, camera.image_from_cam(cam));
-  if (!(image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height)) return std::nullopt;
-  return image;
+  return uncorrected(at.corrections[lens_of_[slot]], camera, camera.image_from_cam(cam));
 }
 
 // The change of the distortion with the pose is left out: of second order.
@@ -136,7 +144,8 @@ ImageDerivatives JointProblem::derivatives(const JointState& state, std::uint32_
   return result;
 }
 
-// Of the views that a point is compared with, those that show it where they are now.
+// Of the views that a point is compared with, those that show it where they are now. The colour of the border stands
+// for a point that has just left the image, by a pixel of the level at most, so that residuals do not jump there.
 void JointProblem::find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level,
                                Scratch& scratch) const {
   scratch.places.clear();
@@ -144,7 +153,7 @@ void JointProblem::find_places(const Linearisation& at, const ComparedPoint& poi
     const Pyramid& pyramid = views_[other.slot]->pyramid;
     const double matching = std::clamp(std::round(other.level + level), 0.0, pyramid.levels() - 1.0);
     const std::optional<glm::dvec2> image = image_of(at, other.slot, point.position);
-    if (!image) continue;
+    if (!image || !is_within(*image, views_[other.slot]->camera, std::exp2(matching))) continue;
     scratch.places.push_back({other.slot, static_cast<std::uint32_t>(matching), *image});
     pyramid.prefetch(scratch.places.back().level, *image);
   }
@@ -166,8 +175,9 @@ void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const
   const auto first = static_cast<Eigen::Index>(3 * index);
   const std::optional<glm::dvec2> image = image_of(at, slot, point.position);
   const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
-  if (image) find_places(at, point, level, scratch);
-  if (!image || scratch.places.empty()) {  // there is nothing to compare
+  const bool is_seen = image && is_within(*image, at.state.cameras[slot], 0);
+  if (is_seen) find_places(at, point, level, scratch);
+  if (!is_seen || scratch.places.empty()) {  // there is nothing to compare
     out.r.segment<3>(first).setConstant(tukey(kTukeyCutoff).value);
     return;
   }

@@ -9,6 +9,7 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -106,10 +107,11 @@ void check_last_row(const std::array<double, 4>& row) {
   constexpr double kMostRounding = 1e-6;
   const auto off = [&](std::size_t i, double expected) { return !(std::abs(row[i] - expected) <= kMostRounding); };
   if (!off(0, 0) && !off(1, 0) && !off(2, 0) && !off(3, 1)) return;
-  std::string text;
-  for (const double value : row) text += (text.empty() ? "" : " ") + number_text(value);
-  throw std::invalid_argument("its last row is " + text + ", must be 0 0 0 1" +
-                              (off(3, 1) ? "" : ": it is written by columns, must be by rows"));
+  std::ostringstream text;
+  text << "its last row is";
+  for (const double value : row) text << ' ' << number_text(value);
+  text << ", must be 0 0 0 1" << (off(3, 1) ? "" : ": it is written by columns, must be by rows");
+  throw std::invalid_argument(text.str());
 }
 
 std::optional<fs::path> inner_path(std::string_view text) {

@@ -205,7 +205,10 @@ TEST_CASE("what was done to a lens is one line with the terms that can be seen")
   lens.views = 24;
   lens.estimate.correction = {1.01, {0.005, 0}, -0.037, 0.00001, 0, 0};
   lens.estimate.corner_px = 13.14;
-  CHECK(lenses_text({{lens}}).empty());
+  CHECK(lenses_text({{lens}}) ==
+        "lens: left as given; focal length +1.00 %, principal point (+3.2, +0.0) px, k1 -0.0370 was estimated, which "
+        "would "
+        "move a corner by 13.1 px, but makes too little of a difference to be sure of\n");
   lens.applied = true;
   CHECK(lenses_text({{lens}}) ==
         "lens: focal length +1.00 %, principal point (+3.2, +0.0) px, k1 -0.0370, a corner moves 13.1 px; "
