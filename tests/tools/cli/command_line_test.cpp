@@ -231,9 +231,9 @@ TEST_CASE("a page for browsers is a folder or one file, and replaces nothing but
   const nlohmann::json scene = nlohmann::json::parse(bytes_of(site / "scene.json"));
   const nlohmann::json& view = scene["views"].front();
   for (const std::string& name : {std::string("index.html"), std::string("viewer.js"), std::string("shaders.json"),
-                                 scene["poster"].get<std::string>(), scene["mesh"]["file"].get<std::string>(),
-                                 scene["tables"]["file"].get<std::string>(), view["photograph"].get<std::string>(),
-                                 view["mask"].get<std::string>(), view["thumbnail"].get<std::string>()}) {
+                                  scene["poster"].get<std::string>(), scene["mesh"]["file"].get<std::string>(),
+                                  scene["tables"]["file"].get<std::string>(), view["photograph"].get<std::string>(),
+                                  view["mask"].get<std::string>(), view["thumbnail"].get<std::string>()}) {
     INFO(name);
     CHECK(fs::exists(site / name));
   }
