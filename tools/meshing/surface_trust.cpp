@@ -87,10 +87,10 @@ class PixelCounter {
       ++pixels_;
       if (buffer_.face[pixel] == kNoFace) continue;
       if (covered_++ % kPixelStep != 0) continue;
-      const glm::dvec2 center(static_cast<double>(pixel % view.width) + 0.5,
-                              static_cast<double>(pixel / view.width) + 0.5);
+      const std::size_t row = pixel / view.width, column = pixel % view.width;
+      const glm::dvec2 center(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
       const glm::dvec3 at = view.center() + double{buffer_.depth[pixel]} * view.ray(center);
-      if (tree_.size() == 0) continue;  // there is no distance from points
+      if (tree_.empty()) continue;  // there is no distance from points
       const Search nearest(tree_, cgal(at), 1);
       const double distance_px = std::sqrt(nearest.begin()->second) * pixels_per_length(at, full_size);
       ++measured_;

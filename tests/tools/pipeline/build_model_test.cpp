@@ -435,7 +435,7 @@ TEST_CASE("the texture array of tiles never takes more than its budget, and phot
     const BuildResult result = build_model(small_scene(), options);
     const nlohmann::json bytes = summary(result, options)["bytes"];
     // The planner keeps all photographs, so that tiles can be chosen from them; the model holds those with a tile.
-    CHECK(stored(result).size() >= 1);
+    CHECK_FALSE(stored(result).empty());
     CHECK(stored(result).size() <= kViews);
     CHECK(has_resident_tile_in_every_view(result.snapshot));
     CHECK(bytes["budget"] == options.array_bytes);
