@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4: orientation.
+// ITU-T T.81 (JPEG), annex B.1: markers and segments. JEITA CP-3451 (EXIF 2.32), 4.6.4 and 4.6.5: camera.
 // W3C PNG, third edition, section 5: chunks; annex D: their checksum. OpenEXR file layout: headers, attributes.
 // RFC 9649 (WebP), sections 2.5 to 2.7: the first chunk; RFC 6386 (VP8), section 9.1; WebP lossless, section 3.
 #include "atlas/image_header.h"
@@ -10,6 +10,7 @@
 #include <array>
 #include <cstddef>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -55,6 +56,10 @@ class Exif {
   [[nodiscard]] std::size_t u32(std::size_t at) const {
     return big_endian_ ? u16(at) << 16 | u16(at + 2) : u16(at + 2) << 16 | u16(at);
   }
+  // As much of it as there is.
+  [[nodiscard]] std::string_view text(std::size_t at, std::size_t size) const {
+    return tiff_.substr(std::min(at, tiff_.size()), size);
+  }
 
  private:
   [[nodiscard]] std::size_t byte(std::size_t at) const {
@@ -65,20 +70,41 @@ class Exif {
   bool big_endian_;
 };
 
-int exif_orientation(std::string_view app1) {
+// The text of an ASCII entry, without what follows its first zero.
+std::string exif_text(const Exif& exif, std::size_t entry) {
+  const std::size_t count = exif.u32(entry + 4);
+  const std::string_view text = exif.text(count > 4 ? exif.u32(entry + 8) : entry + 8, count);
+  return std::string(text.substr(0, text.find('\0')));
+}
+
+// Where the directory has an entry of this tag. Of several, the first.
+std::optional<std::size_t> exif_entry(const Exif& exif, std::size_t directory, std::size_t tag) {
+  const std::size_t entries = exif.u16(directory);
+  for (std::size_t i = 0; i < entries; ++i) {
+    const std::size_t entry = directory + 2 + 12 * i;
+    if (exif.u16(entry) == tag) return entry;
+  }
+  return std::nullopt;
+}
+
+// Changes nothing for a segment that is not EXIF's.
+void read_exif(std::string_view app1, JpegHeader& header) {
   constexpr std::string_view kExif("Exif\0\0", 6);
-  constexpr std::size_t kOrientation = 0x0112;
-  if (!app1.starts_with(kExif)) return 1;
+  constexpr std::size_t kMake = 0x010f, kModel = 0x0110, kOrientation = 0x0112, kOwnDirectory = 0x8769, kFocal = 0x920a;
+  if (!app1.starts_with(kExif)) return;
   const Exif exif(app1.substr(kExif.size()));
   const std::size_t directory = exif.u32(4);
-  const std::size_t entries = exif.u16(directory);
-  for (std::size_t entry = 0; entry < entries; ++entry) {
-    const std::size_t at = directory + 2 + 12 * entry;
-    if (exif.u16(at) != kOrientation) continue;
-    const std::size_t orientation = exif.u16(at + 8);
-    return orientation >= 1 && orientation <= 8 ? static_cast<int>(orientation) : 1;
+  if (const auto make = exif_entry(exif, directory, kMake)) header.make = exif_text(exif, *make);
+  if (const auto model = exif_entry(exif, directory, kModel)) header.model = exif_text(exif, *model);
+  if (const auto orientation = exif_entry(exif, directory, kOrientation)) {
+    const std::size_t value = exif.u16(*orientation + 8);
+    if (value >= 1 && value <= 8) header.orientation = static_cast<int>(value);
   }
-  return 1;
+  const auto own = exif_entry(exif, directory, kOwnDirectory);
+  const auto focal = own ? exif_entry(exif, exif.u32(*own + 8), kFocal) : std::nullopt;
+  if (!focal) return;
+  const std::size_t at = exif.u32(*focal + 8), divisor = exif.u32(at + 4);
+  if (divisor != 0) header.focal_length_mm = static_cast<double>(exif.u32(at)) / static_cast<double>(divisor);
 }
 
 std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
@@ -127,8 +153,7 @@ std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
     if (marker == kApp1) {
       std::string segment(static_cast<std::size_t>(length), '\0');
       file.read(segment.data(), length);
-      // A later segment may hold XMP instead.
-      if (header.orientation == 1) header.orientation = exif_orientation(segment);
+      read_exif(segment, header);
     } else {
       file.seekg(length, std::ios::cur);
     }

@@ -8,13 +8,16 @@
 #include <istream>
 #include <optional>
 #include <span>
+#include <string>
 
 namespace lumatlas {
 
 struct JpegHeader {
-  std::uint32_t width = 0;   // pixels, as stored
-  std::uint32_t height = 0;  // pixels, as stored
-  int orientation = 1;       // EXIF, 1 to 8
+  std::uint32_t width = 0;     // pixels, as stored
+  std::uint32_t height = 0;    // pixels, as stored
+  int orientation = 1;         // EXIF, 1 to 8
+  std::string make, model;     // of the camera, EXIF; empty: not said
+  double focal_length_mm = 0;  // EXIF; 0: not said
 };
 
 // Nothing if there is no frame header before the first scan.

@@ -457,6 +457,23 @@ ImageSize size_of(Source& source, Orientation orientation) {
   return upright_size(checked_header(source, image, orientation));
 }
 
+CameraNote camera_note_of(Source& source) {
+  Opened image = reader_for(source);
+  const Header header = checked_header(source, image, Orientation::as_stored);
+  CameraNote note{upright_size(header), {}, {}, 0};
+  if (image.reader) {
+    const OIIO::ImageSpec& spec = image.reader->spec();
+    note.make = std::string(spec.get_string_attribute("Make"));
+    note.model = std::string(spec.get_string_attribute("Model"));
+    note.focal_length_mm = static_cast<double>(spec.get_float_attribute("Exif:FocalLength"));
+  } else if (const std::optional<JpegHeader> jpeg = read_jpeg_header(*source.stream())) {
+    note.make = jpeg->make;
+    note.model = jpeg->model;
+    note.focal_length_mm = jpeg->focal_length_mm;
+  }
+  return note;
+}
+
 Photograph read_from(Source& source, Orientation orientation) {
   // What is looked at several times is held, so that header, checks and decoder see one file; others are opened once.
   if (may_be_in_memory(format_of(source))) source.hold();
@@ -522,6 +539,11 @@ ImageSize photograph_size(const fs::path& path, Orientation orientation) {
 ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name) {
   Source source(file, name);
   return size_of(source, Orientation::exif);
+}
+
+CameraNote read_camera_note(const fs::path& path) {
+  Source source(path);
+  return camera_note_of(source);
 }
 
 Photograph read_photograph(const fs::path& path, Orientation orientation) {

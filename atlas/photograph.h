@@ -28,6 +28,15 @@ struct ImageSize {
 // From the header alone. Throws InputError.
 [[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
+// What a file's header says of the camera that took the photograph.
+struct CameraNote {
+  ImageSize size;              // as stored
+  std::string make, model;     // empty: not said
+  double focal_length_mm = 0;  // 0: not said
+};
+// Of JPEG, PNG, TIFF, WebP and OpenEXR. Throws InputError.
+[[nodiscard]] CameraNote read_camera_note(const std::filesystem::path& path);
+
 // Reads JPEG, PNG, TIFF, WebP and OpenEXR, told by their first bytes whatever their names are; other formats are
 // refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped); floating-point files are taken as
 // linear light. Colours that a file's ICC profile says to be others, such as Display P3 or Adobe RGB, are converted to

@@ -160,6 +160,31 @@ TEST_CASE("EXIF in big-endian order turns a photograph too") {
   CHECK(read_photograph(folder / "b.jpg").width == 32);
 }
 
+TEST_CASE("a header's words about the camera are read, and nothing where it has none") {
+  const TemporaryFolder folder;
+  for (const char* const name : {"a.jpg", "a.tif"}) {
+    CAPTURE(name);
+    OIIO::ImageSpec spec(4, 2, 3, TypeDesc::UINT8);
+    const std::vector<std::uint8_t> samples(24, 100);
+    write_stored(folder / name, spec, TypeDesc::UINT8, samples.data());
+    const CameraNote none = read_camera_note(folder / name);
+    CHECK(none.make.empty());
+    CHECK(none.model.empty());
+    CHECK(none.focal_length_mm == 0);
+    spec.attribute("Make", "A maker");
+    spec.attribute("Model", "M1");  // so short that EXIF keeps it in the entry
+    spec.attribute("Exif:FocalLength", 4.25f);
+    spec.attribute("Orientation", 6);  // turned
+    write_stored(folder / name, spec, TypeDesc::UINT8, samples.data());
+    const CameraNote note = read_camera_note(folder / name);
+    CHECK(note.size.width == 4);
+    CHECK(note.size.height == 2);
+    CHECK(note.make == "A maker");
+    CHECK(note.model == "M1");
+    CHECK(note.focal_length_mm == Approx(4.25));
+  }
+}
+
 TEST_CASE("16-bit samples are rounded to the nearest of 256 steps") {
   const TemporaryFolder folder;
   std::vector<std::uint16_t> samples;

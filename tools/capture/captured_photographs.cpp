@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/capture/captured_photographs.h"
 
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <map>
 #include <utility>
 
+#include "atlas/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "tools/base/interrupt.h"
@@ -34,15 +33,13 @@ bool is_hidden(const fs::path& path) {
 
 // What a header says of the lens; a file that cannot be read says nothing, and COLMAP passes over it.
 std::string lens_text(const fs::path& path) {
-  const auto input = OIIO::ImageInput::open(path.string());
-  if (!input) {
-    (void)OIIO::geterror();
+  try {
+    const CameraNote note = read_camera_note(path);
+    return size_text(note.size.width, note.size.height) + " " + note.make + " " + note.model + " " +
+           std::to_string(note.focal_length_mm);
+  } catch (const InputError&) {
     return {};
   }
-  const OIIO::ImageSpec& spec = input->spec();
-  return size_text(spec.width, spec.height) + " " + std::string(spec.get_string_attribute("Make")) + " " +
-         std::string(spec.get_string_attribute("Model")) + " " +
-         std::to_string(spec.get_float_attribute("Exif:FocalLength"));
 }
 
 // COLMAP reads its list of photographs line by line, without the blanks around a name. The model that comes of them
