@@ -19,6 +19,7 @@
 #include <utility>
 
 #include "atlas/color_profile.h"
+#include "atlas/embedded_profile.h"
 #include "atlas/image_header.h"
 #include "atlas/jpeg_file.h"
 #include "mesh/base/errors.h"
@@ -112,32 +113,43 @@ void require_readable(const fs::path& path) {
 class Source {
  public:
   explicit Source(const fs::path& path) : path_(path) { require_readable(path); }
-  Source(std::span<const std::uint8_t> file, const std::string& name)
-      : path_(name), bytes_(file), proxy_(std::in_place, file.data(), file.size()) {}
+  Source(std::span<const std::uint8_t> file, const std::string& name) : path_(name), in_memory_(true), bytes_(file) {}
 
   [[nodiscard]] const fs::path& path() const { return path_; }  // in memory: what stands for it in sentences
-  [[nodiscard]] bool in_memory() const { return proxy_.has_value(); }
+  [[nodiscard]] bool in_memory() const { return in_memory_; }
   [[nodiscard]] std::uint64_t size() const { return in_memory() ? bytes_.size() : fs::file_size(path_); }
   [[nodiscard]] std::span<const std::uint8_t> bytes() const { return bytes_; }  // in memory
   [[nodiscard]] std::unique_ptr<std::istream> stream() const {
     if (in_memory()) return std::make_unique<std::istringstream>(std::string(bytes_.begin(), bytes_.end()));
     return std::make_unique<std::ifstream>(path_, std::ios::binary);
   }
-  [[nodiscard]] OIIO::Filesystem::IOProxy* proxy() { return in_memory() ? &*proxy_ : nullptr; }
+  // What OpenImageIO reads, until the next call.
+  [[nodiscard]] PatchedReader& reader() {
+    using namespace OIIO::Filesystem;
+    std::unique_ptr<IOProxy> file;
+    if (in_memory_) {
+      file = std::make_unique<IOMemReader>(bytes_.data(), bytes_.size());
+    } else {
+      file = std::make_unique<IOFile>(path_.string(), IOProxy::Read);
+    }
+    reader_.emplace(std::move(file));
+    return *reader_;
+  }
 
   // From here on in memory: whoever replaces the file on disk changes nothing of what is read.
   void hold() {
     if (in_memory()) return;
     held_ = read_whole_file(path_);
     bytes_ = std::span(reinterpret_cast<const std::uint8_t*>(held_.data()), held_.size());
-    proxy_.emplace(held_.data(), held_.size());
+    in_memory_ = true;
   }
 
  private:
   fs::path path_;
+  bool in_memory_ = false;
   std::string held_;
   std::span<const std::uint8_t> bytes_;
-  std::optional<OIIO::Filesystem::IOMemReader> proxy_;
+  std::optional<PatchedReader> reader_;
 };
 
 Format format_of(const Source& source) {
@@ -171,12 +183,13 @@ bool may_be_in_memory(Format format) {
 struct Opened {
   Format format;
   Reader reader;
+  std::vector<std::uint8_t> profile;  // ICC, of a PNG or TIFF that is opened; empty: there is none
 };
 
 Opened reader_for(const Source& source) {
   const Format format = format_of(source);
   if (source.in_memory() && !may_be_in_memory(format)) fail(source.path(), "not a PNG or JPEG image");
-  return {format, format == Format::jpeg ? nullptr : reader_of(source, format)};
+  return {format, format == Format::jpeg ? nullptr : reader_of(source, format), {}};
 }
 
 // What must be known before anything is allocated for the pixels.
@@ -230,10 +243,16 @@ void check_exr(const Source& source) {
 }
 
 // A reader that does its work on the calling thread, so that callers decide about parallelism.
-void open_image(Source& source, OIIO::ImageInput& reader) {
+void open_image(Source& source, Opened& image) {
+  OIIO::ImageInput& reader = *image.reader;
   reader.threads(1);
   OIIO::ImageSpec config;
-  if (OIIO::Filesystem::IOProxy* proxy = source.proxy()) config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+  if (image.format == Format::png || image.format == Format::tiff) {
+    PatchedReader& file = source.reader();
+    image.profile = image.format == Format::png ? hide_png_profile(file) : hide_tiff_profile(file);
+    OIIO::Filesystem::IOProxy* proxy = &file;
+    config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
+  }
   config.attribute("oiio:UnassociatedAlpha", 1);  // alpha is dropped, so colours must not be multiplied by it
   OIIO::ImageSpec spec;
   if (!reader.open(source.path().string(), spec, config)) {
@@ -256,7 +275,7 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
   }
   if (image.format == Format::openexr) check_exr(source);
   if (image.format == Format::webp) check_size(source, webp_header(source));
-  if (image.reader) open_image(source, *image.reader);
+  if (image.reader) open_image(source, image);
   Header header = image.reader ? opened_header(source.path(), *image.reader) : jpeg_header(source);
   check_size(source, header);
   if (orientation == Orientation::as_stored) header.orientation = 1;
@@ -352,14 +371,6 @@ void require_size_of(const fs::path& path, const Header& header, const OIIO::Ima
                  size_text(spec.width, spec.height) + ": it is damaged");
 }
 
-// The ICC profile of the file's colours, as OpenImageIO has read it; empty: there is none.
-std::vector<std::uint8_t> profile_in(const OIIO::ImageSpec& spec) {
-  const OIIO::ParamValue* const profile = spec.find_attribute("ICCProfile");
-  if (!profile || profile->type().basetype != TypeDesc::UINT8) return {};
-  const auto* const bytes = static_cast<const std::uint8_t*>(profile->data());
-  return {bytes, bytes + profile->type().size()};
-}
-
 // As stored, row by row, in sRGB.
 std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const Header& header) {
   const fs::path& path = source.path();
@@ -382,8 +393,7 @@ std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const 
   } else {
     read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, rgb);
   }
-  const std::vector<std::uint8_t> profile = profile_in(spec);
-  if (!profile.empty() && !spec.format.is_floating_point()) convert_to_srgb(profile, rgb);
+  if (!image.profile.empty() && !spec.format.is_floating_point()) convert_to_srgb(image.profile, rgb);
   return rgb;
 }
 

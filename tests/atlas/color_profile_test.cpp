@@ -8,11 +8,14 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <glm/glm.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "atlas/photograph.h"
+#include "tests/support/profiled_pictures.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {
@@ -153,15 +156,81 @@ TEST_CASE("a profile that is damaged, or of another kind than the picture, chang
   }
 }
 
-TEST_CASE("every byte of a profile may be any other: the picture is read, as a JPEG") {
-  const TemporaryFolder folder;  // OpenImageIO 2.4 reads other formats, and some damaged profiles end it
+const glm::ivec3 kStoredColor(200, 120, 90);  // kProfiledColor
+
+// Reads the photograph, its size and its camera, from the file and from memory.
+void check_is_read(const fs::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+  CHECK(photograph_size(path).width == kProfiledSide);
+  CHECK(read_photograph(path).width == kProfiledSide);
+  CHECK(read_camera_note(path).size.height == kProfiledSide);
+  CHECK(read_alpha(path).empty());
+  if (path.extension() != ".png") return;
+  const std::span file(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
+  CHECK(photograph_size(file, "name").width == kProfiledSide);
+  CHECK(read_photograph(file, "name").width == kProfiledSide);
+}
+
+std::string text_of(const Bytes& bytes) {
+  return {bytes.begin(), bytes.end()};
+}
+
+TEST_CASE("every byte of a profile may be any other: the picture is read") {
+  const TemporaryFolder folder;
   const Bytes profile = display_p3();
-  for (std::size_t at = 0; at < profile.size(); at += 3) {
+  for (std::size_t at = 0; at < profile.size(); ++at) {
+    CAPTURE(at);
     Bytes changed = profile;
-    changed[at] = static_cast<std::uint8_t>(changed[at] ^ 0x5a);
+    changed[at] = static_cast<std::uint8_t>(profile[at] ^ 0x80);
+    check_is_read(folder / "a.png", png_with_profile(text_of(changed)));
+    check_is_read(folder / "a.tif", tiff_with_profile(text_of(changed)));
+    if (at % 3 != 0) continue;
+    changed[at] = static_cast<std::uint8_t>(profile[at] ^ 0x5a);
     write_tagged(folder / "a.jpg", {10, 20, 30}, changed);
     CHECK(read_photograph(folder / "a.jpg").width == 16);
   }
+}
+
+TEST_CASE("a profile may be cut off anywhere: the picture is read") {
+  const TemporaryFolder folder;
+  const std::string profile = text_of(display_p3());
+  for (std::size_t size = 0; size < profile.size(); size += 5) {
+    check_is_read(folder / "a.png", png_with_profile(profile.substr(0, size)));
+    check_is_read(folder / "a.tif", tiff_with_profile(profile.substr(0, size)));
+  }
+}
+
+TEST_CASE("the packed profile of a PNG may be damaged: the colours are taken as sRGB") {
+  const TemporaryFolder folder;
+  const std::string packed = deflated(text_of(display_p3()));
+  const std::string header("name\0\0", 6);
+  for (const std::string& chunk :
+       {std::string(), std::string("name"), header, header + "no packed bytes", header + packed.substr(0, 40)}) {
+    std::ofstream(folder / "a.png", std::ios::binary) << png_with_profile_chunk(chunk);
+    CHECK(color_of(folder / "a.png") == kStoredColor);
+  }
+}
+
+TEST_CASE("a profile is found in every kind of TIFF file") {
+  const TemporaryFolder folder;
+  const std::string profile = text_of(adobe_rgb());
+  const glm::ivec3 expected = srgb_of(kStoredColor, kFromAdobe, 563 / 256.0);
+  REQUIRE(difference(expected, kStoredColor) > 2 * kRounding);
+  for (const ByteOrder order : {ByteOrder::little, ByteOrder::big}) {
+    for (const bool big_tiff : {false, true}) {
+      CAPTURE(order == ByteOrder::big, big_tiff);
+      std::ofstream(folder / "a.tif", std::ios::binary) << tiff_with_profile(profile, order, big_tiff);
+      CHECK(difference(color_of(folder / "a.tif"), expected) <= kRounding);
+    }
+  }
+}
+
+TEST_CASE("a profile that unpacks to more than 8 MiB is left alone") {
+  const TemporaryFolder folder;
+  std::string large = text_of(adobe_rgb());
+  large.resize(9 << 20);
+  std::ofstream(folder / "a.png", std::ios::binary) << png_with_profile(large);
+  CHECK(color_of(folder / "a.png") == kStoredColor);
 }
 
 }  // namespace

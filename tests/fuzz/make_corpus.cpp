@@ -2,6 +2,7 @@
 // make_corpus FOLDER: the inputs of tests/fuzz/corpus that are not made by hand. Small ones: what matters is that each
 // kind of record and each coding of pixels is there once.
 #include <OpenImageIO/imageio.h>
+#include <lcms2.h>
 
 #include <cstdlib>
 #include <exception>
@@ -14,6 +15,7 @@
 
 #include "atlas/model_file.h"
 #include "tests/support/plain_model.h"
+#include "tests/support/profiled_pictures.h"
 #include "tests/support/wall_scenes.h"
 #include "tools/scene/colmap_writer.h"
 
@@ -70,6 +72,24 @@ void write_images(const fs::path& folder) {
   }
 }
 
+std::string srgb_profile() {
+  cmsHPROFILE profile = cmsCreate_sRGBProfile();
+  cmsUInt32Number size = 0;
+  cmsSaveProfileToMem(profile, nullptr, &size);
+  std::string bytes(size, '\0');
+  if (!cmsSaveProfileToMem(profile, bytes.data(), &size)) throw std::runtime_error("a profile cannot be made");
+  cmsCloseProfile(profile);
+  return bytes;
+}
+
+void write_profiles(const fs::path& folder) {
+  const std::string profile = srgb_profile();
+  write_bytes(folder / "profile" / "srgb", profile);
+  write_bytes(folder / "image" / "profile-png", png_with_profile(profile));
+  write_bytes(folder / "image" / "profile-tif", tiff_with_profile(profile));
+  write_bytes(folder / "image" / "profile-big-tif", tiff_with_profile(profile, ByteOrder::big, true));
+}
+
 void write_models(const fs::path& folder) {
   const fs::path scratch = folder / "scratch";
   fs::create_directories(scratch);
@@ -122,6 +142,7 @@ int main(int argument_count, char** arguments) {
   try {
     const fs::path folder = arguments[1];
     write_images(folder / "image");
+    write_profiles(folder);
     write_models(folder);
     write_colmap(folder);
     for (const char* name : {"colour-jpg", "grey-jpg", "colour-png"}) {
