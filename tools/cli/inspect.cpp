@@ -11,8 +11,8 @@
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
+#include "tools/inspection/inspection.h"
 #include "tools/pipeline/model_inspection.h"
-#include "tools/scene/inspection.h"
 
 namespace lumatlas {
 

@@ -14,7 +14,9 @@
 #include "planner/tile_choice.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
-#include "tools/pipeline/blind_views.h"
+#include "tools/inspection/blind_views.h"
+#include "tools/inspection/inspection.h"
+#include "tools/inspection/mesh_diagnosis.h"
 #include "tools/pipeline/downscaled_views.h"
 #include "tools/pipeline/fewer_faces.h"
 #include "tools/pipeline/fitted_views.h"
@@ -25,8 +27,6 @@
 #include "tools/pipeline/parsimony.h"
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
-#include "tools/scene/inspection.h"
-#include "tools/scene/mesh_diagnosis.h"
 #include "tools/scene/surface_input.h"
 
 namespace lumatlas {

@@ -3,7 +3,7 @@
 //
 // Only photographs that are to be stored are read. Of the others the size is looked at and no more: one of them that is
 // cut off or damaged behind its header is not noticed, and does no harm. A few are read beforehand, to see whether the
-// mesh fits them: tools/scene/mesh_diagnosis.h.
+// mesh fits them: tools/inspection/mesh_diagnosis.h.
 #pragma once
 
 #include <chrono>
@@ -20,12 +20,12 @@
 #include "mesh/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
+#include "tools/inspection/mesh_diagnosis.h"
 #include "tools/pipeline/baked_texture.h"
 #include "tools/pipeline/build_options.h"
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/measured_loss.h"
 #include "tools/pipeline/view_stream.h"
-#include "tools/scene/mesh_diagnosis.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Meshes and photographs that do not fit, made of one synthetic scene that does.
-#include "tools/scene/mesh_diagnosis.h"
+#include "tools/inspection/mesh_diagnosis.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -15,8 +15,8 @@
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/inspection/inspection.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/scene/inspection.h"
 #include "tools/scene/surface_input.h"
 #include "tools/synth/synth.h"
 

@@ -11,7 +11,7 @@
 
 #include "mesh/mesh.h"
 #include "mesh/visibility.h"
-#include "tools/scene/mesh_fit.h"
+#include "tools/inspection/mesh_fit.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/mesh_fit.h"
+#include "tools/inspection/mesh_fit.h"
 
 #include <algorithm>
 #include <cmath>

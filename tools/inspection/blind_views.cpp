@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/blind_views.h"
+#include "tools/inspection/blind_views.h"
 
 #include <algorithm>
 #include <cstdint>
 
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
-#include "tools/scene/inspection.h"
+#include "tools/inspection/inspection.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/inspection.h"
+#include "tools/inspection/inspection.h"
 
 #include <algorithm>
 #include <map>
@@ -13,7 +13,7 @@
 #include "mesh/base/number_text.h"
 #include "mesh/visibility.h"
 #include "tools/base/progress.h"
-#include "tools/scene/mesh_diagnosis.h"
+#include "tools/inspection/mesh_diagnosis.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
 
