@@ -2,18 +2,35 @@
 #include "tools/inspection/blind_views.h"
 
 #include <algorithm>
-#include <cstdint>
 
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
-#include "tools/inspection/inspection.h"
 
 namespace lumatlas {
+
+namespace {
+
+constexpr const char* kOtherCoordinates = "mesh and cameras are in different coordinates, or the mesh is the wrong one";
+
+}  // namespace
+
+bool sees_next_to_nothing(const VisibilityBuffer& buffer) {
+  constexpr double kLittleSeen = 0.01;  // share of the pixels
+  const auto empty = std::count(buffer.face.begin(), buffer.face.end(), kNoFace);
+  const auto pixels = static_cast<double>(buffer.face.size());
+  return pixels - static_cast<double>(empty) < kLittleSeen * pixels;
+}
+
+std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first) {
+  if (blind == 0) return {};
+  return std::to_string(blind) + " of " + std::to_string(views) +
+         " views see next to nothing of the mesh, the first is " + first + ": " +
+         (blind == views ? kOtherCoordinates : "their poses may be wrong, or the mesh is incomplete");
+}
 
 BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                        const Visibility& visibility) {
   constexpr std::size_t kMostLooks = 100;
-  constexpr std::uint32_t kGlancePx = 160;  // longer side of the pictures
   const std::size_t step = (ranks.size() + kMostLooks - 1) / kMostLooks;
   BlindViews result;
   VisibilityBuffer buffer;
@@ -21,9 +38,7 @@ BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<st
     throw_if_interrupted();
     const SceneView& view = views[ranks[i]];
     visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
-    const auto empty = static_cast<std::size_t>(std::count(buffer.face.begin(), buffer.face.end(), kNoFace));
-    const std::size_t seen = buffer.face.size() - empty;
-    if (static_cast<double>(seen) >= kLittleSeen * static_cast<double>(buffer.face.size())) continue;
+    if (!sees_next_to_nothing(buffer)) continue;
     if (result.blind++ == 0) result.first = view.name;
   }
   return result;
@@ -33,8 +48,7 @@ void require_seen(const std::filesystem::path& mesh_file, const BlindViews& view
   if (4 * views.blind <= 3 * views.looks) return;
   throw InputError(
       mesh_file.string() + ": " + std::to_string(views.blind) + " of " + std::to_string(views.looks) +
-      " views that were looked through see next to nothing of it: " +
-      (likely.empty() ? "mesh and cameras are in different coordinates, or the mesh is the wrong one" : likely) +
+      " views that were looked through see next to nothing of it: " + (likely.empty() ? kOtherCoordinates : likely) +
       " (see lumatlas inspect; --any-mesh builds all the same)");
 }
 

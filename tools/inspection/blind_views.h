@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the views of a scene see its mesh, looked at before anything is planned.
+// Whether the views of a scene see its mesh.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -12,13 +13,21 @@
 
 namespace lumatlas {
 
-// Views that see next to nothing of the mesh.
+inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image that a view is looked through at
+
+// Whether less than 1 % of the pixels show the mesh: the view is called blind.
+[[nodiscard]] bool sees_next_to_nothing(const VisibilityBuffer& buffer);
+
+// The warning that `blind` of `views` are blind, `first` being the name of one; empty where none is.
+[[nodiscard]] std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first);
+
 struct BlindViews {
-  std::size_t looks = 0, blind = 0;
-  std::string first;  // by name
+  std::size_t looks = 0;  // views that were looked through
+  std::size_t blind = 0;  // of these
+  std::string first;      // the name of the first blind one; empty: none is
 };
 
-// Of the views of these ranks; of many some are looked through, evenly.
+// Looks through the views of these ranks, or evenly through 100 of them at most. Throws Interrupted soon after a signal.
 [[nodiscard]] BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                                      const Visibility& visibility);
 

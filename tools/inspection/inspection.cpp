@@ -13,6 +13,7 @@
 #include "mesh/base/number_text.h"
 #include "mesh/visibility.h"
 #include "tools/base/progress.h"
+#include "tools/inspection/blind_views.h"
 #include "tools/inspection/mesh_diagnosis.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -22,8 +23,6 @@ namespace lumatlas {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::uint32_t kGlancePx = 160;  // longer side of the images that are looked at
 
 json repairs_json(const RepairReport& repair) {
   return {{"vertices that were not finite", repair.non_finite_vertices},
@@ -64,15 +63,12 @@ Glance glance(const Surface& surface, const Visibility& visibility, const SceneV
   Progress progress("looking through every camera", scene.views.size(), ProgressOptions::standard_error(quiet));
   for (const SceneView& view : scene.views) {
     visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
-    std::size_t pixels = 0;
     for (std::size_t pixel = 0; pixel < buffer.face.size(); ++pixel) {
       if (buffer.face[pixel] == kNoFace) continue;
-      ++pixels;
       seen[surface.cells.cell_of_face[buffer.face[pixel]]] = true;
       if (pixel % 61 == 0) depths.push_back(buffer.depth[pixel]);  // an even sample, whatever the width
     }
-    if (static_cast<double>(pixels) < kLittleSeen * static_cast<double>(buffer.face.size()))
-      result.blind.push_back(view.name);
+    if (sees_next_to_nothing(buffer)) result.blind.push_back(view.name);
     progress.tick();
   }
   result.unseen_cells = static_cast<std::size_t>(std::count(seen.begin(), seen.end(), false));
@@ -131,14 +127,6 @@ json inspect_views(const std::filesystem::path& scene_path) {
 }
 
 }  // namespace
-
-std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first) {
-  if (blind == 0) return {};
-  return std::to_string(blind) + " of " + std::to_string(views) +
-         " views see next to nothing of the mesh, the first is " + first +
-         (blind == views ? ": mesh and cameras are in different coordinates, or the mesh is the wrong one"
-                         : ": their poses may be wrong, or the mesh is incomplete");
-}
 
 json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,
                    const CellOptions& options, bool quiet) {

@@ -2,11 +2,9 @@
 // What a scene holds and what is wrong with it.
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <string>
 
 #include "mesh/cells.h"
 
@@ -20,11 +18,5 @@ namespace lumatlas {
 [[nodiscard]] nlohmann::json inspect_scene(const std::filesystem::path& scene,
                                            const std::optional<std::filesystem::path>& mesh_file,
                                            const CellOptions& options, bool quiet);
-
-// A view with less of its picture than this on the mesh is called blind.
-inline constexpr double kLittleSeen = 0.01;
-
-// What is said of them, `first` being one of their names; empty where there are none.
-[[nodiscard]] std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first);
 
 }  // namespace lumatlas

@@ -15,7 +15,6 @@
 #include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
 #include "tools/inspection/blind_views.h"
-#include "tools/inspection/inspection.h"
 #include "tools/inspection/mesh_diagnosis.h"
 #include "tools/pipeline/downscaled_views.h"
 #include "tools/pipeline/fewer_faces.h"
