@@ -73,7 +73,7 @@ std::vector<glm::dmat3> all_axes() {
   return all;
 }
 
-// Of the world's x, y, z what they are of the mesh's: "(x, -z, y)".
+// The world's x, y and z in terms of the mesh's: "(x, -z, y)".
 std::string axes_names(const glm::dmat3& axes) {
   std::string text = "(";
   for (int row = 0; row < 3; ++row) {
@@ -98,19 +98,16 @@ std::string axes_text(const glm::dmat3& axes) {
 
 std::vector<Explanation> simple_explanations() {
   std::vector<Explanation> list;
-  list.push_back(
-      {{},
-       {1, false},
-       "the photographs were probably turned by 90 degrees to the right after their poses were found: turn them back"});
-  list.push_back({{},
-                  {2, false},
-                  "the photographs were probably turned by 180 degrees after their poses were found: turn them back"});
-  list.push_back(
-      {{},
-       {3, false},
-       "the photographs were probably turned by 90 degrees to the left after their poses were found: turn them back"});
-  list.push_back(
-      {{}, {0, true}, "the photographs were probably mirrored after their poses were found: mirror them back"});
+  const auto add = [&](const PictureChange& change, const std::string& verb, const std::string& how) {
+    list.push_back({{},
+                    change,
+                    "the photographs were probably " + verb + "ed" + how + " after their poses were found: " + verb +
+                        " them back"});
+  };
+  add({1, false}, "turn", " by 90 degrees to the right");
+  add({2, false}, "turn", " by 180 degrees");
+  add({3, false}, "turn", " by 90 degrees to the left");
+  add({0, true}, "mirror", "");
   for (const glm::dmat3& axes : all_axes()) {
     if (axes != glm::dmat3(1.0)) list.push_back({{axes, 1}, {}, axes_text(axes)});
   }
@@ -136,7 +133,7 @@ struct Explained {
   double correlation = 0;
 };
 
-// The one under which the colours agree best; none if they agree under none well enough.
+// Returns the explanation under which the colours agree best; none if they agree well enough under none.
 std::optional<Explained> best_of(const std::vector<Explanation>& list, const MeshFitMeter& meter,
                                  double least_correlation, double least_shared) {
   std::optional<Explained> best;
@@ -175,7 +172,7 @@ std::optional<double> share_on_mesh(const std::filesystem::path& scene, const Me
     const double share = meter.points_on_mesh(read_scene_points(scene, std::nullopt), same_place);
     if (!std::isnan(share)) return share;
   } catch (const InputError&) {
-    // A scene need not have points, and whoever needs them tells what is wrong with them.
+    // A scene need not have points. Commands that need them say what is wrong with them.
   }
   return std::nullopt;
 }
