@@ -2,7 +2,10 @@
 #include "tools/scene/surface_input.h"
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <cmath>
+#include <fstream>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <sstream>
@@ -11,8 +14,10 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/text_fields.h"
 #include "mesh/finite.h"
 #include "mesh/holes.h"
+#include "mesh/ply_header.h"
 #include "mesh/simplification.h"
 #include "tools/base/interrupt.h"
 #include "tools/scene/scene.h"
@@ -72,6 +77,35 @@ double longest_side(const Bounds& box) {
 
 glm::dvec3 middle(const Bounds& box) {
   return box.min / 2.0 + box.max / 2.0;
+}
+
+// A sentence if the vertices of a PLY file have colours under names that are not read.
+std::optional<std::string> unread_colors_warning(const std::filesystem::path& file) {
+  constexpr std::array kNames{"r", "g", "b", "red", "green", "blue", "color", "colour", "rgb", "rgba"};
+  constexpr std::size_t kMostHeaderBytes = 1 << 16;
+  std::string head(kMostHeaderBytes, '\0');
+  std::ifstream stream(file, std::ios::binary);
+  stream.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(stream.gcount()));
+  if (!head.starts_with("ply")) return std::nullopt;
+  std::string found;
+  try {
+    for (const PlyElement& element : parse_ply_header(head, file.string()).elements) {
+      if (element.name != "vertex") continue;
+      for (const PlyProperty& property : element.properties) {
+        std::string name = property.name.substr(property.name.rfind('_') + 1);  // npos + 1 is 0
+        std::transform(name.begin(), name.end(), name.begin(),
+                       [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+        if (std::find(kNames.begin(), kNames.end(), name) == kNames.end()) continue;
+        found += (found.empty() ? "" : ", ") + short_reason(property.name);
+      }
+    }
+  } catch (const InputError&) {
+    return std::nullopt;  // the reader has taken it: the header is longer than what is looked at
+  }
+  if (found.empty()) return std::nullopt;
+  return file.string() + ": its vertices have colours that are not read, named " + found +
+         ": name them red, green and blue";
 }
 
 // Known before large faces are split.
@@ -184,6 +218,9 @@ MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std:
   facts.file_vertices = soup.positions.size();
   facts.file_faces = soup.faces.size();
   facts.file_has_colors = !soup.colors.empty();
+  if (soup.colors.empty()) {
+    if (const auto warning = unread_colors_warning(facts.mesh_file)) facts.warnings.push_back(*warning);
+  }
   input.offset = scene_origin(soup);
   try {
     RepairedMesh repaired = repair(soup, input.offset, throw_if_interrupted);
