@@ -239,7 +239,7 @@ std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, At
 // What is known of a watched scene at the end of the stream.
 void note_watched(WatchedScene& scene, const SceneViews& offered, BuildResult& result) {
   result.views = scene.listed();
-  result.scene_notes = scene.notes();
+  result.scene_notes = scene.notes(offered.views);
   result.skipped = skipped_views(scene.left_out());
   result.masked_views = masked_views(offered);
 }

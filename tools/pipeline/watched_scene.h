@@ -34,7 +34,8 @@ class WatchedScene {
   // To be called at the end: names what nobody has named yet. Gives those that are there, but of no use.
   [[nodiscard]] std::vector<SceneView> left_out();
   [[nodiscard]] std::size_t listed() const { return scene_.listed().size(); }
-  [[nodiscard]] const std::vector<std::string>& notes() const { return scene_.notes(); }
+  // See GrowingScene::notes().
+  [[nodiscard]] std::vector<std::string> notes(const std::vector<SceneView>& used) const { return scene_.notes(used); }
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "tools/scene/scene_notes.h"
 
 namespace lumatlas {
 
@@ -73,6 +74,7 @@ void GrowingScene::read_list(News& news) {
 void GrowingScene::accept(SceneList list, News& news) {
   listed_ = std::move(list.views);
   notes_ = std::move(list.notes);
+  left_out_ = list.left_out;
   form_ = std::move(list.form);
   read_files_ = list_files_;
   if (moves_named_) return;
@@ -120,6 +122,16 @@ void GrowingScene::look_at(const ListedView& listed, Candidate& candidate, News&
     candidate.named = true;
     news.warnings.push_back(candidate.bad);
   }
+}
+
+std::vector<std::string> GrowingScene::notes(const std::vector<SceneView>& used) const {
+  SceneViews scene{scene_, used};
+  scene.notes = notes_;
+  if (!used.empty()) note_masks(mask_folder(scene_, folders_), scene);
+  scene.views.clear();  // what is listed and did not come has a pose all the same
+  for (const ListedView& listed : listed_) scene.views.push_back(listed.view);
+  note_unposed(left_out_, scene);
+  return std::move(scene.notes);
 }
 
 void GrowingScene::give_back(const SceneView& view, const std::string& why) {

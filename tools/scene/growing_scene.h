@@ -41,7 +41,9 @@ class GrowingScene {
 
   // As the scene lists them now, whether their photographs are there or not; without orientation and mask.
   [[nodiscard]] const std::vector<ListedView>& listed() const { return listed_; }
-  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
+  // What is to be known of the scene now that `used` came, in sentences: the notes of the list, and what the folders
+  // hold beside what is used, as read_scene_views() says it.
+  [[nodiscard]] std::vector<std::string> notes(const std::vector<SceneView>& used) const;
   // Why there is no list, or why the last change of it was not read; empty where it was.
   [[nodiscard]] const std::string& list_error() const { return list_error_; }
 
@@ -79,7 +81,8 @@ class GrowingScene {
   glm::dvec3 offset_;
   PictureFolders folders_;
   std::vector<ListedView> listed_;
-  std::vector<std::string> notes_;
+  std::vector<std::string> notes_;  // of the list
+  std::size_t left_out_ = 0;        // photographs that these tell of
   std::string form_;
   std::vector<FileState> list_files_;                 // at the last look
   std::optional<std::vector<FileState>> read_files_;  // that listed_ was read from

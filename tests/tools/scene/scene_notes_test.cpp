@@ -9,6 +9,7 @@
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/scene/growing_scene.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -66,6 +67,23 @@ TEST_CASE("masks that fit no photograph are told with both names") {
         (scene.path / "masks").string() +
             ": has a mask of none of the 3 photographs: that of a.png would be a.png.png or a_mask.png, "
             "but there is left/m-b.png");
+}
+
+TEST_CASE("a scene that fills up tells the same of masks and photographs without a pose") {
+  const Three scene;
+  write_grey(scene.path / "masks/left/b.png");
+  write_grey(scene.path / "masks/x.png");
+  write_grey(scene.path / "images/left/d.png");
+  const SceneViews read = scene.read();
+  REQUIRE(read.notes.size() == 3);
+  GrowingScene growing(scene.path, glm::dvec3(0), {});
+  std::vector<SceneView> came;
+  for (int look = 0; look < 4; ++look) {
+    for (SceneView& view : growing.look().ready) came.push_back(std::move(view));
+  }
+  REQUIRE(came.size() == 3);
+  CHECK(growing.notes(came) == read.notes);
+  CHECK(growing.notes({}) == std::vector(1, read.notes.back()));
 }
 
 TEST_CASE("masks of some photographs, and some that fit none, are told with counts") {
