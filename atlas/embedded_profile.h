@@ -39,8 +39,8 @@ class PatchedReader : public OIIO::Filesystem::IOProxy {
 };
 
 // Hides all profiles before the pixels of a PNG file, or in the first directory of a TIFF file. Returns the first
-// profile, at most 8 MiB; empty: there is none, or none that can be unpacked. A profile may hold any bytes, and the file
-// may be damaged anywhere.
+// profile, at most 8 MiB; empty: there is none, or none that can be unpacked. A profile may hold any bytes, and the
+// file may be damaged anywhere.
 [[nodiscard]] std::vector<std::uint8_t> hide_png_profile(PatchedReader& file);
 [[nodiscard]] std::vector<std::uint8_t> hide_tiff_profile(PatchedReader& file);
 

@@ -27,7 +27,8 @@ struct BlindViews {
   std::string first;      // the name of the first blind one; empty: none is
 };
 
-// Looks through the views of these ranks, or evenly through 100 of them at most. Throws Interrupted soon after a signal.
+// Looks through the views of these ranks, or evenly through 100 of them at most. Throws Interrupted soon after a
+// signal.
 [[nodiscard]] BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                                      const Visibility& visibility);
 
