@@ -49,6 +49,7 @@ function(lumatlas_install_package)
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindLCMS2.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindOpenImageIO.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/Findepoxy.cmake
+    ${PROJECT_SOURCE_DIR}/tools/cmake/LumatlasFindLibrary.cmake
     DESTINATION ${LUMATLAS_PACKAGE_DIR} COMPONENT development)
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 endfunction()
