@@ -6,6 +6,7 @@
 
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
+#include "tools/base/process_limits.h"
 #include "tools/cli/json_output.h"
 
 namespace lumatlas {
@@ -18,7 +19,7 @@ void print_address(const std::string& address, bool as_json) {
   }
   if (std::cout.flush()) return;
   throw_if_interrupted();
-  throw InputError("the page's address cannot be written to standard output, is the disk full?");
+  throw InputError("the page's address cannot be written to standard output, " + why_not_written());
 }
 
 }  // namespace lumatlas

@@ -18,6 +18,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
+#include "tools/base/process_limits.h"
 
 namespace lumatlas {
 
@@ -207,7 +208,7 @@ class TextFile {
   void close() {
     flush();
     stream_.close();
-    if (!stream_) throw InputError(path_.string() + ": cannot be written to its end, is the disk full?");
+    if (!stream_) throw InputError(path_.string() + ": cannot be written to its end, " + why_not_written());
   }
 
  private:

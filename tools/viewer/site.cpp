@@ -23,6 +23,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"
 #include "tools/base/html_text.h"
+#include "tools/base/process_limits.h"
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/kept_path.h"
 #include "tools/viewer/base64.h"
@@ -640,7 +641,7 @@ SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot&
     std::filesystem::create_directories(path.parent_path());
     std::ofstream stream(path, std::ios::binary);
     stream.write(reinterpret_cast<const char*>(file.bytes.data()), static_cast<std::streamsize>(file.bytes.size()));
-    if (!stream.flush()) throw InputError(path.string() + ": cannot be written, is the disk full?");
+    if (!stream.flush()) throw InputError(path.string() + ": cannot be written, " + why_not_written());
   };
   return write_site(snapshot, options, put, tick);
 }

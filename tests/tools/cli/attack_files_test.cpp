@@ -81,6 +81,9 @@ TEST_CASE("pictures, models and scenes that a disk does not take to the end are 
        "--quiet"},
       {"build", made().scene, "-o", out, "--refine", "none", "--quiet"},
       {"build", made().scene, "-o", out + ".glb", "--refine", "none", "--quiet"},
+      {"export", made().model, "--to", "obj", "--texture", "512", "-o", out, "--quiet"},
+      {"export", made().model, "--to", "web", "-o", out, "--quiet"},
+      {"export", made().model, "--to", "web", "-o", out + ".html", "--quiet"},
   };
   for (const Arguments& arguments : runs) {
     CAPTURE(arguments);
@@ -91,6 +94,7 @@ TEST_CASE("pictures, models and scenes that a disk does not take to the end are 
     std::string said = outcome.err;
     while (said.starts_with("warning: ")) said.erase(0, said.find('\n') + 1);  // of the scene
     CHECK_THAT(said, Catch::StartsWith("lumatlas: ") && Catch::Contains(out) && !Catch::Contains(".lumatlas-"));
+    if (arguments.front() == "export") CHECK_THAT(said, Catch::Contains("the limit of file size"));
     CHECK(names_in(folder.path()).empty());
   }
 }
