@@ -137,7 +137,8 @@ TEST_CASE("killed between any two steps, a save leaves the earlier model or the 
     CHECK((is_later || read == earlier));
     if (committed) CHECK(is_later);
     if (is_later && !committed) committed = moment;
-    // The next save removes what was left behind, but for files that do not tell whose they are.
+    // The next save removes what the interrupted one left. Files without a tag of their content stay: their names do
+    // not tell which save wrote them.
     write_model(at, model_number(1), {});
     std::map<std::string, std::string> left = contents(at);
     if (of_earlier_version)

@@ -226,7 +226,7 @@ TEST_CASE("a tile policy that asks its store for a snapshot is refused, and the 
   CHECK(atlas.snapshot().tiles.resident_tiles() == 1);
 }
 
-TEST_CASE("a surface stays for whoever asked for it while another thread replaces it") {
+TEST_CASE("a caller's surface stays valid while another thread replaces the atlas's surface") {
   Atlas atlas(wall_and_panel(kCells), 1);
   const Slots same_cells{0, 1, 2, 3, 4};
   std::atomic<bool> done{false};
