@@ -2,6 +2,8 @@
 #include "tools/base/output_folder.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -159,6 +161,41 @@ void rename_or_refuse(const fs::path& from, const fs::path& to) {
   }
 }
 
+// What swap_name(target) ends with; empty where the whole name would be longer than file systems allow.
+std::string swap_ending(const fs::path& target) {
+  constexpr std::size_t kLongestName = 204;
+  const std::string name = target.filename().string();
+  return name.size() <= kLongestName ? "-earlier-" + name : "";
+}
+
+// Paths that swap_name(target) gave to processes that did not end their swaps.
+std::vector<fs::path> unfinished_swaps(const fs::path& target) {
+  std::vector<fs::path> found;
+  const std::string ending = swap_ending(target);
+  if (ending.empty()) return found;
+  const std::size_t length = random_temporary_name(ending).size();
+  std::error_code error;
+  for (fs::directory_iterator entry(target.parent_path(), error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.size() == length && name.starts_with(".lumatlas-") && name.ends_with(ending)) found.push_back(*entry);
+  }
+  return found;
+}
+
+// See swap_name(). Leaves alone what a living process holds.
+void recover_from_swaps(const fs::path& target) {
+  for (const fs::path& aside : unfinished_swaps(target)) {
+    const int folder = open(aside.c_str(), O_RDONLY | O_CLOEXEC | O_DIRECTORY | O_NOFOLLOW);
+    if (folder < 0) continue;
+    std::error_code error;
+    if (flock(folder, LOCK_EX | LOCK_NB) == 0) {
+      fs::rename(aside, target, error);
+      if (error && marker_in(target)) fs::remove_all(aside, error);
+    }
+    close(folder);
+  }
+}
+
 }  // namespace
 
 void check_replaceable(const fs::path& folder, const std::string& command) {
@@ -209,8 +246,12 @@ bool exchange_folders(const fs::path& fresh, const fs::path& target) {
   refuse(target, "cannot be put in place", std::error_code(error, std::generic_category()));
 }
 
+fs::path swap_name(const fs::path& target) {
+  return target.parent_path() / random_temporary_name(swap_ending(target));
+}
+
 void swap_folders_by_renaming(const fs::path& fresh, const fs::path& target) {
-  const fs::path aside = target.parent_path() / random_temporary_name();
+  const fs::path aside = swap_name(target);
   rename_or_refuse(target, aside);
   try {
     rename_or_refuse(fresh, target);
@@ -223,6 +264,7 @@ void swap_folders_by_renaming(const fs::path& fresh, const fs::path& target) {
 
 OutputFolder::OutputFolder(const fs::path& path, std::string command)
     : target_(resolved(path)), command_(std::move(command)) {
+  recover_from_swaps(target_);
   check_replaceable(target_, command_);
   made_parents_ = make_parents(target_);
   remove_leftovers(target_.parent_path());
@@ -243,7 +285,8 @@ OutputFolder::~OutputFolder() {
 
 void OutputFolder::put_in_place() {
   const bool replaces = fs::exists(target_);
-  const LeftoverLock held(target_);  // whatever its name: nobody takes it for a leftover while it may have to go back
+  const LeftoverLock held(
+      target_);  // whatever its name: no process takes it for a leftover while it may have to go back
   {
     const auto paused = removal_paused();
     if (!replaces) {

@@ -35,8 +35,8 @@ void check_apart(const std::filesystem::path& output, std::span<const std::files
 
 class OutputFolder {
  public:
-  // `command` of lumatlas makes it. Missing parents are made, and removed again if nothing is committed. Refuses at
-  // once what commit() would refuse.
+  // `command` of lumatlas makes it. Missing parents are made, and removed again if nothing is committed. Puts back an
+  // earlier output that a killed process left under swap_name(). Refuses at once what commit() would refuse.
   OutputFolder(const std::filesystem::path& path, std::string command);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -46,9 +46,9 @@ class OutputFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return committed_ ? target_ : temporary_->path(); }
 
   // Writes the marker file {"lumatlas": version, "command": ..., "files": [...], "options": effective_options}, waits
-  // until the disk has it all, and moves the folder into its place; the earlier output, if there is one, is exchanged
-  // with it in one step and removed. Throws std::invalid_argument if
-  // called twice, Interrupted if the user has asked the program to stop.
+  // until the disk has it all, and moves the folder into its place. An earlier output is exchanged with it in one step
+  // and removed; see below for file systems that cannot exchange. Throws std::invalid_argument if called twice,
+  // Interrupted if the user has asked the program to stop.
   void commit(const nlohmann::json& effective_options);
 
  private:
@@ -82,9 +82,16 @@ class AtomicFile {
 void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // as an AtomicFile
 
 // The two ways in which commit() puts `fresh` in the place of the existing folder `target`; `fresh` then holds what
-// `target` held. Exchanging is one step, but some file systems (NFS) cannot: then it returns false and nothing has
-// changed. Renaming leaves no folder at `target` for a moment, and puts the old one back if it fails.
+// `target` held. Exchanging is one step, but some file systems (NFS, exFAT) cannot: then it returns false and nothing
+// has changed. Renaming leaves no folder at `target` for a moment, in which the old one is at swap_name(target), and
+// puts the old one back if it fails.
 [[nodiscard]] bool exchange_folders(const std::filesystem::path& fresh, const std::filesystem::path& target);
 void swap_folders_by_renaming(const std::filesystem::path& fresh, const std::filesystem::path& target);
+
+// A new path beside `target`, ".lumatlas-DIGITS-earlier-NAME", which remove_leftovers() does not remove. Where a
+// process was killed in the moment of a swap, the next OutputFolder for `target` finds the old folder there: it moves
+// the folder back if nothing or an empty folder is at `target`, and removes it if the new output is there. A folder on
+// NFS cannot be locked, so it is left to the user. Where NAME has more than 204 bytes, the path is a temporary one.
+[[nodiscard]] std::filesystem::path swap_name(const std::filesystem::path& target);
 
 }  // namespace lumatlas

@@ -258,6 +258,55 @@ TEST_CASE("both ways to swap folders swap them, and renaming undoes itself if it
   CHECK(entries(folder.path()) == 2);
 }
 
+TEST_CASE("an earlier output that a killed process had set aside is put back by the next one, or removed") {
+  const TemporaryFolder folder;
+  const fs::path target = folder.path() / "out";
+  const auto set_aside = [&](const std::string& content) {
+    fs::path aside = swap_name(target);
+    make_output(folder.path() / "made", content);
+    fs::rename(folder.path() / "made", aside);
+    return aside;
+  };
+  (void)set_aside("earlier");
+  make_output(folder.path() / "other", "other");  // no output at another path touches it
+  CHECK_FALSE(fs::exists(target));
+  { const OutputFolder out(target, "build"); }
+  CHECK(bytes_of(target / "content") == "earlier");
+  CHECK(entries(folder.path()) == 2);
+
+  const fs::path late = set_aside("before that");
+  {
+    const LeftoverLock held(late);  // its process is alive
+    const OutputFolder out(target, "build");
+    CHECK(bytes_of(late / "content") == "before that");
+  }
+  { const OutputFolder out(target, "build"); }
+  CHECK_FALSE(fs::exists(late));
+  CHECK(bytes_of(target / "content") == "earlier");
+
+  const fs::path only = set_aside("the only one");
+  fs::remove_all(target);
+  fs::create_directory(target);
+  write_text(target / "theirs", "precious");
+  CHECK_THROWS_AS(OutputFolder(target, "build"), InputError);
+  CHECK(bytes_of(target / "theirs") == "precious");
+  CHECK(bytes_of(only / "content") == "the only one");
+}
+
+TEST_CASE("folders with the longest name that a file system takes are swapped too") {
+  const TemporaryFolder folder;
+  const fs::path fresh = folder.path() / "fresh";
+  for (const std::size_t length : {204, 205, 255}) {
+    CAPTURE(length);
+    const fs::path target = folder.path() / std::string(length, 'n');
+    make_output(target, "old");
+    make_output(fresh, "new");
+    swap_folders_by_renaming(fresh, target);
+    CHECK(bytes_of(target / "content") == "new");
+    CHECK(bytes_of(fresh / "content") == "old");
+  }
+}
+
 TEST_CASE("a file appears at commit, replaces an earlier one, and vanishes without commit") {
   const TemporaryFolder folder;
   const fs::path target = folder.path() / "result.json";
