@@ -27,11 +27,12 @@ bool holds_view(const Snapshot& snapshot) {
 
 class Stopped : public std::exception {};
 
-class Shower {
+// Shows what its source returns, on a thread of its own.
+class LivePublisher {
  public:
-  Shower(LiveSite& site, SnapshotSource source, std::function<void(const std::string&)> failed)
+  LivePublisher(LiveSite& site, SnapshotSource source, std::function<void(const std::string&)> failed)
       : site_(site), source_(std::move(source)), failed_(std::move(failed)), thread_([this] { run(); }) {}
-  ~Shower() {
+  ~LivePublisher() {
     {
       const std::lock_guard lock(mutex_);
       stop_ = true;
@@ -39,8 +40,8 @@ class Shower {
     stopped_.notify_all();
     thread_.join();
   }
-  Shower(const Shower&) = delete;
-  Shower& operator=(const Shower&) = delete;
+  LivePublisher(const LivePublisher&) = delete;
+  LivePublisher& operator=(const LivePublisher&) = delete;
 
  private:
   void run() {
@@ -61,19 +62,19 @@ class Shower {
       }
     }
   }
-  // False: there was nothing to show.
+  // Shows the next snapshot, or more of the last one. False: there was nothing to show.
   bool show_next() {
     if (std::shared_ptr<const Snapshot> next = source_(); next && holds_view(*next)) unfinished_ = std::move(next);
     if (!unfinished_) return false;
-    std::shared_ptr<const Snapshot> shown =
-        std::exchange(unfinished_, nullptr);  // also if it fails, for it would again
+    // Given up also if it fails, for it would fail again.
+    std::shared_ptr<const Snapshot> shown = std::exchange(unfinished_, nullptr);
     const bool complete = site_.update(*shown, false, [this] {
       if (!rested(Clock::duration(0))) throw Stopped();
     });
     if (!complete) unfinished_ = std::move(shown);
     return true;
   }
-  // False: it is to end.
+  // Waits for that time; false, and at once, where this is to end.
   bool rested(Clock::duration time) {
     std::unique_lock lock(mutex_);
     return !stopped_.wait_for(lock, time, [this] { return stop_; });
@@ -85,7 +86,7 @@ class Shower {
   std::mutex mutex_;
   std::condition_variable stopped_;
   bool stop_ = false;
-  std::shared_ptr<const Snapshot> unfinished_;  // of which the page lacks some views; null: it has all
+  std::shared_ptr<const Snapshot> unfinished_;  // the page lacks some of its views; null: it has all
   std::size_t shown_ = 0;                       // versions
   std::thread thread_;                          // the last, for it uses the others
 };
@@ -134,7 +135,7 @@ bool look_alike(const Snapshot& a, const Snapshot& b) {
 
 std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,
                                             std::function<void(const std::string&)> failed) {
-  return std::make_shared<Shower>(site, std::move(source), std::move(failed));
+  return std::make_shared<LivePublisher>(site, std::move(source), std::move(failed));
 }
 
 }  // namespace lumatlas

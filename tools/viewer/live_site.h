@@ -20,13 +20,13 @@ namespace lumatlas {
 class LiveSite {
  public:
   // Puts the page on the server, which must outlive this and may be serving; the page waits for a model. Photographs
-  // are coded for speed. `time_for_views`: after that a version appears with the photographs that it has, at least one
-  // more than the version before; the others come in the next.
+  // are coded for speed. `time_for_views`: a version appears after this time with the photographs that it has, at least
+  // one more than the version before. The others come in the next version.
   LiveSite(SiteServer& server, const std::string& title, std::chrono::seconds time_for_views = std::chrono::seconds(3));
 
-  // The model as it is now; `last`: nothing will follow. Without a view it changes nothing but that. False: there was
-  // no time for all of its photographs, which another call with the same model goes on with. Throws
-  // std::invalid_argument unless the snapshot passes check(), and what `tick` throws, which is called many times; the
+  // Shows the model as it is now. `last`: nothing will follow. A snapshot without a view changes nothing else. Returns
+  // false if there was no time for all of its photographs; another call with the same model goes on with them. Throws
+  // std::invalid_argument unless the snapshot passes check(), and what `tick` throws, which is called many times. The
   // page then keeps what it has.
   bool update(const Snapshot& snapshot, bool last, const Tick& tick = {});
 
@@ -47,8 +47,9 @@ class LiveSite {
 // another one that holds a view takes its place.
 using SnapshotSource = std::function<std::shared_ptr<const Snapshot>()>;
 
-// Asks for what changed and shows it, on a thread of its own, until what this gives is destroyed, which takes a moment:
-// at most a fifth of the time goes into it. `failed` is told on that thread why a version is not shown.
+// Asks `source` for what changed and shows it, on a thread of its own, until the returned object is destroyed, which
+// may wait for one step of the work. At most a fifth of the time goes into it. `failed` is called on that thread with
+// the reason why a version is not shown.
 [[nodiscard]] std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,
                                                           std::function<void(const std::string&)> failed);
 
