@@ -25,65 +25,52 @@ std::vector<SiteFile> states_and_test() {
   return files;
 }
 
-Said said_by_part(const std::string& part) {
-  const Said said = said_in_browser(states_and_test(), "/test.html#" + part);
-  if (!said.empty()) CHECK((said.contains("problem") ? said.at("problem") : "") == "");
+// Opens the page of one part of the test, and checks what it said: each name with its value. Whatever else it said is
+// returned; nothing where there is no browser.
+Said checked_part(const std::string& part, const Said& expected) {
+  Said said = said_in_browser(states_and_test(), "/test.html#" + part);
+  if (said.empty()) return said;
+  CHECK((said.contains("problem") ? said.at("problem") : "") == "");
+  for (const auto& [name, value] : expected) {
+    CAPTURE(name);
+    REQUIRE(said.contains(name));
+    CHECK(said.at(name) == value);
+  }
   return said;
 }
 
 TEST_CASE("a page whose GPU is lost shows the same picture once it is back") {
-  const Said said = said_by_part("lost");
+  const Said said = checked_part("lost", {{"drawn-while-lost", "false"},
+                                          {"back", "4 of 4 pictures alike"},
+                                          {"told-back", "false"},
+                                          {"lost-while-loading", "4 of 4 pictures alike"}});
   if (said.empty()) return;
-  REQUIRE(said.contains("lost-while-loading"));
   CHECK_THAT(said.at("told"), Catch::StartsWith("true The browser has taken the GPU away."));
-  CHECK(said.at("drawn-while-lost") == "false");
-  CHECK(said.at("back") == "4 of 4 pictures alike");
-  CHECK(said.at("told-back") == "false");
-  CHECK(said.at("lost-while-loading") == "4 of 4 pictures alike");
 }
 
 TEST_CASE("pages of other sizes leave nothing on the GPU, nor does a page that is closed") {
-  const Said said = said_by_part("objects");
+  const Said said = checked_part("objects", {{"left-by-resizes", "0"}, {"closed", "0"}});
   if (said.empty()) return;
-  REQUIRE(said.contains("closed"));
   CHECK(std::stoi(said.at("made")) > 100);
-  CHECK(said.at("left-by-resizes") == "0");
-  CHECK(said.at("closed") == "0");
 }
 
 TEST_CASE("buttons of a page that waits for a model do nothing, and say so") {
-  const Said said = said_by_part("waits");
-  if (said.empty()) return;
-  REQUIRE(said.contains("waiting"));
-  CHECK(said.at("waiting") == "hold save walk");
-  CHECK(said.at("help") == "true");
+  checked_part("waits", {{"waiting", "hold save walk"}, {"help", "true"}});
 }
 
 TEST_CASE("other pages open a model by one call, and a jump's last frame is drawn") {
-  const Said said = said_by_part("opens");
-  if (said.empty()) return;
-  REQUIRE(said.contains("end-of-jump"));
-  CHECK(said.at("opened") == "12");
-  CHECK(said.at("end-of-jump") == "true");
+  checked_part("opens", {{"opened", "12"}, {"end-of-jump", "true"}});
 }
 
 TEST_CASE("on a slow GPU a still frame becomes sharp part by part, although photographs come") {
-  const Said said = said_by_part("still");
+  const Said said = checked_part("still", {{"partly", "true"}, {"frames-go-on", "true"}, {"kept", "true"}});
   if (said.empty()) return;
   REQUIRE(said.contains("sharp"));
-  CHECK(said.at("partly") == "true");
-  CHECK(said.at("frames-go-on") == "true");
-  CHECK(said.at("kept") == "true");
   CHECK(std::stod(said.at("sharp")) > 45);  // dB against the whole picture
 }
 
 TEST_CASE("with three photographs the camera comes back to them, and rests there") {
-  const Said said = said_by_part("few");
-  if (said.empty()) return;
-  REQUIRE(said.contains("rests"));
-  CHECK(said.at("away") == "true");
-  CHECK(said.at("back") == "true");
-  CHECK(said.at("rests") == "true");
+  checked_part("few", {{"away", "true"}, {"back", "true"}, {"rests", "true"}});
 }
 
 }  // namespace
