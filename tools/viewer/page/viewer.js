@@ -17,14 +17,15 @@ import {Residents} from './residents.js';
 import {SiteFiles} from './site_files.js';
 /** @import {LossPart} from './losses.js' */
 /** @import {PictureTarget} from './gl_objects.js' */
-// What the GPU was asked for.
-/** @typedef {{pixels: number, of: 'frame' | 'surface' | 'part' | 'whole' | 'nothing'}} Work */
 /**
  * @import {
  *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, Size, Tables, TexelForm,
  *   ViewerOptions
  * } from './types.d.ts'
  */
+
+// What the GPU was asked for.
+/** @typedef {{pixels: number, of: 'frame' | 'surface' | 'part' | 'whole' | 'nothing'}} Work */
 
 export const MEBIBYTE = 1 << 20;
 const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // of each mebibyte
@@ -52,13 +53,9 @@ export class Viewer {
     this.memory = options.memory;
     this.live = options.live;
     this.texels = options.texels;
-    /** @type {TexelForm} */
-    this.form = texelForm(gl, options.texels);
     this.sizes = new PictureSizes(canvas);
     /** @type {Mode} */
     this.mode = 'picture';
-    gl.clearColor(0.25, 0.27, 0.3, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT);
     this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
 
     this.changed = () => {};     // after each change of the view
@@ -83,9 +80,19 @@ export class Viewer {
     /** @type {{bytes: number, scale: number} | null} */
     this.room = null;  // of photographs, once it is known
     this.forgetGpu();
+    this.startGpu();
     options.signal?.addEventListener('abort', () => this.close());
     canvas.addEventListener('webglcontextlost', (event) => this.lose(event), {signal: this.closing.signal});
     canvas.addEventListener('webglcontextrestored', () => this.restore(), {signal: this.closing.signal});
+  }
+
+  // Asks the context for its extensions, which a context that was lost has no more, and clears the canvas.
+  startGpu() {
+    const {gl} = this;
+    /** @type {TexelForm} */
+    this.form = texelForm(gl, this.texels);
+    gl.clearColor(0.25, 0.27, 0.3, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT);
   }
 
   // State of what is on the GPU, where nothing is on it.
@@ -373,7 +380,7 @@ export class Viewer {
     }
   }
 
-  // Of a model that changes, once its server answers.
+  // The state of a model that changes, once its server answers.
   /** @param {(silent: boolean) => void} silent */
   async nextState(silent) {
     const {fetching} = this.files;
@@ -403,8 +410,7 @@ export class Viewer {
     if (!this.model) return;
     const {scene, shaders} = this.model;
     this.forgetGpu();
-    this.form = texelForm(this.gl, this.texels);  // extensions are gone too
-    this.gl.clearColor(0.25, 0.27, 0.3, 1);
+    this.startGpu();
     this.renders = new Renderer(this.gl, scene, shaders);
     this.quietly(this.load());
   }
@@ -439,7 +445,7 @@ export class Viewer {
     }
   }
 
-  // Of the memory, bytes: what pictures are drawn to, and what photographs with so many tiles take while they come.
+  // Bytes of what pictures are drawn to, and of what photographs with `tiles` take while they come.
   /** @param {number} tiles */
   besides(tiles) {
     const {canvas, renderer, sizes} = this;
@@ -447,7 +453,7 @@ export class Viewer {
         Photographs.bytesBesides(this.scene, this.form, tiles);
   }
 
-  // What is left by these and the mesh.
+  // Bytes that besides() and the mesh leave for photographs with `tiles`.
   /** @param {number} tiles */
   forPhotographs(tiles) {
     const left = this.memory * MEBIBYTE - this.renderer.bytes() - this.besides(tiles);
@@ -465,7 +471,7 @@ export class Viewer {
     return {all, mesh, allowed: this.memory, enough: Math.ceil(Math.max(all, others / (1 - share)))};
   }
 
-  // Of photographs that have as many pixels as an interactive frame.
+  // Scale of photographs at which they have as many pixels as an interactive frame.
   shownScale() {
     const longest = Math.max(...viewsOf(this.scene).map(({width, height}) => Math.max(width, height)));
     return Math.max(...this.sizes.moving()) / longest;
@@ -590,7 +596,7 @@ export class Viewer {
     return false;
   }
 
-  // `size`: of the frame.
+  // Draws an interactive frame of that size.
   drawNow(size = this.sizes.next()) {
     const {canvas, renderer} = this;
     this.dirty = false;
@@ -610,7 +616,8 @@ export class Viewer {
     if (!ready && renderer.photographs) this.waitForPrograms();
   }
 
-  // How much of the last picture was photographed; of what a photograph would show of it, as the window may be wider.
+  // Measures which share of the last picture was photographed, for the hold: of its middle with a photograph's aspect,
+  // as the window may be wider.
   async look() {
     if (this.looking) return;
     const {renderer} = this;
