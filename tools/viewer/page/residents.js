@@ -9,8 +9,8 @@ import {Photographs} from './photographs.js';
 /** @import {Camera, FetchedView, Scene, View} from './types.d.ts' */
 
 const AT_ONCE = 4;  // views that are fetched at the same time
-// So many times as needed as another must a view be to take its room, so that a small movement does not fetch back what
-// the one before threw away.
+// A view takes another's cell only where pictures need it CLEARLY times as much, so that a small movement does not
+// fetch back what the one before threw away.
 const CLEARLY = 1.5;
 
 // What a view on the GPU is made of.
@@ -18,10 +18,10 @@ const CLEARLY = 1.5;
 const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
     JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
 
-// What to fetch next. `ranked`: {slot, need} of all views, those that are needed most first; `held`: slots with room;
-// `fresh`: those of them that are as the scene has them; `coming`: what is being fetched; `lost`: what could not be
-// fetched; `room`: for so many views. Null: all is well. {slot, instead}: a view, and the one whose room it takes;
-// undefined: there is room.
+// What to fetch next: a view's slot, and in `instead` the slot whose cell it takes, where none is free. Null: nothing.
+// `ranked`: all views, those that are needed most first; `held`: slots that have a cell; `fresh`: those of them that
+// are as the scene has them; `coming`: slots that are being fetched; `lost`: slots that could not be fetched; `room`:
+// the number of cells.
 /**
  * @param {{slot: number, need: number}[]} ranked
  * @param {{
@@ -146,7 +146,6 @@ export class Residents {
       const view = await Photographs.fetched(viewer.files, described, slot);
       this.expect();
       ++this.fetched;
-      coming.delete(slot);
       losses.clearView(slot);
       this.store(view, scene);
     } catch (error) {
