@@ -7,7 +7,7 @@
 
 namespace lumatlas {
 
-// Somebody asked the program to stop. main() lets it unwind and then calls die_of.
+// The user or the system asked the program to stop. main() lets it unwind and then calls die_of.
 class Interrupted : public std::exception {
  public:
   explicit Interrupted(int signal) : signal_(signal) {}

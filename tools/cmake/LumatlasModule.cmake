@@ -27,7 +27,7 @@ endfunction()
 # Where LUMATLAS_TOGETHER is set, compiles the target's sources together, many at a time, so that headers that they all
 # include are read once, and templates that they all use are compiled once. Their unnamed namespaces are then one: a name
 # that two of them give to different things is an error there.
-# Comes after everything else that is said of the sources: those with options of their own are compiled alone, but for
+# Comes after everything else that is said of the sources: those with options of their own are compiled alone, except
 # the quick ones.
 option(LUMATLAS_TOGETHER "Compile many sources together: sooner from nothing, later after a change" OFF)
 set(lumatlas_quick_options $<$<CONFIG:Release>:-O1>)
@@ -91,8 +91,8 @@ endfunction()
 
 # lumatlas_find_package(NAME [VERSION] ...)
 # find_package(NAME [VERSION] ... REQUIRED) for the module of this folder. Static libraries hand even their private
-# dependencies on to the program that links them, so the installed package repeats each of these calls for whoever asks
-# for this module, and for nobody else.
+# dependencies on to the program that links them, so the installed package repeats each of these calls for a
+# project that asks for this module, and for no other one.
 macro(lumatlas_find_package)
   find_package(${ARGV} REQUIRED)
   string(REPLACE ";" " " _lumatlas_package "${ARGV}")

@@ -17,7 +17,7 @@ namespace lumatlas {
 
 namespace {
 
-// Of a size that is a whole number but for rounding; the page takes off the same (page/model.js).
+// Taken off a size before it is rounded up: a whole number may be larger by rounding errors. As in page/model.js.
 constexpr double kRounding = 1e-9;
 
 // The pixels that one of a scaled picture covers along an axis, and how much of each.

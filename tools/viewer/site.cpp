@@ -44,7 +44,7 @@ constexpr double kNearShare = 1e-8;
 // Tiles of a page where the model has none.
 constexpr std::uint32_t kTilePx = 64;
 
-// Of the mesh that the first picture is of.
+// Faces of the mesh that the first picture shows, about.
 constexpr std::size_t kCoarseFaces = 60000;
 
 constexpr std::uint32_t kThumbnailPx = 128;
@@ -86,7 +86,7 @@ json json_of(const BlendOptions& options) {
           {"occlusion_tolerance", options.occlusion_tolerance}};
 }
 
-// Of every version of every model the same, so that a page fetches them once.
+// The shaders are the same for every version of every model, so that a browser fetches them once.
 SiteFile shaders_file() {
   const json sources = {{"surface.vert", k_surface_vert},
                         {"surface.frag", k_surface_frag},
@@ -293,7 +293,7 @@ std::vector<std::uint32_t> flat(const Records& records, int components) {
   return values;
 }
 
-// Of the views that the page has, as it numbers their tiles.
+// For each tile of the views that the page has, as the page numbers them, 1 or 0.
 std::vector<std::uint32_t> SiteWriter::resident_tiles() const {
   std::vector<std::uint32_t> resident;
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) {
@@ -537,11 +537,11 @@ void SiteWriter::write_view_version(std::size_t slot, const StoredView& view) {
   if (mask) put(binary(names.mask, mask_file(scaled, DeflateEffort::least)), facts_.mask_bytes);
 }
 
-// Of scripts and pictures of the site's own alone.
+// A folder's page loads scripts, styles, pictures and data from its own site alone.
 constexpr std::string_view kFolderPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'";
-// All is inside; nothing is asked of anybody.
+// A page in one file has all inside, and asks no server.
 constexpr std::string_view kOnePagePolicy =
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'";
@@ -582,7 +582,7 @@ SiteFile script_file() {
   return {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)};
 }
 
-// What a browser asks for when it opens index.html, named by content but for that.
+// What a browser asks for when it opens index.html. All but index.html are named by content.
 std::vector<SiteFile> lasting_page_files(const SiteOptions& options) {
   std::vector<SiteFile> files{named_by_content(style_file()), named_by_content(script_file()),
                               named_by_content(shaders_file())};

@@ -65,8 +65,8 @@ struct SiteFacts {
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
 
-// The page's own files under names that stay, for a server that lets nobody keep them: HTML, script, style, shaders.
-// They are alike for all models but for the title.
+// The page's own files under names that stay, for a server that forbids caches to keep them: HTML, script, style,
+// shaders. Only the title differs from model to model.
 [[nodiscard]] std::vector<SiteFile> page_files(const SiteOptions& options);
 
 // The rest of the site, as far as it is not as it was written last; the scene's own file, which names the others, comes

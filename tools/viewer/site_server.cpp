@@ -167,7 +167,7 @@ std::vector<std::string> SiteServer::addresses_for_others() const {
 
 void SiteServer::serve(const std::function<bool()>& stop) {
   State& state = *state_;
-  // Whoever is connected learns of the end, also of one by an exception.
+  // Clients that are connected learn of the end, also of one by an exception.
   const auto end = [](State* ended) {
     boost::system::error_code ignored;
     ended->acceptor.close(ignored);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Serves a site from memory: the files that it was given, and nothing else, so that no path leads anywhere.
 //
-// Whoever can reach the address may send what he likes: each request is bounded in bytes and in time, and no client
+// Every program that reaches the address may send anything: each request is bounded in bytes and in time, and no client
 // makes another one wait (http_connection.h). Only pages that the user opened may ask (host_header.h).
 #pragma once
 
@@ -38,8 +38,8 @@ class SiteServer {
   // URLs that other machines may open, for each of this machine's IPv4 addresses, if it listens at all of them;
   // otherwise none.
   [[nodiscard]] std::vector<std::string> addresses_for_others() const;
-  // Answers until `stop` says so, which is asked some times a second, or throws, as throw_if_interrupted() does. All
-  // connections are closed then. To be called once.
+  // Answers until `stop`, which is called about ten times a second, returns true or throws, as throw_if_interrupted()
+  // does. Closes all connections then. To be called once.
   void serve(const std::function<bool()>& stop);
 
  private:

@@ -52,7 +52,8 @@ std::vector<std::uint32_t> by_first_corner(std::vector<std::uint32_t>& corners, 
   return order;
 }
 
-// About so many faces, whatever hangs together; `most_error` is a share of the mesh's extent.
+// The mesh in about `faces` faces; parts that do not hang together may be joined. `most_error`: fraction of the mesh's
+// extent.
 Mesh clustered(const Mesh& mesh, std::size_t faces, float most_error) {
   const std::vector<std::uint32_t> all = corners_of(mesh.faces);
   std::vector<std::uint32_t> corners(all.size());
@@ -69,7 +70,7 @@ Mesh clustered(const Mesh& mesh, std::size_t faces, float most_error) {
   return result;
 }
 
-// Of a single zone, in which nothing fades.
+// The mesh as a single zone, in which nothing fades.
 ZoneMesh zone_mesh_of(const Mesh& mesh) {
   ZoneMesh result;
   result.positions = mesh.positions;

@@ -33,8 +33,8 @@ struct PackedMesh {
 // Changes the order of the mesh's vertices, and that of the faces within each of its groups.
 [[nodiscard]] PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid);
 
-// The mesh with its vertex colours alone, in few enough faces to be there at once: at most so many, or what can be made
-// without closing its holes. Empty where it has no more than twice as many.
+// The mesh with its vertex colours alone, in about `faces` faces, so that it comes at once. More faces stay where fewer
+// would close its holes. Empty where the mesh has at most twice as many.
 [[nodiscard]] ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces);
 
 }  // namespace lumatlas

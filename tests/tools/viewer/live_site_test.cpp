@@ -59,7 +59,7 @@ class RunningLive {
   int port_ = 0;
 };
 
-// Of a scene, all that it names.
+// All files that a scene names.
 std::set<std::string> files_of(const json& scene) {
   std::set<std::string> files{scene["mesh"]["file"], scene["tables"]["file"], scene["colors"]["file"]};
   for (const json& view : scene["views"]) {
@@ -99,12 +99,12 @@ TEST_CASE("a page opens at a photograph that was held level") {
   CHECK(running.read("scene.json")["first_view"] != first);
 }
 
-TEST_CASE("what did not change keeps its name, and what nobody needs any more goes") {
+TEST_CASE("what did not change keeps its name, and what no version needs any more goes") {
   RunningLive running;
   LiveSite site(running.server, "room");
   site.update(room(3), false);
   const json first = running.read("scene.json");
-  Snapshot moved = room(5);  // made anew: the same but for what follows
+  Snapshot moved = room(5);  // made anew: only what follows differs
   auto other = std::make_shared<StoredView>(*moved.views[1]);
   other->photograph.rgb[0] ^= 1;
   moved.views[1] = other;
@@ -116,7 +116,7 @@ TEST_CASE("what did not change keeps its name, and what nobody needs any more go
   CHECK(second["views"][0]["mask"] == first["views"][0]["mask"]);
   CHECK(second["views"][1]["photograph"] != first["views"][1]["photograph"]);
   CHECK(second["views"].size() == 5);
-  // Somebody may still be fetching the version before.
+  // A page may still be fetching the version before.
   for (const std::string& file : files_of(first)) CHECK(running.status(file) == 200);
   for (const std::string& file : files_of(second)) CHECK(running.status(file) == 200);
   CHECK(second["tables"] != first["tables"]);

@@ -55,7 +55,7 @@ struct Agreement {
   double other = 0;  // share of pixels that only one of the two says are surface
 };
 
-// Of the first pictures, as many as the page says by that name.
+// Compares the first `count` expected pictures with those that the page said by that name.
 Agreement agreement(const std::vector<Rendering>& expected, const Said& said, const std::string& name,
                     std::size_t count) {
   double squares = 0;
@@ -81,7 +81,7 @@ Agreement agreement(const std::vector<Rendering>& expected, const Said& said, co
   return {10 * std::log10(255.0 * 255.0 / mean), static_cast<double>(other) / static_cast<double>(all)};
 }
 
-// Of compressed texels to what they were made of.
+// How near compressed texels are to what they were made of.
 struct TexelNearness {
   double psnr = 0;                       // of colours, dB
   double validity_rms = 0;               // of 255

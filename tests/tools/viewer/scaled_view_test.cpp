@@ -64,7 +64,7 @@ TEST_CASE("a small picture keeps its shape") {
 TEST_CASE("a small picture has no holes where tiles are missing") {
   StoredView stored = view();
   std::fill(stored.photograph.rgb.begin(), stored.photograph.rgb.end(), std::uint8_t{90});
-  for (std::uint32_t y = 16; y < 48; ++y) {  // two rows of tiles, but for their last column
+  for (std::uint32_t y = 16; y < 48; ++y) {  // two rows of tiles, without their last column
     for (std::uint32_t x = 0; x < 80; ++x) std::fill_n(&stored.photograph.rgb[3 * (y * 96 + x)], 3, std::uint8_t{0});
   }
   std::vector<std::uint8_t> there(6 * 5, 1);

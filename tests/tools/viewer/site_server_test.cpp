@@ -84,7 +84,7 @@ TEST_CASE("a port that is taken is refused") {
   CHECK_THROWS_AS(SiteServer(options), InputError);
 }
 
-// The status of an answer to somebody who knows the server by that name.
+// The status of an answer to a client that knows the server by that name.
 int status_by_name(int port, const std::string& host) {
   RawConnection connection(port, "127.0.0.2");
   connection.send("GET / HTTP/1.1\r\nHost: " + host + "\r\n\r\n");

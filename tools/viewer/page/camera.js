@@ -53,7 +53,7 @@ export function partOf(camera, x, y, width, height) {
   return {...camera, width, height, cx: camera.cx - x, cy: camera.cy - y};
 }
 
-// The same view with its pixels so many times as large as before, in a picture that holds it.
+// The same view with `factor` times as many pixels along a side, in a picture that holds it.
 /** @param {Camera} camera @param {number} factor @returns {Camera} */
 export function scaledCamera(camera, factor) {
   return {

@@ -10,7 +10,7 @@ import {bindTexture, makeTexture} from './tables.js';
 
 const READ_AGAIN_MS = 8;
 const GLANCE_PX = 48;  // longer side of what is looked at
-// Of the surface with its depth, and of what is found of it.
+// Bytes of the targets for a glance: the surface with its depth, and what is found of it.
 export const MOST_GLANCE_BYTES = GLANCE_PX * GLANCE_PX * (20 + 16 + 4);
 const NO_VIEW = 0xFFFF;
 const SPARE_NEED = 1 / 16;  // of a view that steps in where a better one does not see the place
@@ -22,8 +22,8 @@ export class Glances {
     this.gl = renderer.gl;
   }
 
-  // Of what the middle of a surface's picture shows, as wide as high times `aspect`, the share that was photographed
-  // (kept_path.h), in [0, 1]. `camera` is the one that it was drawn for.
+  // The share of the middle of a surface's picture that was photographed (kept_path.h), in [0, 1]. The middle's width
+  // is its height times `aspect`. `camera` is the one that the surface was drawn for. Throws ContextLost.
   /** @param {Sized & {surface: WebGLTexture}} target @param {Camera} camera @param {number} aspect */
   async photographedShare({surface, width, height}, camera, aspect) {
     const {gl, renderer} = this;

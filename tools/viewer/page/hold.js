@@ -41,7 +41,7 @@ export class Hold {
     this.moved = true;
   }
 
-  // Of a stored view's own picture.
+  // Sets what share of a stored view's own picture was photographed.
   /** @param {number} slot @param {number} share */
   setOwn(slot, share) {
     this.own.set(slot, share);
@@ -77,7 +77,7 @@ export class Hold {
     return length(subtract(a.position, b.position)) / this.depth + turned;
   }
 
-  // What is left of a step: all of it but for one that leads away from home.
+  // Which part of a step is taken, in [0, 1]: 1, except where the step leads away from home.
   /** @param {Pose} from @param {Pose} to */
   allowed(from, to) {
     const home = this.on && this.share !== null ? this.home() : null;

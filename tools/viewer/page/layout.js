@@ -10,7 +10,7 @@ import {viewsOf} from './model.js';
 const MOST_SIDE = 2048;
 const MOST_PAGES = 256;
 export const BLOCK_SIDE = 4;  // texels that are compressed together
-// Depths are in blocks of so many pixels a side (atlas/depth_blocks.h).
+// Pixels along a side of a block of depths (atlas/depth_blocks.h).
 export const DEPTH_BLOCK_SIDE = 8;
 const DEPTH_BLOCK_BYTES = 16;
 const LEAST_CELLS = 8;   // which pictures need; with fewer, photographs are scaled below what the canvas shows
@@ -25,7 +25,7 @@ const multipleOf = (a, b) => {
   return x;
 };
 
-// With tiles of so many pixels a side, and so many cells. `form`: see photograph_forms.js.
+// The layout with `count` cells, whose tiles have `tile` pixels a side. `form`: see photograph_forms.js.
 /**
  * @param {Scene} scene
  * @param {TexelForm} form
@@ -91,7 +91,8 @@ function viewTiles(scene) {
   return {views, tiles: first};
 }
 
-// Of at most so many bytes. `shown`: the scale at which photographs have as many pixels as the canvas.
+// The layout of at most `bytes`. `shown`: the scale at which photographs have as many pixels as the canvas. Throws
+// where the device takes no array that is large enough for the least scale.
 /** @param {Scene} scene @param {TexelForm} form @param {number} bytes @param {number} shown */
 export function makeLayout(scene, form, bytes, shown) {
   let tile = scene.tile;
@@ -121,7 +122,7 @@ export function samePlaces(a, b) {
       [a.size, a.cell, [a.count]].flat().join() === [b.size, b.cell, [b.count]].flat().join();
 }
 
-// The number of a tile's place in the array, of a view that has so many in a row.
+// The number of a tile's place in the array. `columns`: tiles in a row of its view.
 /** @param {Layout} layout @param {Place} place @param {number} columns @param {number} tile */
 export function slotOfTile(layout, place, columns, tile) {
   const column = place.x / layout.tile + tile % columns;

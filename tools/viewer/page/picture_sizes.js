@@ -55,31 +55,31 @@ export class PictureSizes {
     return [Math.max(1, Math.round(width * share)), Math.max(1, Math.round(height * share))];
   }
 
-  // Of the canvas.
+  // Size of the canvas.
   whole() {
     return this.with(QUALITIES[this.quality].still, MOST_STILL_PIXELS);
   }
 
-  // Of an interactive frame, at most.
+  // Largest size of an interactive frame.
   moving() {
     return this.with(QUALITIES[this.quality].moving, MOST_PIXELS);
   }
 
-  // Of the next interactive frame.
+  // Size of the next interactive frame.
   /** @returns {Size} */
   next() {
     const [width, height] = this.moving();
     return [Math.max(1, Math.round(width * this.share)), Math.max(1, Math.round(height * this.share))];
   }
 
-  // Of a still frame: the canvas' pixels where the GPU draws interactive frames whole in time.
+  // Size of a still frame: the canvas' where the GPU draws interactive frames whole in time.
   /** @returns {Size} */
   still() {
     return this.quality === 'auto' && this.share < 1 ? this.moving() : [this.canvas.width, this.canvas.height];
   }
 
-  // Of the passes of a still frame, the whole one last: each takes the GPU a bounded time, or is a small gain on the
-  // one before.
+  // Sizes of the passes of a still frame, the whole one last: each takes the GPU a bounded time, or is a small gain on
+  // the one before.
   /** @returns {Size[]} */
   passes() {
     const [width, height] = this.still();
@@ -102,18 +102,19 @@ export class PictureSizes {
     this.share = Math.max(LEAST_SHARE, Math.min(1, this.share * Math.max(1 / MOST_CHANGE, change)));
   }
 
-  // What the GPU took for so many pixels.
+  // Notes that the GPU took `ms` for `pixels`.
   /** @param {number} ms @param {number} pixels */
   noteTime(ms, pixels) {
     this.pixelMs = ms / Math.max(1, pixels);
   }
 
+  // Notes that the GPU took `ms` for a still frame's surface.
   /** @param {number} ms */
   noteSurface(ms) {
     this.surfaceMs = ms;
   }
 
-  // Longest side of parts of a still frame, pixels: what the GPU draws in a time after which others have their turn.
+  // Longest side of a still frame's parts, pixels: what the GPU draws in about PART_MS.
   partPx() {
     const side = this.pixelMs === null ? LEAST_PART_PX : Math.floor(Math.sqrt(PART_MS / Math.max(this.pixelMs, 1e-9)));
     return Math.max(LEAST_PART_PX, Math.min(MOST_PART_PX, side));

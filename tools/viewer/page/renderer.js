@@ -111,7 +111,7 @@ export class Renderer {
     this.mesh = {vertices, colors, counts: mesh.counts, bytes};
   }
 
-  // Of each vertex, in place of those that the mesh came with.
+  // Replaces the colours of the mesh's vertices, four bytes each.
   /** @param {Uint8Array<ArrayBuffer>} colors */
   setColors(colors) {
     const {gl, mesh} = this;
@@ -153,7 +153,7 @@ export class Renderer {
         ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES);
   }
 
-  // Of the mesh, with its references.
+  // Bytes on the GPU of the mesh and of its tables.
   modelBytes() {
     let sum = this.mesh?.bytes ?? 0;
     for (const table of Object.values(this.tables ?? {})) sum += table.bytes;

@@ -9,7 +9,7 @@ const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl_objects.h
 export const VIEW_TEXELS = 6;     // kViewTexels of blend/view_table.h
 export const NO_SLOT = 0xFFFFFFFF;
 
-// Of a format whose texels nothing filters, or, with `filter`, of one that may be.
+// A texture with one level. `filter`: NEAREST, or LINEAR for a format that can be filtered.
 /**
  * @param {GlObjects} objects
  * @param {number} format
@@ -67,7 +67,7 @@ export class Table {
     this.store(values, components);
   }
 
-  // Of a table of so many entries; `single`: of one whole number each.
+  // Bytes of a table with `entries`. `single`: each is one whole number.
   /** @param {number} entries @param {boolean} single */
   static bytesOf(entries, single) {
     return TABLE_WIDTH * Math.max(1, Math.ceil(entries / TABLE_WIDTH)) * (single ? 4 : 16);

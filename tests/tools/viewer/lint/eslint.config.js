@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The rules of the page's scripts. Names that nobody defines are left to the type checker, which knows the browser's.
+// The rules of the page's scripts. Names without a definition are left to the type checker, which knows the browser's.
 import js from '@eslint/js';
 
 const FETCHES = ['fetch', 'XMLHttpRequest', 'WebSocket', 'EventSource'];

@@ -90,7 +90,7 @@ End nearest_end(vec4 wanted, RampFormat format, int one_alpha) {
   return even;
 }
 
-// Gives each texel the step of the ramp that is nearest to it, but for steps that are not quite even.
+// Gives each texel the step of the ramp that is nearest to it, as if steps were even, which they are not quite.
 Ramp coded(End first, End second, RampFormat format) {
   Ramp ramp = Ramp(first, second, uvec2(0u), 0.0);
   vec4 along = format.channels * (second.value - first.value);
