@@ -89,7 +89,7 @@ struct SiteServer::State {
       if (listens_at(entry.endpoint(), error)) return;
     }
     throw InputError(options.host + (options.port == 0 ? "" : ":" + std::to_string(options.port)) +
-                     ": cannot be listened at, is the port taken, or the address another machine's?");
+                     ": cannot be listened at: " + error.message());
   }
 
   [[nodiscard]] bool listens_at(const tcp::endpoint& endpoint, boost::system::error_code& error) {
