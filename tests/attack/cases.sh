@@ -2,7 +2,8 @@
 # One function for each kind of attack. Each has an empty folder, $case_folder.
 
 kinds=(scene_files kill text_scene model_files limits model_json streams notes_json full_disk options glb locale
-  file_size kill_picture small_disk capture export points kill_export view server web_names)
+  file_size kill_picture small_disk capture export points kill_export view server web_names half_written closed_streams
+  untold_result)
 
 # use_scene FOLDER: what people do with a scene.
 use_scene() {
@@ -98,7 +99,7 @@ judge_export() {
   if [ "$status" -eq 0 ] && [ ! -e "$made" ]; then complain "exit 0 and no output"; fi
 }
 
-# Of a damaged model, or onto a disk that becomes full.
+# An export of a damaged model, or onto a disk that becomes full.
 case_export() {
   cp -r "$work/base/model" "$case_folder/model"
   local surroundings=""
@@ -204,9 +205,10 @@ judge_serves() {
   if ! cmp -s <(body_of_answer) "$case_folder/whole"; then complain "the server no longer answers as it did"; fi
 }
 
-# The server that `view` is, by clients that no browser is.
-case_server() {
-  local server port halves i
+# start_server: leaves the process of `view` in `server`, its port in `port`, and scene.json as it answers it as `whole`
+# in the case's folder.
+start_server() {
+  local i
   printf '%q ' "$program" view "$work/base/model" --no-browser --quiet >"$case_folder/command"
   "$program" view "$work/base/model" --no-browser --quiet >"$case_folder/out" 2>"$case_folder/err" </dev/null &
   server=$!
@@ -218,11 +220,22 @@ case_server() {
   ask "${port:-0}" 'GET /scene.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
   body_of_answer >"$case_folder/whole"
   if ! [ -s "$case_folder/whole" ]; then complain "the server does not answer"; fi
-  # Connections that stay, with half a request or none.
-  timeout 60 bash -c 'for ((i = 0; i < 40; ++i)); do
+}
+
+# hold_connections PORT: opens 40 connections with half a request or none, which stay until they are killed or for a
+# minute.
+hold_connections() {
+  exec timeout 60 bash -c 'for ((i = 0; i < 40; ++i)); do
       exec {half}<>"/dev/tcp/127.0.0.1/$0" && if ((i % 2)); then printf "GET /scene.json HT" >&"$half"; fi
     done
-    read -r -u "$half"' "$port" 2>/dev/null &
+    read -r -u "$half"' "$1" 2>/dev/null
+}
+
+# The server that `view` is, by clients that no browser is.
+case_server() {
+  local server port halves i
+  start_server
+  hold_connections "$port" &
   halves=$!
   for ((i = 0; i < 6; ++i)); do
     strange_request
@@ -265,7 +278,7 @@ case_web_names() {
   if [[ ${title#<title>} == *"<"*"</title>" ]]; then complain "the title is more than a text: ${title:0:300}"; fi
   if ! grep -qaE '<script type="?module' "$page"; then complain "the page has no script"; fi
   if [ -d "$target" ]; then
-    # Whatever the page or the scene names is there.
+    # All files that the page or the scene names are there.
     while read -r file; do
       if [ ! -f "$target/$file" ]; then complain "$file is named and not there"; fi
     done < <(grep -aohE '[a-z0-9/]+-[0-9a-f]{16}\.[a-z]+' "$page" "$target/scene.json" | sort -u)
@@ -458,7 +471,7 @@ case_locale() {
   fi
 }
 
-# Values that nobody would give: exit 2 with a sentence, unless they happen to be good.
+# Values that make no sense: exit 2 with a sentence, unless they happen to be good.
 case_options() {
   local options=(--max-views --cell-size --references --hold --block --seed --max-cells --tile-size --ideal-distance
     --loss --budget --refine --metric --image --quality --order)
@@ -477,8 +490,6 @@ case_options() {
   fi
   no_leftovers "$case_folder"
 }
-
-kinds+=(half_written closed_streams untold_result)
 
 # photographs_in MODEL: how many photographs it was made of.
 photographs_in() { grep -oE '"offered": [0-9]+' "$1/plan.json" | head -n 1 | grep -oE '[0-9]+'; }
@@ -507,7 +518,7 @@ case_half_written() {
   no_leftovers "$case_folder"
 }
 
-# Any of the three streams is closed, for any command: the numbers 0 to 2 are nobody else's.
+# Any of the three streams is closed, for any command: no file gets the numbers 0 to 2.
 case_closed_streams() {
   local streams=() made=$case_folder/made
   for stream in '<&-' '>&-' '2>&-'; do
@@ -524,7 +535,7 @@ case_closed_streams() {
     3) run "$surroundings" inspect "$work/base/model" ;;
   esac
   if [[ $surroundings == *2\>* && $status == 1 ]]; then count "exit 1"; else judge_loud; fi
-  if [ "$status" -eq 0 ] && [[ $surroundings == *" >&-"* ]]; then complain "exit 0, and nobody was told the result"; fi
+  if [ "$status" -eq 0 ] && [[ $surroundings == *" >&-"* ]]; then complain "exit 0, and the result was not told"; fi
   if [ "$status" -eq 1 ] && [[ $surroundings != *">&-"* ]]; then complain "fails although it can tell its result"; fi
   no_leftovers "$case_folder"
 }
@@ -537,7 +548,7 @@ case_untold_result() {
   one_of --json --quiet
   run "exec >/dev/full" build "$work/base/scene" -o "$made" --refine none "$chosen"
   judge_loud
-  if [ "$status" -ne 1 ]; then complain "exit status $status, and nobody was told the result"; fi
+  if [ "$status" -ne 1 ]; then complain "exit status $status, and the result was not told"; fi
   if ! grep -q "is complete, but" "$case_folder/err"; then complain "does not say what is left"; fi
   if ! "$program" inspect "$made" >/dev/null 2>&1; then complain "the output that is called complete is not"; fi
   no_leftovers "$case_folder"

@@ -41,7 +41,7 @@ replace_token() {
   } >"$file.new" && mv "$file.new" "$file"
 }
 
-# A number or a text of a JSON file becomes one that nobody would write.
+# A number or a text of a JSON file becomes one that no program writes.
 hostile_json() {
   local file=$1
   below 3
