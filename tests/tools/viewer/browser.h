@@ -37,6 +37,7 @@ using Network = std::function<Trouble(const std::string& name)>;
 [[nodiscard]] Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width = 640,
                                    int height = 480, const Network& network = {});
 
-[[nodiscard]] SiteFile html_file(const std::string& name, const std::string& text);
+// All errors and warnings that pages said; empty: none.
+[[nodiscard]] std::string problem_of(const Said& said);
 
 }  // namespace lumatlas

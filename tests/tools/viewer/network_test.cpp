@@ -20,10 +20,6 @@ namespace {
 using nlohmann::json;
 using Kind = Trouble::Kind;
 
-std::string problem_of(const Said& said) {
-  return said.contains("problem") ? said.at("problem") : "";
-}
-
 // The site in "good/" and in the other folders, and a test's page.
 std::vector<SiteFile> sites_and_test(const std::string& html, const std::vector<std::string>& folders) {
   std::vector<SiteFile> files = test_page_files(html);

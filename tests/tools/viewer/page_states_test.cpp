@@ -30,7 +30,7 @@ std::vector<SiteFile> states_and_test() {
 Said checked_part(const std::string& part, const Said& expected) {
   Said said = said_in_browser(states_and_test(), "/test.html#" + part);
   if (said.empty()) return said;
-  CHECK((said.contains("problem") ? said.at("problem") : "") == "");
+  CHECK(problem_of(said) == "");
   for (const auto& [name, value] : expected) {
     CAPTURE(name);
     REQUIRE(said.contains(name));

@@ -108,7 +108,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   const std::vector<Rendering> expected = rendered(site_model());
   const Said said = said_in_browser(site_and_test(), "/test.html");
   if (said.empty()) return;
-  CHECK((said.contains("problem") ? said.at("problem") : "") == "");
+  CHECK(problem_of(said) == "");
   REQUIRE(said.contains("bytes"));
 
   const Agreement agreed = agreement(expected, said, "picture-", expected.size());
