@@ -9,8 +9,8 @@
 
 namespace lumatlas {
 
-// 64 bits of the bytes, the same on every machine: XXH64. Different bytes have the same digest by chance only, once in
-// 2^64; somebody may find such bytes on purpose.
+// Returns the XXH64 digest of the bytes, the same on every machine. Two different inputs have the same digest with a
+// probability of 2^-64, unless they were made to: XXH64 does not withstand an attacker.
 [[nodiscard]] std::uint64_t content_digest(std::span<const std::byte> bytes);
 
 // The digest as 16 hexadecimal digits, for the names of files.

@@ -65,14 +65,15 @@ class BandedResize {
   }
   [[nodiscard]] double scale() const { return static_cast<double>(from_.height) / to_.height; }
 
-  // Of the result, so that a band of the image has some 16 MB.
+  // Returns how many rows of the result are made together, so that their band of the image has some 16 MB.
   [[nodiscard]] std::uint32_t rows_at_once() const {
     constexpr std::size_t kValues = std::size_t{1} << 22;
     const double rows = static_cast<double>(kValues / row_values(from_)) / scale();
     return static_cast<std::uint32_t>(std::clamp(rows, 1.0, static_cast<double>(to_.height)));
   }
 
-  // No filter here reaches further than two pixels of the result.
+  // Returns the rows of the image that some rows of the result depend on. No filter here reaches further than two
+  // pixels of the result.
   [[nodiscard]] Rows needed_for(Rows target) const {
     const double reach = 2 * scale() + 2;
     const double first = std::max(0.0, std::floor(target.first * scale() - reach));
@@ -92,7 +93,7 @@ class BandedResize {
     std::vector<float> result(target.count * row_values(to_));
     const OIIO::ImageBuf image(spec_of(from_, source), values.data());
     OIIO::ImageBuf lower(spec_of(to_, target), result.data());
-    constexpr int kThreads = 1;  // whoever has many photographs has a thread for each
+    constexpr int kThreads = 1;  // callers with many photographs run one thread for each
     if (!OIIO::ImageBufAlgo::resize(lower, image, filter_, 0, {}, kThreads)) {
       throw std::runtime_error("OpenImageIO cannot resize an image: " + lower.geterror());
     }

@@ -87,7 +87,7 @@ std::optional<Format> format_of(std::string_view head) {
   return std::nullopt;
 }
 
-// What a file is that is often met where a photograph should be, and what to do about it; empty: nothing that is known.
+// Names a file that is often met where a photograph should be, and says what to do about it. Empty for all other files.
 std::string known_other(std::string_view head) {
   constexpr std::array<std::string_view, 8> kHeicBrands{"heic", "heix", "hevc", "hevx", "heim", "heis", "mif1", "msf1"};
   if (head.starts_with("version http")) {
@@ -371,7 +371,7 @@ void require_size_of(const fs::path& path, const Header& header, const OIIO::Ima
                  size_text(spec.width, spec.height) + ": it is damaged");
 }
 
-// As stored, row by row, in sRGB.
+// Reads the pixels row by row as the file stores them, whatever its orientation, and converts them to sRGB.
 std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const Header& header) {
   const fs::path& path = source.path();
   if (image.format == Format::jpeg) {

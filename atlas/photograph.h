@@ -39,10 +39,10 @@ struct CameraNote {
 
 // Reads JPEG, PNG, TIFF, WebP and OpenEXR, told by their first bytes whatever their names are; other formats are
 // refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped); floating-point files are taken as
-// linear light. Colours that a file's ICC profile says to be others, such as Display P3 or Adobe RGB, are converted to
-// sRGB, but for WebP, whose profiles are not read. A file that is replaced by another one while it is read gives the
-// old picture or the new one. Throws InputError: path and reason, also for a file that is cut off or whose coded pixels
-// are damaged, as far as its decoder can tell.
+// linear light. Colours in the space of an ICC profile, such as Display P3 or Adobe RGB, are converted to sRGB. The
+// profiles of WebP files are not read: their colours are taken as sRGB. A file that is replaced by another one while it
+// is read gives the old picture or the new one. Throws InputError: path and reason, also for a file that is cut off or
+// whose coded pixels are damaged, as far as its decoder can tell.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 

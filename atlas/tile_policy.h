@@ -16,7 +16,7 @@
 
 namespace lumatlas {
 
-// The store as it was at one moment. Nobody changes it while a policy looks at it.
+// The store as it was at one moment. No thread changes it while a policy looks at it.
 struct TileDemand {
   const Surface& surface;
   std::span<const std::shared_ptr<const StoredView>> views;  // by slot; null: the slot is free

@@ -21,9 +21,10 @@ namespace {
 
 constexpr double kOcclusionTolerance = 0.02;  // of the depth; above the mesh's own noise in MVS and RGB-D scans
 constexpr std::uint8_t kMidGrey = 128;
-constexpr std::uint64_t kInnerWeight = 1000;  // of a pixel at a rim: 1, for vertices that no others show
+// Weight of a pixel beside one at a rim, which has 1 and so decides only at vertices that no other pixels show.
+constexpr std::uint64_t kInnerWeight = 1000;
 
-constexpr double kStepsOfLight = 1 << 20;
+constexpr double kStepsOfLight = 1 << 20;  // see ColorSum
 constexpr double kMostLight = 1 << 10;
 
 constexpr std::size_t kBlock = 1024;  // vertices that one thread looks at together
@@ -218,7 +219,7 @@ void VertexColors::color_changed() {
       });
 }
 
-// Of the vertices without a colour of their own, changes only those to which another colour than before has spread.
+// Colours the vertices that no view shows. Changes only those to which another colour than before has spread.
 void VertexColors::spread() {
   const auto has_none = [](const auto& sum) { return !(sum.w > 0); };
   if (std::none_of(sums_.begin(), sums_.end(), has_none)) {

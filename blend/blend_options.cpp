@@ -45,7 +45,7 @@ BlendOptions BlendOptions::draft() {
 void check(const BlendOptions& options) {
   require(options.views >= 1 && options.views <= kMaxBlendedViews, "views", options.views, "in [1, 8]");
   require(options.lambda >= 0 && options.lambda <= 1, "lambda", options.lambda, "in [0, 1]");
-  // Of the enumerators, which a cast or a binding may have given any number.
+  // A cast or a language binding may have given an enumeration any number.
   require(options.position == BlendOptions::Position::ratio || options.position == BlendOptions::Position::printed,
           "position", static_cast<int>(options.position), "one of BlendOptions::Position");
   require(options.exposure == BlendOptions::Exposure::nearby || options.exposure == BlendOptions::Exposure::model,

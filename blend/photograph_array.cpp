@@ -227,7 +227,7 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   std::vector<Upload> missing = missing_tiles(snapshot, slots);
   uploaded_ = 0;
-  // On all processors, but so many at a time that they take little memory. GL takes them from this thread.
+  // Tiles are prepared on all processors, kBytesAtOnce of them at a time. GL takes them from this thread.
   const std::size_t at_once =
       std::max<std::size_t>(kBytesAtOnce / (4 * std::size_t{shape.slot_width} * shape.slot_height), 1);
   for (std::size_t first = 0; first < missing.size(); first += at_once) {
@@ -287,7 +287,7 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
   if (held_[upload.slot].depth == upload.depth_digest) upload.depth.clear();
 }
 
-// All levels follow from the finest.
+// Leaves the levels empty where the slot holds the same finest one, from which all others follow.
 void PhotographArray::prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const {
   upload.color_digest =
       content_digest(std::as_bytes(std::span<const std::uint8_t>(image_levels(view, rect, 1).front().rgba)));

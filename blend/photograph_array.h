@@ -85,8 +85,9 @@ class PhotographArray {
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
   // What a view's stored depths are shares of: a power of two near its median depth.
   [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
-  [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }  // by the last load()
-  // That were copied to the GPU, by all calls of load().
+  // Slots of which the last load() copied colours or depths.
+  [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
+  // Bytes that all calls of load() together have copied to the GPU.
   [[nodiscard]] std::uint64_t color_bytes() const { return color_bytes_; }
   [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
 
@@ -105,7 +106,7 @@ class PhotographArray {
   void allocate(const ArrayShape& shape);
   [[nodiscard]] bool grow(const ArrayShape& needed);
   void measure_depths(const Snapshot& snapshot);
-  // A tile for a slot, and what is copied there: nothing of what the slot holds already.
+  // A tile for a slot, and what is copied there. Levels or depths that the slot holds already are empty.
   struct Upload {
     std::uint32_t slot, view, tile;
     std::uint64_t color_digest = 0, depth_digest = 0;

@@ -33,7 +33,7 @@ FaceGeometry geometry_of(const Corners& at) {
   return geometry;
 }
 
-// What the function gives for the corners of each face.
+// Calls the function with the corners of each face, and returns its values.
 template <typename Function>
 auto of_each_face(const Mesh& mesh, const Function& function) {
   std::vector<decltype(function(Corners()))> values(mesh.faces.size());

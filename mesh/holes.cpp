@@ -35,15 +35,16 @@ using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using Loop = std::vector<std::uint32_t>;  // vertices, in the direction that the faces of a patch have along it
 
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-// Up to so many vertices a loop is filled by the best of all triangles where those of a Delaunay triangulation do not
-// fill it: time grows with the cube of their number.
+// Most vertices of a loop that is filled by the best of all triangles where a Delaunay triangulation does not fill it.
+// Time grows with the cube of their number.
 constexpr std::size_t kMostForAllTriangles = 250;
-// Larger loops are filled by triangles of a Delaunay triangulation alone, and only where few of its edges need be
-// looked at for each of the loop's: some six where it has the loop's edges, as many as the loop has where it has not.
+// A larger loop is filled by triangles of a Delaunay triangulation alone. CGAL may look at this number of its edges for
+// each edge of the loop: it looks at some six where the triangulation has the loop's edges, and at as many as the loop
+// has where it has not.
 constexpr std::size_t kMostEdgesLookedAt = 10;
-constexpr std::size_t kMostForDelaunay = 3000;  // for the depth of CGAL's recursion grows with them
+constexpr std::size_t kMostForDelaunay = 3000;  // vertices of a loop; the depth of CGAL's recursion grows with them
 constexpr std::size_t kStepsBetweenTicks = 256;
-constexpr double kRimShare = 0.5;  // of its component's diagonal, from which on a loop is taken for its rim
+constexpr double kRimShare = 0.5;  // a loop of at least this share of its component's diagonal is the component's rim
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::max(a, b)} << 32 | std::min(a, b);
@@ -134,7 +135,7 @@ double size_of(const Mesh& mesh, const Loop& loop) {
   return diagonal(box);
 }
 
-// By loop, the diagonal of the box of all that is connected with it.
+// Returns for each loop the diagonal of the box around the component that the loop is in, scene units.
 std::vector<double> component_diagonals(const Mesh& mesh, const std::vector<Loop>& loops) {
   const std::size_t count = mesh.positions.size();
   std::vector<std::uint8_t> rank(count, 0);
@@ -165,7 +166,7 @@ bool has_area(const Mesh& mesh, const glm::uvec3& face) {
 
 struct TakesTooLong {};
 
-// Follows CGAL's steps, so that a tick may end them, and ends them itself where they are too many. It is copied.
+// Follows CGAL's steps, so that a tick may end them, and ends them itself where they are too many. CGAL copies it.
 struct FillingSteps : CGAL::Polygon_mesh_processing::Hole_filling::Default_visitor {
   FillingSteps(const Tick& called, TickEvery& among_many, std::size_t& left)
       : tick(called), ticks(&among_many), steps_left(&left) {}
@@ -212,7 +213,7 @@ std::vector<glm::uvec3> best_faces(const std::vector<glm::dvec3>& positions, con
   return faces;
 }
 
-// Where there is no best patch, one of the loop as it is seen along an axis.
+// Returns the best faces that fill a loop, or, where there are none, those of the loop as it is seen along an axis.
 std::vector<glm::uvec3> faces_within(const std::vector<glm::dvec3>& positions, const Tick& tick) {
   std::vector<glm::uvec3> faces = best_faces(positions, tick);
   if (faces.size() == positions.size() - 2) return faces;
@@ -256,7 +257,7 @@ std::vector<Loop> small_loops(const Mesh& mesh, double largest) {
   return loops;
 }
 
-// Those of the mesh that a patch may have too: between two vertices of the loops.
+// Returns the edges of the mesh between two vertices of the loops: only these may a patch have too.
 Edges edges_between(const Mesh& mesh, const std::vector<Loop>& loops) {
   std::vector<bool> on_loop(mesh.positions.size(), false);
   for (const Loop& loop : loops) {

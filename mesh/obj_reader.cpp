@@ -157,7 +157,7 @@ class ObjParser {
     fail("a vertex has the weight " + number_text(weight) + ", must be 1: write x y z divided by it");
   }
 
-  // Three or four numbers. Of four it is known at the end of the file which of them are the colour.
+  // Takes three or four numbers. Which of four are the colour is known at the end of the file.
   void append_color(std::span<const double> numbers) {
     glm::u8vec4& color = colors_.emplace_back(0);
     for (std::size_t i = 0; i < numbers.size(); ++i) {

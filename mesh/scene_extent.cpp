@@ -162,7 +162,7 @@ std::uint8_t tip_of(const Mesh& mesh, const glm::uvec3& face, double area) {
 }
 
 // The faces at stray vertices: spikes, and those between two stray vertices that are neighbours, which may have any
-// shape. Of a vertex that has strayed every face is such a one.
+// shape. Every face at a vertex that has strayed is one of these.
 std::vector<std::uint8_t> faces_at_strays(const Mesh& mesh, std::span<const double> areas) {
   std::vector<std::uint8_t> tips(mesh.faces.size());
   std::vector<std::uint8_t> may_be_stray(mesh.positions.size(), 0);

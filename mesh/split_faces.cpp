@@ -25,7 +25,7 @@ namespace {
 constexpr double kBytesAFace = 400;  // of the halfedges, the queue and the mesh that is returned
 constexpr double kMemoryShare = 0.5;
 constexpr double kMostFacesOfAMesh = 5e8;  // see mesh.h
-constexpr double kHeadroom = 4;            // halving may make so many times the faces that the area asks for
+constexpr double kHeadroom = 4;            // most faces that halving may make for each one that the area asks for
 
 // A needle is more than this many times as long as high.
 constexpr double kNeedle = 20;
@@ -78,7 +78,7 @@ Forecast forecast(const Mesh& mesh, std::span<const FaceGeometry> geometry, doub
   throw std::invalid_argument(message.str());
 }
 
-// How many faces splitting may come to, by the memory of this machine.
+// Returns how many faces the memory of this machine holds while they are split.
 double most_faces() {
   const auto memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   return std::min(kMostFacesOfAMesh, kMemoryShare * memory / kBytesAFace);

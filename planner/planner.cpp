@@ -184,7 +184,7 @@ std::vector<CellPart> Planner::look(const Camera& camera, Verdict& verdict) {
   return parts(small, seen);
 }
 
-// Of a view whose offer has not failed: what it saw is part of the store only from then on.
+// Marks the cells of a view in the atlas as seen. Called once its offer can no longer fail.
 void Planner::note_seen(std::span<const CellPart> seen) {
   std::vector<CellPixels> cells;
   cells.reserve(seen.size());

@@ -30,8 +30,8 @@ void forget_final_name(const fs::path& temporary) {
 
 std::string with_final_names(std::string sentence) {
   const std::lock_guard lock(final_names_mutex);
-  // From the longest path to the shortest: a temporary file in a temporary folder becomes its target in that folder,
-  // and then the folder's target.
+  // In descending order a path comes before the folder that it is in: a temporary file in a temporary folder becomes
+  // its target in that folder, and then the folder's target.
   const auto& names = final_names();
   for (auto name = names.rbegin(); name != names.rend(); ++name) {
     const auto& [temporary, target] = *name;

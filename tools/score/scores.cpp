@@ -192,7 +192,7 @@ Photograph through_table(const Photograph& image, const LevelTable& table) {
   return result;
 }
 
-// Of the pixels that count, those that are textured.
+// Returns the share of the counted pixels that are textured.
 double textured_share(std::span<const std::uint8_t> textured, const CountedPixels& counted) {
   std::size_t pixels = 0;
   std::size_t covered = 0;

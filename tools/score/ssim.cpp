@@ -146,7 +146,7 @@ class SsimRows {
     return sum;
   }
 
-  // Of use where the pixel counts: elsewhere its window may be empty.
+  // The pixel must count: the window of another one may be empty, which gives NaN.
   [[nodiscard]] double ssim_at(const RowFields& columns, std::size_t column) const {
     const double weight = window(columns.weight, column);
     const double mean_x = window(columns.x, column) / weight;
