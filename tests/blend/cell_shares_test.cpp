@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -98,12 +99,18 @@ TEST_CASE("shares are continuous over the mesh and add up to 1, for clusters, to
   }
 }
 
-TEST_CASE("where cells of one face each meet, nothing is left without a cell") {
+// A wall of squares of side 1, each of whose faces is a cell.
+Surface wall_of_single_faces(std::uint32_t squares_a_side) {
   Surface surface;
-  add_wall(surface.mesh, 12, 12, 1, 4);
+  add_wall(surface.mesh, squares_a_side, squares_a_side, 1, 4);
   std::vector<std::uint32_t> cell_of_face(surface.mesh.faces.size());
-  for (std::uint32_t face = 0; face < cell_of_face.size(); ++face) cell_of_face[face] = face;
+  std::iota(cell_of_face.begin(), cell_of_face.end(), 0U);
   surface.cells = measure_cells(surface.mesh, std::move(cell_of_face), 1);
+  return surface;
+}
+
+TEST_CASE("where cells of one face each meet, nothing is left without a cell") {
+  const Surface surface = wall_of_single_faces(12);
   for (const double width : {1e-9, 0.5, 3.0}) check_sums(shares_by_vertex(surface, share_cells(surface, width)));
 }
 
@@ -124,14 +131,10 @@ Surface fan_of_cells(std::uint32_t faces) {
 
 TEST_CASE("work grows with the faces, whatever the width is and however many cells meet") {
   // Every cell against every vertex would be 4 * 10^8 steps on the wall and on the fan.
-  Surface wall;
-  add_wall(wall.mesh, 120, 120, 1, 4);
-  std::vector<std::uint32_t> cell_of_face(wall.mesh.faces.size());
-  for (std::uint32_t face = 0; face < cell_of_face.size(); ++face) cell_of_face[face] = face;
-  wall.cells = measure_cells(wall.mesh, std::move(cell_of_face), 1);
+  const Surface wall = wall_of_single_faces(120), fan = fan_of_cells(20'000);
   for (const double width : {100.0, 1e300}) {
     check_sums(shares_by_vertex(wall, share_cells(wall, width)));
-    check_sums(shares_by_vertex(fan_of_cells(20'000), share_cells(fan_of_cells(20'000), width)));
+    check_sums(shares_by_vertex(fan, share_cells(fan, width)));
   }
 }
 
