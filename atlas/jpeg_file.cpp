@@ -11,6 +11,7 @@
 #include <csetjmp>
 #include <cstddef>
 #include <cstdlib>
+#include <memory>
 #include <string>
 
 #include "mesh/base/errors.h"
@@ -103,7 +104,7 @@ bool read_header(Decoder& decoder, std::span<const std::uint8_t> bytes) {
   return true;
 }
 
-// The caller frees what `profile` points to afterwards; null: there is none.
+// Sets `profile` to memory of malloc(), which the caller frees; null: the file has no profile.
 bool read_profile(Decoder& decoder, JOCTET** profile, unsigned int* size) {
   if (setjmp(decoder.failed) != 0) return false;
   if (!jpeg_read_icc_profile(&decoder.jpeg, profile, size)) *profile = nullptr;
@@ -140,18 +141,12 @@ bool read_rows(Decoder& decoder, std::span<std::uint8_t> inks, std::uint8_t* rgb
   return true;
 }
 
-}  // namespace
-
-namespace {
-
 std::vector<std::uint8_t> profile_of(Decoder& decoder) {
-  JOCTET* bytes = nullptr;
+  JOCTET* found = nullptr;
   unsigned int size = 0;
-  const bool is_read = read_profile(decoder, &bytes, &size);
-  std::vector<std::uint8_t> profile;
-  if (is_read && bytes) profile.assign(bytes, bytes + size);
-  std::free(bytes);  // libjpeg took it from malloc()
-  return profile;
+  const bool is_read = read_profile(decoder, &found, &size);
+  const std::unique_ptr<JOCTET, decltype(&std::free)> bytes(found, &std::free);
+  return is_read && bytes ? std::vector<std::uint8_t>(found, found + size) : std::vector<std::uint8_t>();
 }
 
 }  // namespace
