@@ -54,7 +54,15 @@ void convert_color(cmsContext context, cmsHPROFILE profile, std::vector<std::uin
   }
 }
 
+bool is_grey(const std::vector<std::uint8_t>& rgb) {
+  for (std::size_t at = 0; at + 2 < rgb.size(); at += 3) {
+    if (rgb[at] != rgb[at + 1] || rgb[at] != rgb[at + 2]) return false;
+  }
+  return true;
+}
+
 void convert_grey(cmsContext context, cmsHPROFILE profile, std::vector<std::uint8_t>& rgb) {
+  if (!is_grey(rgb)) return;  // the profile does not belong to this picture
   const Transform transform = to_srgb(context, profile, TYPE_GRAY_8);
   if (!transform) return;
   std::array<std::uint8_t, 256> levels;
