@@ -15,6 +15,7 @@
 #include <stdexcept>
 #include <string>
 #include <system_error>
+#include <unordered_set>
 #include <utility>
 
 #include "atlas/content_digest.h"
@@ -473,13 +474,13 @@ std::vector<std::string> files_named_by_content(const std::filesystem::path& fol
   return names;
 }
 
-// Removes the files of earlier saves that the model which is there now does not refer to.
-void remove_unused(const std::filesystem::path& folder, const std::vector<std::string>& earlier,
-                   const std::vector<std::string>& names) {
-  for (const std::string& name : earlier) {
+// Removes those files of earlier saves that are not among the model's files now.
+void remove_unused(const std::filesystem::path& folder, std::vector<std::string> of_earlier_saves,
+                   const std::unordered_set<std::string>& names) {
+  std::erase_if(of_earlier_saves, [&](const std::string& name) { return names.contains(name); });
+  for (const std::string& name : of_earlier_saves) {
     std::error_code ignored;
-    if (std::find(names.begin(), names.end(), name) == names.end() &&
-        std::filesystem::symlink_status(folder / name, ignored).type() == std::filesystem::file_type::regular) {
+    if (std::filesystem::symlink_status(folder / name, ignored).type() == std::filesystem::file_type::regular) {
       std::filesystem::remove(folder / name, ignored);
     }
   }
@@ -605,8 +606,11 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
       bytes_of(json_of(model, snapshot, {{"byteLength", buffer.size()}, {"uri", buffer_name}}).dump(2) + "\n"));
   files.commit();
   image_folder.keep();
-  remove_unused(folder, earlier, files.names());
-  remove_unused(folder, files_named_by_content(folder), files.names());
+  // Until the disk has the new scene.gltf, a crash may bring the earlier one back, which needs its files.
+  if (!sync_to_disk(folder)) return;
+  const std::unordered_set<std::string> now(files.names().begin(), files.names().end());
+  remove_unused(folder, earlier, now);
+  remove_unused(folder, files_named_by_content(folder), now);
 }
 
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,

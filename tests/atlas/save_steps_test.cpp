@@ -25,6 +25,9 @@ namespace {
 // Called before each step; false: the step fails.
 std::function<bool()> before_step;
 
+bool is_rename_on_disk = true;   // whether fsync() was called since the last rename()
+bool was_removed_early = false;  // whether a file was removed while that was not so
+
 bool may_go_on() {
   if (!before_step || before_step()) return true;
   errno = EIO;
@@ -36,11 +39,18 @@ bool may_go_on() {
 // What std::filesystem calls.
 extern "C" int rename(const char* from, const char* to) noexcept {
   if (!may_go_on()) return -1;
+  is_rename_on_disk = false;
   return static_cast<int>(syscall(SYS_renameat2, AT_FDCWD, from, AT_FDCWD, to, 0));
+}
+
+extern "C" int fsync(int descriptor) {
+  is_rename_on_disk = true;
+  return static_cast<int>(syscall(SYS_fsync, descriptor));
 }
 
 extern "C" int remove(const char* path) noexcept {
   if (!may_go_on()) return -1;
+  was_removed_early = was_removed_early || !is_rename_on_disk;
   if (unlink(path) == 0) return 0;
   return errno == EISDIR || errno == EPERM ? rmdir(path) : -1;
 }
@@ -175,6 +185,18 @@ TEST_CASE("a save that fails at any step leaves the folder as it was") {
   const TemporaryFolder fresh;
   write_model(fresh.path(), model_number(1), {});
   CHECK(read_back(folder.path()) == read_back(fresh.path()));
+}
+
+TEST_CASE("the earlier model's files are removed only once the disk has the new scene.gltf") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), model_number(0), {});
+  const std::map<std::string, std::string> before = contents(folder.path());
+  was_removed_early = false;
+  write_model(folder.path(), model_number(1), {});
+  CHECK_FALSE(was_removed_early);
+  for (const auto& [name, bytes] : contents(folder.path())) {
+    if (name != "scene.gltf") CHECK_FALSE(before.contains(name));  // those were removed
+  }
 }
 
 TEST_CASE("a reader that is still at an earlier model never meets a photograph of a later one") {
