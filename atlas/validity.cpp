@@ -290,10 +290,11 @@ void check(const ValidityOptions& options) {
   }
   if (options.edge_radius_px > kMostEdgePixels) {
     throw std::invalid_argument("validity: edge_radius_px is " + std::to_string(options.edge_radius_px) +
-                                ", must be at most 16");
+                                ", must be at most " + std::to_string(kMostEdgePixels));
   }
   if (options.fade_px > kMostEdgePixels) {
-    throw std::invalid_argument("validity: fade_px is " + std::to_string(options.fade_px) + ", must be at most 16");
+    throw std::invalid_argument("validity: fade_px is " + std::to_string(options.fade_px) + ", must be at most " +
+                                std::to_string(kMostEdgePixels));
   }
 }
 

@@ -22,8 +22,8 @@
 
 namespace lumatlas {
 
-inline constexpr double kMostDepthEdge = 1e6;
-inline constexpr std::uint32_t kMostEdgePixels = 16;
+inline constexpr double kMostDepthEdge = 1e6;         // the largest depth_edge
+inline constexpr std::uint32_t kMostEdgePixels = 16;  // the largest edge_radius_px and fade_px
 
 struct ValidityOptions {
   enum class Edges {
