@@ -63,7 +63,7 @@ class RenumberedTiles {
  public:
   explicit RenumberedTiles(std::vector<std::vector<std::uint32_t>> cells_now) : cells_now_(std::move(cells_now)) {}
 
-  // Numbers those slots anew that show something else than at the call before.
+  // Numbers the cells anew of those slots that show something else than at the call before.
   void follow(const std::vector<SharedShownCells>& shown) {
     before_.resize(shown.size());
     now_.resize(shown.size());
@@ -80,6 +80,18 @@ class RenumberedTiles {
  private:
   std::vector<std::vector<std::uint32_t>> cells_now_;  // see cells_that_were()
   std::vector<SharedShownCells> before_, now_;
+};
+
+// Holds the id of the thread that made it, as long as it lives.
+class NotedThread {
+ public:
+  explicit NotedThread(std::atomic<std::thread::id>& id) : id_(id) { id_ = std::this_thread::get_id(); }
+  ~NotedThread() { id_ = std::thread::id(); }
+  NotedThread(const NotedThread&) = delete;
+  NotedThread& operator=(const NotedThread&) = delete;
+
+ private:
+  std::atomic<std::thread::id>& id_;
 };
 
 const SharedSlots& no_slots() {
@@ -281,20 +293,17 @@ Atlas::ByCell Atlas::by_cell(std::span<const std::uint32_t> previous_cell) const
 // What the tiles show is numbered anew without the lock, then once more for the views that other threads have changed
 // meanwhile, and under the lock for the few that they have changed since. So no writer can put the surface off.
 void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
-  constexpr int kRoundsWithoutLock = 2;
   const std::size_t cells = checked(surface).cells.cells.size();
   for (;;) {
-    const std::size_t cells_before = shown_of_cells().first;
+    const auto [cells_before, shown] = shown_of_cells();
     require_previous_cells(previous_cell, cells, cells_before);
     RenumberedTiles tiles(cells_that_were(previous_cell, cells_before));
-    bool same_cells = true;
-    for (int round = 0; round < kRoundsWithoutLock && same_cells; ++round) {
-      const auto [cells_there, shown] = shown_of_cells();
-      same_cells = cells_there == cells_before;
-      if (same_cells) tiles.follow(shown);
-    }
+    tiles.follow(shown);
+    const auto [cells_meanwhile, shown_meanwhile] = shown_of_cells();
+    if (cells_meanwhile != cells_before) continue;  // another thread has replaced the surface
+    tiles.follow(shown_meanwhile);
     const std::scoped_lock lock(mutex_);
-    if (references_.size() != cells_before) continue;  // another thread has replaced the surface
+    if (references_.size() != cells_before) continue;
     if (surface->offset != surface_->offset) {
       throw std::invalid_argument("atlas: the new surface has another offset than the one before, must have the same");
     }
@@ -388,7 +397,8 @@ StoreChanges Atlas::take_changes() const {
   return changes;
 }
 
-// Throws std::logic_error on a thread that is making a snapshot already: a policy asks for what would wait for it.
+// Locks snapshot_mutex_. Throws std::logic_error on a thread that is making a snapshot already, whose policy would wait
+// for itself.
 std::unique_lock<std::mutex> Atlas::one_snapshot_at_a_time() const {
   if (snapshot_thread_ == std::this_thread::get_id()) {
     throw std::logic_error(
@@ -399,12 +409,7 @@ std::unique_lock<std::mutex> Atlas::one_snapshot_at_a_time() const {
 
 Snapshot Atlas::snapshot() const {
   const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
-  // Ends before the lock does.
-  struct ThisThread {
-    std::atomic<std::thread::id>& id;
-    explicit ThisThread(std::atomic<std::thread::id>& of) : id(of) { id = std::this_thread::get_id(); }
-    ~ThisThread() { id = std::thread::id(); }
-  } const this_thread(snapshot_thread_);
+  const NotedThread noted(snapshot_thread_);  // ends before the lock does
   try {
     if (!maker_) maker_ = std::make_unique<SnapshotMaker>(layout_, policy_);
     Snapshot snapshot;

@@ -151,7 +151,7 @@ class Atlas {
   mutable bool choose_tiles_anew_ = false;
 
   mutable std::mutex snapshot_mutex_;                     // of the maker; taken before the other
-  mutable std::atomic<std::thread::id> snapshot_thread_;  // that holds it while a policy may run
+  mutable std::atomic<std::thread::id> snapshot_thread_;  // the one that is in snapshot(); none: a default id
   mutable std::unique_ptr<SnapshotMaker> maker_;
 };
 
