@@ -84,10 +84,10 @@ double most_faces() {
   return std::min(kMostFacesOfAMesh, kMemoryShare * memory / kBytesAFace);
 }
 
-[[noreturn]] void refuse_count(double max_edge, double faces) {
+[[noreturn]] void refuse_count(double max_edge, double faces, double limit) {
   std::ostringstream rule;
   rule << "larger: it would split the mesh into at least " << faces << " faces, and this machine has memory for "
-       << most_faces();
+       << limit;
   refuse(max_edge, rule.str());
 }
 
@@ -100,7 +100,8 @@ void check_feasible(const Forecast& forecast, double max_edge) {
     rule << "at least " << 4 * resolution << ", four times the resolution of the positions of the faces to be split";
     refuse(max_edge, rule.str());
   }
-  if (!(kHeadroom * forecast.fewest_faces <= most_faces())) refuse_count(max_edge, forecast.fewest_faces);
+  const double limit = most_faces() / kHeadroom;
+  if (!(forecast.fewest_faces <= limit)) refuse_count(max_edge, forecast.fewest_faces, limit);
 }
 
 OpenMesh::Vec3d point(const HalfedgeMesh& mesh, OpenMesh::SmartVertexHandle vertex) {
@@ -126,7 +127,7 @@ class EdgeHalving {
       if (is_between_needles(edge, squared) && !may_halve_needles(squared)) continue;
       for (const auto part : halve(edge).edges()) enqueue_if_long(part);
       if (static_cast<double>(mesh_.n_faces()) > most_faces_) {
-        refuse_count(max_edge_, static_cast<double>(mesh_.n_faces()));
+        refuse_count(max_edge_, static_cast<double>(mesh_.n_faces()), most_faces_);
       }
     }
   }

@@ -9,6 +9,7 @@
 #include <map>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "mesh/cells.h"
 #include "tests/support/skip.h"
@@ -103,12 +104,44 @@ TEST_CASE("a max_edge that no split can reach or no memory hold is refused") {
                        }));
 }
 
+// Returns the edge of equilateral faces if the area of 1 is divided among this number of them.
+double edge_of(double faces) {
+  return std::sqrt(4 / (std::sqrt(3.0) * faces));
+}
+
+TEST_CASE("a refusal names fewer faces as the limit than the split would make") {
+  const auto faces_and_limit = [](double max_edge) -> std::pair<double, double> {
+    struct Began {};
+    try {
+      (void)split_large_faces(plane(1, 1), max_edge, [] { throw Began(); });
+    } catch (const Began&) {
+      return {0, 0};
+    } catch (const std::invalid_argument& error) {
+      const std::string message = error.what();
+      const auto number_after = [&](const std::string& words) {
+        const std::size_t at = message.find(words);
+        REQUIRE(at != std::string::npos);
+        return std::stod(message.substr(at + words.size()));
+      };
+      return {number_after("at least "), number_after("memory for ")};
+    }
+    return {0, 0};
+  };
+  const double limit = faces_and_limit(1e-5).second;
+  REQUIRE(limit > 0);
+  for (const double share : {0.3, 0.9, 1.1, 3.0}) {
+    CAPTURE(share);
+    const auto [faces, named] = faces_and_limit(edge_of(share * limit));
+    CHECK((faces > 0) == (share > 1));
+    CHECK((faces == 0 || faces > named));
+  }
+}
+
 TEST_CASE("a mesh may be split into more than four million faces where memory holds them") {
   const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   if (memory < 16e9) return skip("needs a machine with 16 GB");
-  const double edge = std::sqrt(4 / (std::sqrt(3.0) * 4.5e6));  // 4.5 million equilateral faces have the area of 1
   struct Began {};
-  CHECK_THROWS_AS(split_large_faces(plane(1, 1), edge, [] { throw Began(); }), Began);
+  CHECK_THROWS_AS(split_large_faces(plane(1, 1), edge_of(4.5e6), [] { throw Began(); }), Began);
 }
 
 TEST_CASE("a mesh that is not manifold is split without a crack") {
