@@ -47,8 +47,20 @@ Eigen::Matrix<double, kPoseParameters, 1> pose_of(const Frame& frame, const Came
   return {turn.x, turn.y, turn.z, shift.x / frame.depth, shift.y / frame.depth, shift.z / frame.depth};
 }
 
-bool inside(const Camera& camera, const glm::dvec2& image) {
-  return image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height;
+// Where a photograph shows a point.
+struct Place {
+  glm::dvec3 cam;
+  glm::dvec2 image;
+};
+
+// Nothing behind the camera, outside of the image, or where the photograph has no colour.
+std::optional<Place> place_of(const Camera& camera, const Pyramid& photograph, const glm::dvec3& position) {
+  const glm::dvec3 cam = camera.cam_from_world(position);
+  if (!(cam.z > 0)) return std::nullopt;
+  const glm::dvec2 image = camera.image_from_cam(cam);
+  const bool inside = image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height;
+  if (!inside || !photograph.is_valid(image)) return std::nullopt;
+  return Place{cam, image};
 }
 
 // How much a difference from the targets' colours counts at a level, by channel: the same for every pose and exposure.
@@ -170,26 +182,14 @@ class Disagreement {
     }
   }
 
-  // Where the photograph shows a point.
-  struct Place {
-    glm::dvec3 cam;
-    glm::dvec2 image;
-  };
-  [[nodiscard]] std::optional<Place> place_of(const Camera& camera, std::size_t point) const {
-    const glm::dvec3 cam = camera.cam_from_world(targets_.positions[point]);
-    if (!(cam.z > 0)) return std::nullopt;
-    const glm::dvec2 image = camera.image_from_cam(cam);
-    if (!inside(camera, image)) return std::nullopt;
-    return Place{cam, image};
-  }
-
   // A camera that stays sees the same colours at every exposure.
   void look_once() {
     seen_.resize(targets_.positions.size());
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kPointsPerTask),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t point = range.begin(); point != range.end(); ++point) {
-                          const std::optional<Place> place = place_of(frame_.camera, point);
+                          const std::optional<Place> place =
+                              place_of(frame_.camera, photograph_, targets_.positions[point]);
                           if (place) seen_[point] = photograph_.color(level_, place->image);
                         }
                       });
@@ -200,7 +200,7 @@ class Disagreement {
     std::optional<Place> place;
     std::optional<ColorSample> sample;
     if (options_.pose) {
-      place = place_of(camera, point);
+      place = place_of(camera, photograph_, targets_.positions[point]);
       if (place) sample = photograph_.sample(level_, place->image);
     } else if (seen_[point]) {
       sample = ColorSample{*seen_[point], {}, {}};
@@ -276,11 +276,9 @@ glm::dvec3 median_ratio(const Camera& camera, const Pyramid& photograph, const A
                         std::uint32_t level, bool per_channel) {
   std::vector<double> ratios[3];
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
-    const glm::dvec3 cam = camera.cam_from_world(targets.positions[point]);
-    if (!(cam.z > 0)) continue;
-    const glm::dvec2 image = camera.image_from_cam(cam);
-    if (!inside(camera, image)) continue;
-    const glm::dvec3 color = photograph.color(level, image);
+    const std::optional<Place> place = place_of(camera, photograph, targets.positions[point]);
+    if (!place) continue;
+    const glm::dvec3 color = photograph.color(level, place->image);
     const glm::dvec3 target(targets.colors[level][point]);
     for (int channel = 0; channel < 3; ++channel) {
       if (color[channel] > 0) ratios[per_channel ? channel : 0].push_back(target[channel] / color[channel]);
@@ -339,13 +337,11 @@ std::optional<double> correlation(const Camera& camera, const glm::dvec3& gain, 
   const std::uint32_t level = photograph.level_near(kCorrelationPx);
   std::array<CorrelationSums, std::size_t{kTiles} * kTiles> tiles;
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
-    const glm::dvec3 cam = camera.cam_from_world(targets.positions[point]);
-    if (!(cam.z > 0)) continue;
-    const glm::dvec2 image = camera.image_from_cam(cam);
-    if (!inside(camera, image)) continue;
-    const auto column = static_cast<std::size_t>(image.x * kTiles / camera.width);
-    const auto row = static_cast<std::size_t>(image.y * kTiles / camera.height);
-    tiles[row * kTiles + column].add(luma(gain * photograph.color(level, image)),
+    const std::optional<Place> place = place_of(camera, photograph, targets.positions[point]);
+    if (!place) continue;
+    const auto column = static_cast<std::size_t>(place->image.x * kTiles / camera.width);
+    const auto row = static_cast<std::size_t>(place->image.y * kTiles / camera.height);
+    tiles[row * kTiles + column].add(luma(gain * photograph.color(level, place->image)),
                                      luma(glm::dvec3(targets.colors[level][point])));
   }
   std::vector<double> correlations;

@@ -32,8 +32,12 @@ class SrgbTable {
   std::array<std::uint8_t, 16385> values_{};
 };
 
+std::uint8_t srgb(float linear) {
+  static const SrgbTable table;
+  return table(linear);
+}
+
 void halve_row(const Photograph& full, Photograph& half, std::size_t y) {
-  static const SrgbTable srgb;
   const auto& linear = linear_from_srgb8();
   const std::size_t stride = 3 * std::size_t{full.width};
   const std::uint8_t* above = &full.rgb[2 * y * stride];
@@ -47,16 +51,75 @@ void halve_row(const Photograph& full, Photograph& half, std::size_t y) {
   }
 }
 
+// The mean linear light of some pixels.
+struct Mean {
+  std::array<float, 3> sum{};
+  float count = 0;
+
+  void add(const std::uint8_t* rgb) {
+    for (std::size_t channel = 0; channel < 3; ++channel) sum[channel] += linear_from_srgb8()[rgb[channel]];
+    ++count;
+  }
+  // There is at least one pixel.
+  void write(std::uint8_t* rgb) const {
+    for (std::size_t channel = 0; channel < 3; ++channel) rgb[channel] = srgb(std::min(sum[channel] / count, 1.0f));
+  }
+};
+
+// The same of a photograph with invalid pixels, which count for nothing.
+void halve_masked_row(const Photograph& full, Photograph& half, std::size_t y) {
+  for (std::size_t x = 0; x < half.width; ++x) {
+    const std::size_t first = 2 * y * full.width + 2 * x;
+    Mean mean;
+    for (const std::size_t pixel : {first, first + 1, first + full.width, first + full.width + 1}) {
+      if (full.valid[pixel] != 0) mean.add(&full.rgb[3 * pixel]);
+    }
+    if (mean.count == 0) continue;
+    const std::size_t pixel = y * half.width + x;
+    half.valid[pixel] = 255;
+    mean.write(&half.rgb[3 * pixel]);
+  }
+}
+
+// Gives each invalid pixel of a row the mean of the valid ones around it, if there are any. It stays invalid.
+void extend_into_row(Photograph& image, std::size_t y) {
+  const std::size_t last_row = std::min<std::size_t>(y + 1, image.height - 1);
+  for (std::size_t x = 0; x < image.width; ++x) {
+    if (image.valid[y * image.width + x] != 0) continue;
+    const std::size_t last_column = std::min<std::size_t>(x + 1, image.width - 1);
+    Mean mean;
+    for (std::size_t row = y - (y > 0); row <= last_row; ++row) {
+      for (std::size_t column = x - (x > 0); column <= last_column; ++column) {
+        const std::size_t pixel = row * image.width + column;
+        if (image.valid[pixel] != 0) mean.add(&image.rgb[3 * pixel]);
+      }
+    }
+    if (mean.count > 0) mean.write(&image.rgb[3 * (y * image.width + x)]);
+  }
+}
+
+template <typename Function>
+void for_each_row(std::size_t rows, const Function& function) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, rows, 32), [&](const tbb::blocked_range<std::size_t>& range) {
+    for (std::size_t y = range.begin(); y != range.end(); ++y) function(y);
+  });
+}
+
 // An odd last row or column is left out, so that a level's pixels are exactly twice as large as the last one's.
 Photograph halved(const Photograph& full) {
   Photograph half;
   half.width = full.width / 2;
   half.height = full.height / 2;
-  half.rgb.resize(3 * std::size_t{half.width} * half.height);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, half.height, 32),
-                    [&](const tbb::blocked_range<std::size_t>& rows) {
-                      for (std::size_t y = rows.begin(); y != rows.end(); ++y) halve_row(full, half, y);
-                    });
+  const std::size_t pixels = std::size_t{half.width} * half.height;
+  half.rgb.resize(3 * pixels);
+  if (full.valid.empty()) {
+    for_each_row(half.height, [&](std::size_t y) { halve_row(full, half, y); });
+    return half;
+  }
+  half.valid.resize(pixels, 0);
+  for_each_row(half.height, [&](std::size_t y) { halve_masked_row(full, half, y); });
+  // Valid pixels are read and others are written, so that rows do not meet.
+  for_each_row(half.height, [&](std::size_t y) { extend_into_row(half, y); });
   return half;
 }
 
@@ -100,6 +163,9 @@ void check_pixels(const Photograph& photograph) {
   pyramid_requires(photograph.height >= 1, "photograph.height", photograph.height, "at least 1");
   pyramid_requires.has_size(photograph.rgb.size(), 3 * std::size_t{photograph.width} * photograph.height,
                             "photograph.rgb", "three times the number of pixels");
+  if (photograph.valid.empty()) return;
+  pyramid_requires.has_size(photograph.valid.size(), std::size_t{photograph.width} * photograph.height,
+                            "photograph.valid", "the number of pixels, or empty");
 }
 
 }  // namespace
@@ -112,6 +178,15 @@ Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px)
          std::min(level(levels() - 1).width, level(levels() - 1).height) >= 4) {
     reduced_.push_back(halved(level(levels() - 1)));
   }
+}
+
+bool Pyramid::is_valid(const glm::dvec2& image) const {
+  if (photograph_->valid.empty()) return true;
+  const Footprint f = footprint(*photograph_, image);
+  const std::array corners{f.top_left, f.top_right, f.bottom_left, f.bottom_right};
+  return std::all_of(corners.begin(), corners.end(), [&](const std::uint8_t* rgb) {
+    return photograph_->valid[static_cast<std::size_t>(rgb - photograph_->rgb.data()) / 3] != 0;
+  });
 }
 
 void Pyramid::refer_to(const Photograph& copy) {

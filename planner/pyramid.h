@@ -19,10 +19,14 @@ struct ColorSample {
 
 // Level 0 is the photograph itself, which must outlive the pyramid; each further level averages 2x2 pixels of the one
 // before, in linear light.
+//
+// Pixels outside of the lens's image (Photograph::valid is 0), which are black, have no part in a mean. A pixel of a
+// further level is valid if one of the four is. An invalid one beside valid ones has their mean colour, so that
+// interpolation near them meets no black.
 class Pyramid {
  public:
   // As many levels as keep the longer side at `coarsest_px` or more, >= 1. Throws std::invalid_argument if it is 0, or
-  // if the photograph has no pixel, or not three values for each.
+  // if the photograph has no pixel, not three values for each, or a `valid` that is neither empty nor one for each.
   explicit Pyramid(const Photograph& photograph, std::uint32_t coarsest_px = 80);
 
   [[nodiscard]] std::uint32_t levels() const { return static_cast<std::uint32_t>(reduced_.size()) + 1; }
@@ -31,6 +35,9 @@ class Pyramid {
   }
   // The finest level whose longer side is at most one and a half times `longer_side`, pixels; the coarsest if none is.
   [[nodiscard]] std::uint32_t level_near(std::uint32_t longer_side) const;
+  // Whether the photograph has a colour at an image position: whether all pixels that color() reads there are valid. At
+  // such a position no level interpolates black, an odd last row or column aside.
+  [[nodiscard]] bool is_valid(const glm::dvec2& image) const;
   // Takes another copy of the same photograph for level 0, also where the first is gone; std::invalid_argument if its
   // size is another.
   void refer_to(const Photograph& copy);

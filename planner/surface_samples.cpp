@@ -21,12 +21,13 @@ constexpr Requirement surface_samples_requires{"surface samples"};
 
 // The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
 struct SampleGrid {
-  const Photograph& photograph;  // full resolution
+  const Pyramid& photograph;
   const Photograph& reduced;
   const VisibilityBuffer& visible;
 
   [[nodiscard]] glm::dvec2 image_of(std::uint32_t x, std::uint32_t y) const {
-    return {(x + 0.5) * photograph.width / visible.width, (y + 0.5) * photograph.height / visible.height};
+    const Photograph& full = photograph.level(0);
+    return {(x + 0.5) * full.width / visible.width, (y + 0.5) * full.height / visible.height};
   }
   [[nodiscard]] glm::uvec2 reduced_pixel(std::uint32_t x, std::uint32_t y) const {
     return {std::min(reduced.width - 1, static_cast<std::uint32_t>((x + 0.5) * reduced.width / visible.width)),
@@ -48,16 +49,13 @@ bool is_smooth(const VisibilityBuffer& visible, std::uint32_t x, std::uint32_t y
   return true;
 }
 
-bool is_in_lens(const Photograph& photograph, const glm::dvec2& image) {
-  if (photograph.valid.empty()) return true;
-  return photograph.valid[static_cast<std::size_t>(image.y) * photograph.width + static_cast<std::size_t>(image.x)] !=
-         0;
-}
-
-// Sum over channels of the squared central differences, 8-bit sRGB.
+// Sum over channels of the squared central differences, 8-bit sRGB. In place of an invalid pixel, which is black, the
+// one in the middle is taken: otherwise most samples would lie along masks.
 int gradient(const Photograph& image, const glm::uvec2& at) {
+  const std::size_t middle = std::size_t{at.y} * image.width + at.x;
   const auto pixel = [&](std::uint32_t x, std::uint32_t y) {
-    return &image.rgb[3 * (std::size_t{y} * image.width + x)];
+    const std::size_t index = std::size_t{y} * image.width + x;
+    return &image.rgb[3 * (image.valid.empty() || image.valid[index] != 0 ? index : middle)];
   };
   const std::uint8_t* left = pixel(at.x - (at.x > 0), at.y);
   const std::uint8_t* right = pixel(std::min(at.x + 1, image.width - 1), at.y);
@@ -86,7 +84,7 @@ std::vector<glm::uvec2> chosen(const SampleGrid& grid, const Block& block) {
     for (std::uint32_t x = block.left; x < block.right; ++x) {
       const glm::uvec2 at = grid.reduced_pixel(x, y);
       const std::uint8_t* rgb = &grid.reduced.rgb[3 * (std::size_t{at.y} * grid.reduced.width + at.x)];
-      if (!is_exposed(rgb) || !is_smooth(grid.visible, x, y) || !is_in_lens(grid.photograph, grid.image_of(x, y)))
+      if (!is_exposed(rgb) || !is_smooth(grid.visible, x, y) || !grid.photograph.is_valid(grid.image_of(x, y)))
         continue;
       const int steepness = gradient(grid.reduced, at);
       if (steepness > steepest) steepest = steepness, sharp = {x, y};
@@ -132,7 +130,7 @@ std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Py
   surface_samples_requires.has_size(visible.depth.size(), all_pixels, "visible.depth", "the number of its pixels");
   surface_samples_requires.has_size(visible.face.size(), all_pixels, "visible.face", "the number of its pixels");
   const std::uint32_t level = photograph.level_near(std::max(visible.width, visible.height));
-  const SampleGrid grid{photograph.level(0), photograph.level(level), visible};
+  const SampleGrid grid{photograph, photograph.level(level), visible};
   const double pixels = static_cast<double>(visible.width) * visible.height;
   const auto side = static_cast<std::uint32_t>(
       std::max(1.0, std::floor(std::sqrt(2 * pixels / static_cast<double>(std::max<std::size_t>(count, 1))))));

@@ -9,6 +9,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "planner/photometry.h"
 #include "tests/support/refusal.h"
@@ -100,6 +101,68 @@ TEST_CASE("a disturbed pose comes back to a tenth of a pixel") {
       CHECK(result.gain.r == Approx(1).epsilon(0.01));
     }
   }
+}
+
+// The black that undistortion leaves along the border, and that of a mask: blobs all over the picture.
+void blacken(Photograph& photograph) {
+  photograph.valid.assign(std::size_t{photograph.width} * photograph.height, 255);
+  for (std::uint32_t y = 0; y < photograph.height; ++y) {
+    for (std::uint32_t x = 0; x < photograph.width; ++x) {
+      const glm::dvec2 off = (glm::dvec2(x, y) + 0.5) / glm::dvec2(photograph.width, photograph.height) - 0.5;
+      const bool in_border =
+          std::abs(off.x) > 0.46 - 0.12 * off.y * off.y || std::abs(off.y) > 0.46 - 0.12 * off.x * off.x;
+      const glm::ivec2 from_blob(static_cast<int>(x % 40) - 20, static_cast<int>(y % 36) - 18);
+      const bool in_blob = from_blob.x * from_blob.x + from_blob.y * from_blob.y < 64;
+      if (!in_border && !in_blob) continue;
+      const std::size_t pixel = std::size_t{y} * photograph.width + x;
+      photograph.valid[pixel] = 0;
+      for (std::size_t channel = 0; channel < 3; ++channel) photograph.rgb[3 * pixel + channel] = 0;
+    }
+  }
+}
+
+// A shot that is black in places, with the points that it shows at its true pose.
+struct BlackenedShot : Shot {
+  BlackenedShot() {
+    blacken(photograph);
+    pyramid = Pyramid(photograph);
+    AlignmentTargets shown;
+    shown.colors.resize(pyramid.levels());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (!pyramid.is_valid(truth.image_from_cam(truth.cam_from_world(points[i])))) continue;
+      shown.positions.push_back(points[i]);
+      for (std::size_t level = 0; level < shown.colors.size(); ++level) {
+        shown.colors[level].push_back(targets.colors[level][i]);
+      }
+    }
+    REQUIRE(shown.positions.size() > 500);
+    REQUIRE(shown.positions.size() < points.size());
+    targets = std::move(shown);
+  }
+};
+
+TEST_CASE("the black outside of the lens's image and under a mask does not move the pose") {
+  const BlackenedShot shot;
+  for (const double px : {0.5, 2.0, 8.0}) {
+    for (const std::uint32_t seed : {1u, 2u, 3u}) {
+      CAPTURE(px, seed);
+      const Alignment result = shot.align_from(shot.off_by(px, seed));
+      CHECK(result.moved);
+      CHECK(shot.error_px(result.camera) < 0.1);
+      CHECK(result.gain.r == Approx(1).epsilon(0.01));
+    }
+  }
+}
+
+TEST_CASE("a search from far away is not led astray by the black under a mask") {
+  const BlackenedShot shot;
+  AlignmentOptions options = almost_free();
+  options.max_move = 0.5;
+  int found = 0;
+  for (std::uint32_t seed = 1; seed <= 20; ++seed) {
+    found += shot.error_px(shot.align_from(shot.off_by(16, seed), options).camera) < 0.1;
+  }
+  CHECK(found >= 10);
 }
 
 TEST_CASE("an exposure of two stops either way comes back within one percent, the pose being right") {

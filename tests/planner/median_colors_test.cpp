@@ -116,6 +116,29 @@ TEST_CASE("no sample is on a depth edge, outside the lens's image, black or clip
   }
 }
 
+TEST_CASE("the black under a mask draws no samples towards it") {
+  const auto surface = wall_and_panel();
+  const Camera camera = forward_camera(120, 120);
+  const VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
+  Photograph photograph = position_photograph(120, 120);
+  photograph.valid.assign(std::size_t{120} * 120, 255);
+  Photograph blackened = photograph;
+  for (std::uint32_t pixel = 0; pixel < 120 * 120; ++pixel) {
+    if (pixel % 120 >= 37 && pixel / 120 >= 13) continue;
+    photograph.valid[pixel] = blackened.valid[pixel] = 0;
+    for (std::size_t channel = 0; channel < 3; ++channel) blackened.rgb[3 * pixel + channel] = 0;
+  }
+  const auto images = [&](const Photograph& of) {
+    std::vector<glm::dvec2> found;
+    for (const SurfaceSample& sample : choose_surface_samples(camera, Pyramid(of), visible, 500)) {
+      found.push_back(sample.image);
+    }
+    return found;
+  };
+  REQUIRE(images(photograph).size() > 100);
+  CHECK(images(blackened) == images(photograph));
+}
+
 TEST_CASE("a camera that sees nothing has no samples, and no samples have no medians") {
   Gallery gallery(2);
   add_arc(gallery, {0, 5});

@@ -80,6 +80,41 @@ TEST_CASE("every 8-bit value survives halving of a flat picture") {
   }
 }
 
+TEST_CASE("what lies outside of the lens's image has no part in coarser levels") {
+  constexpr int kGrey = 120;
+  Photograph flat{64, 48, {}, {}};
+  std::mt19937 random(4);
+  for (std::uint32_t y = 0; y < flat.height; ++y) {
+    for (std::uint32_t x = 0; x < flat.width; ++x) {
+      const bool valid = x >= 19 && random() % 4 != 0;
+      flat.valid.push_back(valid ? 255 : 0);
+      flat.rgb.insert(flat.rgb.end(), 3, static_cast<std::uint8_t>(valid ? kGrey : 0));
+    }
+  }
+  const Pyramid pyramid(flat, 8);
+  REQUIRE(pyramid.levels() == 4);
+  const glm::dvec3 expected(linear_from_srgb8()[kGrey]);
+  std::uniform_real_distribution<double> within(0, 1);
+  for (std::uint32_t y = 0; y < flat.height; ++y) {
+    for (std::uint32_t x = 0; x < flat.width; ++x) {
+      const glm::dvec2 at(x + within(random), y + within(random));
+      // Everywhere else black is interpolated.
+      REQUIRE(pyramid.is_valid(at) == (largest(pyramid.color(0, at) - expected) < 1e-9));
+      if (flat.valid[std::size_t{y} * flat.width + x] == 0) continue;
+      for (std::uint32_t level = 1; level < pyramid.levels(); ++level) {
+        CAPTURE(level, at.x, at.y);
+        const ColorSample sample = pyramid.sample(level, at);
+        REQUIRE(largest(sample.color - expected) < 1e-6);
+        REQUIRE(largest(sample.d_x) + largest(sample.d_y) < 1e-6);
+      }
+    }
+  }
+  const Photograph& coarsest = pyramid.level(3);
+  CHECK(coarsest.valid[0] == 0);
+  CHECK(coarsest.rgb[0] == 0);
+  CHECK(coarsest.valid[2] == 255);
+}
+
 TEST_CASE("levels go on while the longer side stays as long as asked, and odd last rows and columns are left out") {
   const Photograph odd = random_photograph(101, 67);
   const Pyramid pyramid(odd, 12);

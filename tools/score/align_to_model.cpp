@@ -30,21 +30,13 @@ AlignmentOptions search_options() {
   return options;
 }
 
-// Whether the photograph has a colour there, rather than the black of a mask or of a lens's border.
-bool is_valid_at(const Photograph& photograph, const glm::dvec2& image) {
-  if (photograph.valid.empty()) return true;
-  const auto x = std::min(static_cast<std::size_t>(image.x), std::size_t{photograph.width} - 1);
-  const auto y = std::min(static_cast<std::size_t>(image.y), std::size_t{photograph.height} - 1);
-  return photograph.valid[y * photograph.width + x] != 0;
-}
-
 // Points of the surface with their colours in the picture, where the photograph has a colour too.
 AlignmentTargets targets_from(const Camera& camera, const Pyramid& picture, const VisibilityBuffer& visible,
-                              const Photograph& photograph) {
+                              const Pyramid& photograph) {
   AlignmentTargets targets;
   targets.colors.resize(picture.levels());
   for (const SurfaceSample& sample : choose_surface_samples(camera, picture, visible, kPoints)) {
-    if (!is_valid_at(photograph, sample.image)) continue;
+    if (!photograph.is_valid(sample.image)) continue;
     targets.positions.push_back(sample.position);
     for (std::uint32_t level = 0; level < picture.levels(); ++level) {
       targets.colors[level].push_back(glm::vec3(picture.color(level, sample.image)));
@@ -107,8 +99,7 @@ Camera searched_again(const ModelPictures& model, const Camera& given, const Cam
                       const std::vector<glm::dvec3>& points) {
   throw_if_interrupted();
   const Photograph sketch = model.sketch(found);
-  const AlignmentTargets targets =
-      targets_from(found, Pyramid(sketch), model.visibility.trace(found), photograph.level(0));
+  const AlignmentTargets targets = targets_from(found, Pyramid(sketch), model.visibility.trace(found), photograph);
   const Camera again = at_rest(found, targets, photograph);
   const auto [turn, shift] = motion_between(found, again);
   const double all_moves = 1 / (1 - growth(given, found, again, points));
@@ -127,8 +118,7 @@ double residual(const Camera& camera, const Pyramid& photograph, const Alignment
 std::optional<AlignedView> align_to_model(const ModelPictures& model, const Camera& given, const Seen& at_given,
                                           const Pyramid& photograph) {
   throw_if_interrupted();
-  const AlignmentTargets targets =
-      targets_from(given, Pyramid(at_given.picture), at_given.visible, photograph.level(0));
+  const AlignmentTargets targets = targets_from(given, Pyramid(at_given.picture), at_given.visible, photograph);
   const Camera found = at_rest(given, targets, photograph);
   const double moved_px = median_move_px(given, found, targets.positions);
   if (moved_px < kLeastMovePx) return std::nullopt;
@@ -136,8 +126,7 @@ std::optional<AlignedView> align_to_model(const ModelPictures& model, const Came
   const Camera camera = far ? searched_again(model, given, found, photograph, targets.positions) : found;
   throw_if_interrupted();
   AlignedView aligned{camera, {model.draw(camera), model.visibility.trace(camera)}};
-  const AlignmentTargets seen =
-      targets_from(camera, Pyramid(aligned.seen.picture), aligned.seen.visible, photograph.level(0));
+  const AlignmentTargets seen = targets_from(camera, Pyramid(aligned.seen.picture), aligned.seen.visible, photograph);
   if (!(residual(camera, photograph, seen) < residual(given, photograph, targets))) return std::nullopt;
   return aligned;
 }
