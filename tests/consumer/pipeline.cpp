@@ -32,7 +32,7 @@ int main(int argc, char** argv) {
     scoring.quiet = true;
     const EglContext gl;
     const Report report = validate_model(result.snapshot, scene, gl, scoring, argv[2]);
-    const MethodScores scores = method_means(report).front();
+    const MeanScores scores = method_means(report).front().frame;
     std::printf("%zu photographs that were held out: %.2f dB, SSIM %.3f\n", scores.views, scores.fitted.psnr,
                 scores.fitted.ssim);
     return 0;

@@ -12,8 +12,8 @@ int main() {
   photograph.height = 32;
   for (int i = 0; i < 3 * 32 * 32; ++i) photograph.rgb.push_back(static_cast<std::uint8_t>(40 + i * 7 % 90));
   const Photograph brighter = apply_gain(photograph, 2);
-  const ViewScores same = score_view(photograph, photograph, {}, {});
-  const ViewScores darker = score_view(photograph, brighter, {}, {});
+  const RegionScores same = score_region(photograph, photograph, {}, {});
+  const RegionScores darker = score_region(photograph, brighter, {}, {});
   std::printf("the same: %.1f dB; half as bright: %.1f dB raw, %.1f dB fitted by a gain of %.3f\n", same.raw.psnr,
               darker.raw.psnr, darker.fitted.psnr, darker.gain);
   return std::isinf(same.raw.psnr) && darker.raw.psnr < darker.fitted.psnr && std::abs(darker.gain - 2) < 0.05 ? 0 : 1;

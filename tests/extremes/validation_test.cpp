@@ -49,15 +49,15 @@ TEST_CASE("held-out views of nothing and of a single pixel leave the means finit
   REQUIRE(means.size() == 3);
   for (std::size_t method = 0; method < means.size(); ++method) {
     CAPTURE(report.methods[method].name);
-    CHECK(report.views[1].renderings[method].scores.pixels == 0);
-    CHECK(report.views[2].renderings[method].scores.pixels == 1);
-    CHECK(means[method].views == 3);
-    CHECK(std::isfinite(means[method].raw.psnr));
-    CHECK(std::isfinite(means[method].raw.ssim));
-    CHECK(std::isfinite(means[method].fitted.psnr));
-    REQUIRE(means[method].aligned);
-    CHECK(std::isfinite(means[method].aligned->psnr));
-    CHECK(std::isfinite(means[method].textured));
+    CHECK(report.views[1].renderings[method].scores.mesh.pixels == 0);
+    CHECK(report.views[2].renderings[method].scores.mesh.pixels == 1);
+    CHECK(means[method].mesh.views == 3);
+    CHECK(std::isfinite(means[method].mesh.raw.psnr));
+    CHECK(std::isfinite(means[method].mesh.raw.ssim));
+    CHECK(std::isfinite(means[method].mesh.fitted.psnr));
+    REQUIRE(means[method].mesh.aligned);
+    CHECK(std::isfinite(means[method].mesh.aligned->psnr));
+    CHECK(std::isfinite(means[method].mesh.textured));
   }
 }
 
@@ -71,11 +71,13 @@ TEST_CASE("methods whose poses differ are compared on the same pixels, and the f
   for (const ReportView& view : report.views) {
     CAPTURE(view.name);
     for (const ReportRendering& rendering : view.renderings) {
-      CHECK(rendering.scores.aligned_pixels == view.renderings[0].scores.aligned_pixels);
-      CHECK(rendering.scores.aligned_pixels > 0);
-      CHECK(rendering.scores.aligned_pixels <= rendering.scores.pixels);
-      CHECK(rendering.scores.frame_pixels == std::size_t{view.width} * view.height);
-      CHECK(rendering.scores.frame_textured <= rendering.scores.textured);
+      CHECK(rendering.scores.mesh.aligned_pixels == view.renderings[0].scores.mesh.aligned_pixels);
+      CHECK(rendering.scores.mesh.aligned_pixels > 0);
+      CHECK(rendering.scores.mesh.aligned_pixels <= rendering.scores.mesh.pixels);
+      CHECK(rendering.scores.frame.pixels == std::size_t{view.width} * view.height);
+      CHECK(rendering.scores.frame.textured <= rendering.scores.mesh.textured);
+      REQUIRE(rendering.scores.frame.aligned);
+      CHECK(rendering.scores.frame.aligned_pixels == rendering.scores.frame.pixels);
     }
   }
 }
@@ -87,14 +89,16 @@ TEST_CASE("black and white photographs are scored without a division by zero") {
     EdgeScene scene = court_scene(4);
     for (EdgeView& view : scene.views) view.photograph = plain_photograph(view.camera, level);
     for (const MethodScores& mean : method_means(validated(scene, *context))) {
-      CHECK_FALSE(std::isnan(mean.raw.psnr));
-      CHECK_FALSE(std::isnan(mean.fitted.psnr));
-      CHECK(std::isfinite(mean.raw.ssim));
+      for (const MeanScores& region : {mean.frame, mean.mesh}) {
+        CHECK_FALSE(std::isnan(region.raw.psnr));
+        CHECK_FALSE(std::isnan(region.fitted.psnr));
+        CHECK(std::isfinite(region.raw.ssim));
+      }
     }
   }
 }
 
-TEST_CASE("where no held-out view sees the mesh there is no mean, and no crash") {
+TEST_CASE("where no held-out view sees the mesh there is no mean over it, one over frames, and no crash") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   EdgeScene scene = court_scene(4);
@@ -104,8 +108,10 @@ TEST_CASE("where no held-out view sees the mesh there is no mean, and no crash")
   }
   const Report report = validated(scene, *context);
   for (const MethodScores& mean : method_means(report)) {
-    CHECK(mean.views == 0);
-    CHECK(std::isnan(mean.raw.psnr));
+    CHECK(mean.mesh.views == 0);
+    CHECK(std::isnan(mean.mesh.raw.psnr));
+    CHECK(mean.frame.views == 2);
+    CHECK(std::isfinite(mean.frame.raw.psnr));
   }
   CHECK(report_json(report)["methods"]["store"]["raw"]["psnr"].is_null());
 }

@@ -70,12 +70,12 @@ void RenderFlags::add_mode_to(CLI::App& command) {
       ->expected(2)
       ->default_str("");
   command.add_flag("--no-color-bar", no_color_bar, "Leave out the bar below a mode's picture that says what it means");
-  command.add_option("--background", background, "Where no surface is: alpha, blur, white, #rrggbb")
+  command.add_option("--background", background, "Where no surface is: blur, alpha, white, #rrggbb")
       ->type_name("NAME")
       ->check([](const std::string& name) {
         return background_named(name) ? std::string() : name + " is none of alpha, blur, black, white or #rrggbb";
       })
-      ->default_str("alpha; mp4 blur");
+      ->default_str("blur; exr alpha");
   blend.add_to(command);
 }
 
@@ -154,7 +154,8 @@ void RenderFlags::check() const {
 
 Background RenderFlags::background_in_use() const {
   if (const auto named = background_named(background)) return *named;
-  return {format == PictureFormat::mp4 ? Background::Kind::blurred : Background::Kind::transparent, {}};
+  if (format == PictureFormat::exr) return {Background::Kind::transparent, {}};
+  return {};
 }
 
 FrameOptions RenderFlags::frame_options() const {

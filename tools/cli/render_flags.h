@@ -31,7 +31,7 @@ struct RenderFlags {
   Mode mode = Mode::picture;
   std::vector<double> range;  // none, or least and most
   bool no_color_bar = false;
-  std::string background;  // empty: what the format can hold
+  std::string background;  // empty: blur, or alpha in an OpenEXR file
   BlendFlags blend;
   // As which files.
   PictureFormat format = PictureFormat::png;

@@ -104,6 +104,22 @@ std::string speed_text(const json& speed) {
   return text.str();
 }
 
+// "19.26 dB  0.650", as wide for every figure.
+std::string scores_text(const Scores& scores) {
+  std::ostringstream text;
+  text << std::fixed << std::setprecision(2) << std::setw(8) << scores.psnr << " dB " << std::setprecision(3)
+       << std::setw(6) << scores.ssim;
+  return text.str();
+}
+
+std::string region_text(const std::string& method, const MeanScores& means) {
+  std::ostringstream text;
+  text << std::left << std::setw(10) << method << std::right << scores_text(means.raw) << scores_text(means.fitted)
+       << (means.aligned ? scores_text(*means.aligned) : std::string(18, ' ')) << std::fixed << std::setprecision(1)
+       << std::setw(9) << 100 * means.textured << " %";
+  return text.str();
+}
+
 std::string table_text(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
   std::ostringstream text;
@@ -113,24 +129,15 @@ std::string table_text(const Report& report) {
   } else {
     text << " views of " << report.test << '\n';
   }
-  text << "                                                                 textured\n"
-       << "                raw            fitted           aligned       of mesh  of frame    seams  flicker\n"
-       << std::fixed;
+  text << "whole frames     raw               fitted            aligned      textured\n";
+  for (std::size_t i = 0; i < means.size(); ++i) text << region_text(report.methods[i].name, means[i].frame) << '\n';
+  text << "pixels of the mesh                                                             seams  flicker\n"
+       << std::fixed << std::setprecision(2);
   for (std::size_t i = 0; i < means.size(); ++i) {
-    const MethodScores& m = means[i];
-    text << std::left << std::setw(10) << report.methods[i].name << std::right << std::setprecision(2) << std::setw(7)
-         << m.raw.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.raw.ssim << std::setprecision(2)
-         << std::setw(8) << m.fitted.psnr << " dB " << std::setprecision(3) << std::setw(6) << m.fitted.ssim;
-    if (m.aligned) {
-      text << std::setprecision(2) << std::setw(8) << m.aligned->psnr << " dB " << std::setprecision(3) << std::setw(6)
-           << m.aligned->ssim;
-    } else {
-      text << std::setw(18) << "";
-    }
-    text << std::setprecision(1) << std::setw(8) << 100 * m.textured << " %" << std::setw(8) << 100 * m.frame_textured
-         << " %" << std::setprecision(2);
-    text << std::setw(9) << report.methods[i].seams.value_or(std::numeric_limits<double>::quiet_NaN());
-    if (report.methods[i].flicker) text << std::setw(9) << report.methods[i].flicker->rms;
+    const ReportMethod& method = report.methods[i];
+    text << region_text(method.name, means[i].mesh) << std::setw(9)
+         << method.seams.value_or(std::numeric_limits<double>::quiet_NaN());
+    if (method.flicker) text << std::setw(9) << method.flicker->rms;
     text << '\n';
   }
   return text.str();

@@ -10,7 +10,7 @@
 #include "blend/blend_options.h"
 #include "blend/renderer.h"
 #include "mesh/visibility.h"
-#include "tools/picture/background.h"
+#include "tools/frame/background.h"
 #include "tools/picture/mode_picture.h"
 
 namespace lumatlas {

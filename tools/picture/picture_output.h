@@ -10,7 +10,7 @@
 
 #include "atlas/float_image.h"
 #include "atlas/photograph.h"
-#include "tools/picture/background.h"
+#include "tools/frame/background.h"
 #include "tools/picture/ffmpeg_pipe.h"
 
 namespace lumatlas {

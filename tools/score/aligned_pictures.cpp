@@ -21,9 +21,9 @@ std::vector<std::uint8_t> seen_by_all(std::span<const std::uint8_t> at_given,
   return common;
 }
 
-void add_aligned_scores(const Photograph& fitted, const Photograph& photograph, std::span<const std::uint8_t> common,
-                        ViewScores& scores) {
-  const CountedPixels counted = counted_pixels(fitted, photograph, common);
+void add_aligned_scores(const Photograph& fitted, const Photograph& photograph, std::span<const std::uint8_t> mask,
+                        RegionScores& scores) {
+  const CountedPixels counted = counted_pixels(fitted, photograph, mask);
   scores.aligned_pixels = std::accumulate(counted.begin(), counted.end(), std::size_t{0});
   scores.aligned = Scores{psnr(fitted, photograph, counted), ssim(fitted, photograph, counted)};
 }

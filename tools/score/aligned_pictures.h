@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Scores of pictures whose poses were refined, over the same pixels for every method.
+// Scores of pictures whose poses were refined, over the same pixels of the mesh for every method. Those over the whole
+// frame need no such care: a frame is the same pixels from every pose.
 //
 // Each method has a pose of its own, from which the mesh covers other pixels of the photograph. Scored each on its own
 // pixels, a method would gain by a pose that leaves out what it shows badly.
@@ -17,6 +18,7 @@ namespace lumatlas {
 // What a method shows of a photograph from its refined pose.
 struct AlignedPicture {
   Photograph picture;
+  Photograph frame;                // the picture with its background
   std::vector<std::uint8_t> seen;  // one entry per pixel: not 0 where the mesh is seen
 };
 
@@ -26,7 +28,7 @@ struct AlignedPicture {
                                                     std::span<const AlignedPicture> pictures);
 
 // Sets `aligned` and `aligned_pixels`. `fitted` is an aligned picture after its gain. Throws as scores.h does.
-void add_aligned_scores(const Photograph& fitted, const Photograph& photograph, std::span<const std::uint8_t> common,
-                        ViewScores& scores);
+void add_aligned_scores(const Photograph& fitted, const Photograph& photograph, std::span<const std::uint8_t> mask,
+                        RegionScores& scores);
 
 }  // namespace lumatlas

@@ -13,11 +13,18 @@ template <typename AnyScores>
 nlohmann::json common_scores(const AnyScores& scores) {
   nlohmann::json json = {{"raw", json_scores(scores.raw)},
                          {"fitted", json_scores(scores.fitted)},
-                         {"textured", json_number(scores.textured)},
-                         {"frame_textured", json_number(scores.frame_textured)}};
+                         {"textured", json_number(scores.textured)}};
   if (scores.aligned) {
     json["aligned"] = json_scores(*scores.aligned);
   }
+  return json;
+}
+
+nlohmann::json json_region(const RegionScores& scores) {
+  nlohmann::json json = common_scores(scores);
+  json["gain"] = json_number(scores.gain);
+  json["pixels"] = scores.pixels;
+  if (scores.aligned) json["aligned_pixels"] = scores.aligned_pixels;
   return json;
 }
 
@@ -33,15 +40,14 @@ nlohmann::json json_scores(const Scores& scores) {
 }
 
 nlohmann::json json_scores(const MethodScores& scores) {
-  return common_scores(scores);
+  nlohmann::json json = common_scores(scores.mesh);
+  json["frame"] = common_scores(scores.frame);
+  return json;
 }
 
 nlohmann::json json_scores(const ViewScores& scores) {
-  nlohmann::json json = common_scores(scores);
-  json["gain"] = json_number(scores.gain);
-  json["pixels"] = scores.pixels;
-  json["frame_pixels"] = scores.frame_pixels;
-  if (scores.aligned) json["aligned_pixels"] = scores.aligned_pixels;
+  nlohmann::json json = json_region(scores.mesh);
+  json["frame"] = json_region(scores.frame);
   return json;
 }
 

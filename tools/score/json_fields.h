@@ -15,9 +15,9 @@ namespace lumatlas {
 // average it like any other, and null always means that there was nothing to score.
 [[nodiscard]] nlohmann::json json_scores(const Scores& scores);
 
-// "raw", "fitted", "aligned" if measured, "textured", "frame_textured".
+// "raw", "fitted", "aligned" if measured, "textured", of the pixels of the mesh; the same of whole frames in "frame".
 [[nodiscard]] nlohmann::json json_scores(const MethodScores& scores);
-// As well as "gain", "pixels", "frame_pixels", and "aligned_pixels" if measured.
+// In both places also "gain", "pixels", and "aligned_pixels" if measured.
 [[nodiscard]] nlohmann::json json_scores(const ViewScores& scores);
 
 }  // namespace lumatlas

@@ -66,7 +66,7 @@ std::vector<MethodScores> method_means(const Report& report) {
     for (const ReportView& view : report.views) {
       scores.push_back(view.renderings[method].scores);
     }
-    means.push_back(mean_scores(scores));
+    means.push_back(method_scores(scores));
   }
   return means;
 }

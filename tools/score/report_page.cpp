@@ -69,15 +69,12 @@ std::string protocol_sentence(const Report& report) {
 }
 
 std::string score_sentences(bool aligned) {
-  return "<p class=\"faint\">Scores are over the pixels where the mesh is seen, means over the views. <b>Raw</b> is "
-         "the "
-         "rendering as it is; <b>fitted</b> is after one exposure gain, for nobody can know the exposure of a "
-         "photograph "
-         "that was held out; " +
+  return "<p class=\"faint\">Means over the views. <b>Frame</b>: every pixel of the photograph that its mask leaves; "
+         "where the method has no picture, it is filled from its surroundings, as <code>lumatlas render</code> shows it. "
+         "<b>Mesh</b>: the pixels where the mesh is seen. <b>Raw</b> is the rendering as it is; <b>fitted</b> is after "
+         "one exposure gain, because the exposure of a held-out photograph is unknown; " +
          std::string(aligned ? "<b>aligned</b> is after its camera's pose, too, has been refined; " : "") +
-         "<b>textured</b> is the share that a photograph coloured, of those pixels (<b>of mesh</b>) and of the whole "
-         "frame "
-         "(<b>of frame</b>): where no mesh is seen, nothing is shown.</p>\n";
+         "<b>textured</b> is the share of these pixels that a photograph coloured.</p>\n";
 }
 
 std::string shortfall_paragraph(const Report& report) {
@@ -127,48 +124,46 @@ std::string facts_list(const Report& report) {
   return html + "</dl>\n";
 }
 
-std::vector<double> figures(const MethodScores& scores, bool aligned) {
+// RegionScores or MeanScores.
+template <typename AnyScores>
+std::vector<double> figures(const AnyScores& scores, bool aligned) {
   constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> row = {scores.raw.psnr, scores.raw.ssim, scores.fitted.psnr, scores.fitted.ssim};
   if (aligned) {
     const Scores values = scores.aligned.value_or(Scores{kNaN, kNaN});
     row.insert(row.end(), {values.psnr, values.ssim});
   }
-  row.insert(row.end(), {scores.textured, scores.frame_textured});
+  row.push_back(scores.textured);
   return row;
 }
 
-// Columns alternate between PSNR and SSIM; the last two are shares.
+// Columns alternate between PSNR and SSIM; the last one is a share.
 std::string cell(double value, std::size_t column, std::size_t columns, bool best) {
-  const std::string text = column + 2 >= columns ? percent(value) : (column % 2 == 0 ? db(value) : similarity(value));
+  const std::string text = column + 1 == columns ? percent(value) : (column % 2 == 0 ? db(value) : similarity(value));
   return (best ? "<td class=\"best\">" : "<td>") + text + "</td>";
 }
 
-const std::string kSharesAbove = "<th class=\"group\" colspan=\"2\">textured</th>";
-const std::string kSharesBelow = "<th>of mesh</th><th>of frame</th>";
-
 std::string table_head(bool aligned, const std::string& end_above, const std::string& end_below) {
-  std::string above = "<thead><tr><th></th>";
-  std::string below = "<tr><th>method</th>";
+  std::string above = "<thead><tr><th></th><th></th>";
+  std::string below = "<tr><th>method</th><th>pixels</th>";
   for (const char* const group : {"raw", "fitted", "aligned"}) {
     if (aligned || group != std::string("aligned")) {
       above += "<th class=\"group\" colspan=\"2\">" + std::string(group) + "</th>";
       below += "<th>PSNR, dB</th><th>SSIM</th>";
     }
   }
-  return above + end_above + "</tr>" + below + end_below + "</tr></thead>\n";
+  return above + "<th></th>" + end_above + "</tr>" + below + "<th>textured</th>" + end_below + "</tr></thead>\n";
 }
 
-std::string summary_table(const Report& report, const std::vector<MethodScores>& means, bool aligned) {
+// A row a method, with the best figure of each column marked.
+std::string summary_rows(const Report& report, const std::vector<MethodScores>& means, MeanScores MethodScores::*region,
+                         const std::string& pixels, bool aligned) {
   std::vector<std::vector<double>> rows;
   rows.reserve(means.size());
-  for (const MethodScores& scores : means) {
-    rows.push_back(figures(scores, aligned));
-  }
-  std::string html = "<div class=\"scroll\"><table class=\"summary\">\n" +
-                     table_head(aligned, kSharesAbove + "<th></th>", kSharesBelow + "<th></th>") + "<tbody>\n";
+  for (const MethodScores& scores : means) rows.push_back(figures(scores.*region, aligned));
+  std::string html;
   for (std::size_t method = 0; method < rows.size(); ++method) {
-    html += "<tr><th>" + html_escaped(report.methods[method].name) + "</th>";
+    html += "<tr><th>" + html_escaped(report.methods[method].name) + "</th><th>" + pixels + "</th>";
     for (std::size_t column = 0; column < rows[method].size(); ++column) {
       const double value = rows[method][column];
       const bool best = rows.size() > 1 && std::none_of(rows.begin(), rows.end(), [&](const std::vector<double>& row) {
@@ -178,7 +173,13 @@ std::string summary_table(const Report& report, const std::vector<MethodScores>&
     }
     html += "<td class=\"note\">" + html_escaped(report.methods[method].description) + "</td></tr>\n";
   }
-  return html + "</tbody></table></div>\n";
+  return html;
+}
+
+std::string summary_table(const Report& report, const std::vector<MethodScores>& means, bool aligned) {
+  return "<div class=\"scroll\"><table class=\"summary\">\n" + table_head(aligned, "<th></th>", "<th></th>") +
+         "<tbody>\n" + summary_rows(report, means, &MethodScores::frame, "frame", aligned) + "</tbody>\n<tbody>\n" +
+         summary_rows(report, means, &MethodScores::mesh, "mesh", aligned) + "</tbody></table></div>\n";
 }
 
 // Worst first: what refinement left.
@@ -221,7 +222,7 @@ Axis axis_for(const Report& report) {
   double high = -low;
   for (const ReportView& view : report.views) {
     for (const ReportRendering& rendering : view.renderings) {
-      if (const double psnr = rendering.scores.fitted.psnr; std::isfinite(psnr)) {
+      if (const double psnr = rendering.scores.frame.fitted.psnr; std::isfinite(psnr)) {
         low = std::min(low, psnr);
         high = std::max(high, psnr);
       }
@@ -248,7 +249,7 @@ Axis axis_for(const Report& report) {
 std::string dots(const Report& report, std::size_t method, const Axis& axis) {
   std::string html;
   for (std::size_t i = 0; i < report.views.size(); ++i) {
-    const double psnr = report.views[i].renderings[method].scores.fitted.psnr;
+    const double psnr = report.views[i].renderings[method].scores.frame.fitted.psnr;
     if (!std::isnan(psnr)) {
       const std::string label = "\"" + html_escaped(report.views[i].name) + ": " + db(psnr) + " dB\"";
       html += "<a href=\"#view" + std::to_string(i) + "\"";
@@ -262,11 +263,11 @@ std::string dots(const Report& report, std::size_t method, const Axis& axis) {
 
 std::string spread(const Report& report, const std::vector<MethodScores>& means) {
   const Axis axis = axis_for(report);
-  std::string html = "<h2>Fitted PSNR, view by view</h2>\n<div class=\"spread\">\n";
+  std::string html = "<h2>Fitted PSNR of the frame, view by view</h2>\n<div class=\"spread\">\n";
   for (std::size_t method = 0; method < means.size(); ++method) {
     html += "<div class=\"strip\"><span>" + html_escaped(report.methods[method].name) + "</span><div class=\"track\">" +
             dots(report, method, axis);
-    if (const double mean = means[method].fitted.psnr; !std::isnan(mean)) {
+    if (const double mean = means[method].frame.fitted.psnr; !std::isnan(mean)) {
       html += "<i title=\"mean: " + db(mean) + " dB\" style=\"left:" + axis.place(mean) + "\"></i>";
     }
     html += "</div></div>\n";
@@ -293,7 +294,7 @@ std::string legend() {
   for (int stop = 0; stop <= kStops; ++stop) {
     ramp.append(",").append(css_color(error_color(kErrorFullScale * stop / kStops)));
   }
-  return "<div class=\"legend\">error of the fitted rendering, in levels of 255: <span>0</span><span class=\"ramp\" "
+  return "<div class=\"legend\">error of the fitted frame, in levels of 255: <span>0</span><span class=\"ramp\" "
          "style=\"background:linear-gradient(90deg" +
          ramp + ")\"></span><span>" + decimals(kErrorFullScale, 0) +
          " or more</span><span class=\"swatch\" style=\"background:" + css_color(kNotScoredColor) +
@@ -311,8 +312,8 @@ std::string bar(const Report& report) {
       "<option value=\"best\">best first</option><option value=\"name\">by name</option></select></label>\n"
       "<label class=\"needs-script\">by <select id=\"score\"><option value=\"fitted\">fitted PSNR</option>"
       "<option value=\"raw\">raw PSNR</option><option value=\"ssim\">fitted SSIM</option>"
-      "<option value=\"textured\">textured share of the mesh</option>"
-      "<option value=\"frame\">textured share of the frame</option></select></label>\n";
+      "<option value=\"textured\">textured share</option>"
+      "<option value=\"mesh\">fitted PSNR of the mesh</option></select></label>\n";
   return html + legend() + "</div>\n";
 }
 
@@ -345,23 +346,26 @@ std::string pictures(const Report& report, const ReportView& view, std::size_t m
          figure(view, "photograph", view.photograph, "photograph") +
          figure(view, "rendering", rendering.picture, "rendering, " + name) +
          figure(view, "error", rendering.error,
-                "error, " + name + ", after a gain of " + decimals(rendering.scores.gain, 3)) +
+                "error, " + name + ", after a gain of " + decimals(rendering.scores.frame.gain, 3)) +
          "</div>\n" + aligned_pictures(view, rendering, name, method);
 }
 
+std::string view_row(const RegionScores& scores, std::size_t method, const std::string& name, const std::string& pixels,
+                     bool aligned) {
+  const std::vector<double> row = figures(scores, aligned);
+  std::string html =
+      "<tr data-method=\"" + std::to_string(method) + "\"><th>" + html_escaped(name) + "</th><th>" + pixels + "</th>";
+  for (std::size_t column = 0; column < row.size(); ++column) html += cell(row[column], column, row.size(), false);
+  return html + "<td>" + decimals(scores.gain, 3) + "</td></tr>\n";
+}
+
 std::string view_table(const Report& report, const ReportView& view, bool aligned) {
-  std::string html = "<div class=\"scroll\"><table>\n" +
-                     table_head(aligned, kSharesAbove + "<th></th>", kSharesBelow + "<th>gain</th>") + "<tbody>\n";
+  std::string html =
+      "<div class=\"scroll\"><table>\n" + table_head(aligned, "<th></th>", "<th>gain</th>") + "<tbody>\n";
   for (std::size_t method = 0; method < report.methods.size(); ++method) {
     const ViewScores& scores = view.renderings[method].scores;
-    const std::vector<double> row =
-        figures({1, scores.raw, scores.fitted, scores.aligned, scores.textured, scores.frame_textured}, aligned);
-    html +=
-        "<tr data-method=\"" + std::to_string(method) + "\"><th>" + html_escaped(report.methods[method].name) + "</th>";
-    for (std::size_t column = 0; column < row.size(); ++column) {
-      html += cell(row[column], column, row.size(), false);
-    }
-    html += "<td>" + decimals(scores.gain, 3) + "</td></tr>\n";
+    const std::string& name = report.methods[method].name;
+    html += view_row(scores.frame, method, name, "frame", aligned) + view_row(scores.mesh, method, name, "mesh", aligned);
   }
   return html + "</tbody></table></div>\n";
 }
@@ -380,11 +384,11 @@ std::string article(const Report& report, std::size_t index, bool aligned) {
   const std::string id = "view" + std::to_string(index);
   std::string html = "<article id=\"" + id + "\" class=\"" + (view.height > view.width ? "portrait" : "landscape") +
                      "\" data-rank=\"" + std::to_string(index) + "\" data-name=\"" + html_escaped(view.name) + "\"" +
-                     data_attribute("fitted", view, [](const ViewScores& s) { return s.fitted.psnr; }) +
-                     data_attribute("raw", view, [](const ViewScores& s) { return s.raw.psnr; }) +
-                     data_attribute("ssim", view, [](const ViewScores& s) { return s.fitted.ssim; }) +
-                     data_attribute("textured", view, [](const ViewScores& s) { return s.textured; }) +
-                     data_attribute("frame", view, [](const ViewScores& s) { return s.frame_textured; }) + ">\n";
+                     data_attribute("fitted", view, [](const ViewScores& s) { return s.frame.fitted.psnr; }) +
+                     data_attribute("raw", view, [](const ViewScores& s) { return s.frame.raw.psnr; }) +
+                     data_attribute("ssim", view, [](const ViewScores& s) { return s.frame.fitted.ssim; }) +
+                     data_attribute("textured", view, [](const ViewScores& s) { return s.frame.textured; }) +
+                     data_attribute("mesh", view, [](const ViewScores& s) { return s.mesh.fitted.psnr; }) + ">\n";
   html += "<h3><a href=\"#" + id + "\">" + html_escaped(view.name) + "</a></h3>\n" + view_table(report, view, aligned);
   for (std::size_t method = 0; method < report.methods.size(); ++method) {
     html += pictures(report, view, method);
@@ -397,7 +401,7 @@ std::vector<std::size_t> worst_first(const Report& report) {
   std::vector<std::size_t> order(report.views.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto key = [&](std::size_t rank) {
-    const double psnr = report.views[rank].renderings[0].scores.fitted.psnr;
+    const double psnr = report.views[rank].renderings[0].scores.frame.fitted.psnr;
     return std::pair(std::isnan(psnr), std::isnan(psnr) ? 0 : psnr);
   };
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
@@ -418,7 +422,7 @@ std::string report_page(const Report& report) {
   check(report);
   const std::vector<MethodScores> means = method_means(report);
   const bool aligned =
-      std::any_of(means.begin(), means.end(), [](const MethodScores& scores) { return scores.aligned.has_value(); });
+      std::any_of(means.begin(), means.end(), [](const MethodScores& scores) { return scores.frame.aligned.has_value(); });
   std::string html = head(report) + facts_list(report) + summary_table(report, means, aligned) +
                      shortfall_paragraph(report) + score_sentences(aligned) + continuity_table(report) +
                      spread(report, means) + refinement_table(report) + "<h2>Held-out views</h2>\n" +

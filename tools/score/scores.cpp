@@ -238,14 +238,14 @@ Photograph apply_gain(const Photograph& image, double gain) {
   return through_table(image, gain_table(gain));
 }
 
-ViewScores score_view(const Photograph& rendering, const Photograph& photograph, std::span<const std::uint8_t> mask,
-                      std::span<const std::uint8_t> textured) {
+RegionScores score_region(const Photograph& rendering, const Photograph& photograph,
+                          std::span<const std::uint8_t> mask, std::span<const std::uint8_t> textured) {
   const CountedPixels counted = counted_pixels(rendering, photograph, mask);
   if (!textured.empty()) {
     check_entries("the textured mask", textured.size(), counted.size());
   }
   const LevelSums sums = level_sums(rendering, photograph, counted);
-  ViewScores scores;
+  RegionScores scores;
   scores.pixels = std::accumulate(counted.begin(), counted.end(), std::size_t{0});
   scores.raw = {psnr_of(sums, gain_table(1)), ssim(rendering, photograph, counted)};
   scores.gain = fit_gain_to(sums);
@@ -255,22 +255,15 @@ ViewScores score_view(const Photograph& rendering, const Photograph& photograph,
     scores.fitted = {psnr_of(sums, table), ssim(through_table(rendering, table), photograph, counted)};
   }
   scores.textured = textured_share(textured, counted);
-  const CountedPixels frame = counted_pixels(rendering, photograph, {});
-  scores.frame_pixels = std::accumulate(frame.begin(), frame.end(), std::size_t{0});
-  scores.frame_textured = textured_share(textured, frame);
   return scores;
 }
 
-MethodScores mean_scores(std::span<const ViewScores> views) {
+MeanScores mean_scores(std::span<const RegionScores> views) {
   std::vector<Scores> raw, fitted, aligned;
   bool all_aligned = true;
-  double pixels = 0, frame_pixels = 0;
-  double textured = 0, frame_textured = 0;
-  for (const ViewScores& view : views) {
-    if (view.frame_pixels > 0) {
-      frame_pixels += static_cast<double>(view.frame_pixels);
-      frame_textured += view.frame_textured * static_cast<double>(view.frame_pixels);
-    }
+  double pixels = 0;
+  double textured = 0;
+  for (const RegionScores& view : views) {
     if (view.pixels == 0) {
       continue;
     }
@@ -283,10 +276,18 @@ MethodScores mean_scores(std::span<const ViewScores> views) {
     pixels += static_cast<double>(view.pixels);
     textured += view.textured * static_cast<double>(view.pixels);
   }
-  MethodScores mean{raw.size(), mean_of(raw), mean_of(fitted), {}, raw.empty() ? kNaN : textured / pixels, kNaN};
+  MeanScores mean{raw.size(), mean_of(raw), mean_of(fitted), {}, raw.empty() ? kNaN : textured / pixels};
   if (!raw.empty() && all_aligned) mean.aligned = mean_of(aligned);
-  if (frame_pixels > 0) mean.frame_textured = frame_textured / frame_pixels;
   return mean;
+}
+
+MethodScores method_scores(std::span<const ViewScores> views) {
+  std::vector<RegionScores> frames, meshes;
+  for (const ViewScores& view : views) {
+    frames.push_back(view.frame);
+    meshes.push_back(view.mesh);
+  }
+  return {mean_scores(frames), mean_scores(meshes)};
 }
 
 }  // namespace lumatlas

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well a rendering reproduces the photograph that was held out, over the pixels where the mesh is seen.
+// How well a rendering reproduces the photograph that was held out: over the whole frame, and over the pixels where the
+// mesh is seen.
 //
 // Conventions of every function here:
 //   The two pictures have the same size, at least one pixel; otherwise std::invalid_argument.
@@ -51,24 +52,27 @@ inline constexpr double kLargestGain = 64;
 // Throws std::invalid_argument unless gain is finite and not negative.
 [[nodiscard]] Photograph apply_gain(const Photograph& image, double gain);
 
-// One held-out view.
-struct ViewScores {
+// Scores over one set of pixels of a held-out view.
+struct RegionScores {
   std::size_t pixels = 0;          // that counted
-  std::size_t frame_pixels = 0;    // inside the lens's image, whether the mesh is seen there or not
   Scores raw;                      // the rendering as it is
   Scores fitted;                   // after `gain`
   std::optional<Scores> aligned;   // fitted, with the camera's pose refined as well; absent where it was not measured
-  std::size_t aligned_pixels = 0;  // that `aligned` is over: those where every method shows the mesh, see README.md
+  std::size_t aligned_pixels = 0;  // that `aligned` is over
   double gain = 1;                 // fit_gain
-  // Shares that a stored photograph coloured, in [0, 1], NaN of no pixels.
-  double textured = 0;        // of `pixels`, the mesh's
-  double frame_textured = 0;  // of `frame_pixels`: what the mesh does not cover counts as not textured
+  double textured = 0;             // share of `pixels` that a stored photograph coloured, in [0, 1]; NaN of no pixels
+};
+
+// One held-out view.
+struct ViewScores {
+  RegionScores frame;  // every pixel inside the lens's image and its mask, whether the mesh is seen there or not
+  RegionScores mesh;   // those where the mesh is seen; `aligned` over those that all methods have in common
 };
 
 // All but the aligned scores. `textured` has one entry per pixel, not 0 where a stored photograph coloured it; empty:
 // none.
-[[nodiscard]] ViewScores score_view(const Photograph& rendering, const Photograph& photograph,
-                                    std::span<const std::uint8_t> mask, std::span<const std::uint8_t> textured);
+[[nodiscard]] RegionScores score_region(const Photograph& rendering, const Photograph& photograph,
+                                        std::span<const std::uint8_t> mask, std::span<const std::uint8_t> textured);
 
 // Stands for infinity where a number must be finite, in means and in JSON. Above every PSNR of pictures that differ:
 // one level in one channel of 65536 x 65536 pixels is 149.2 dB.
@@ -76,14 +80,20 @@ inline constexpr double kPsnrOfIdentical = 150;
 
 // Means over the views that have pixels; NaN if none has. An infinite PSNR enters a mean as kPsnrOfIdentical, unless
 // all are infinite.
-struct MethodScores {
+struct MeanScores {
   std::size_t views = 0;  // that have pixels
   Scores raw;
   Scores fitted;
   std::optional<Scores> aligned;  // over the views with aligned_pixels, if every view with pixels was aligned
   double textured = 0;            // share of the pixels that count in all views
-  double frame_textured = 0;      // share of the whole frames of all views, also of those without pixels that count
 };
-[[nodiscard]] MethodScores mean_scores(std::span<const ViewScores> views);
+[[nodiscard]] MeanScores mean_scores(std::span<const RegionScores> views);
+
+// The means of one method over all scored views.
+struct MethodScores {
+  MeanScores frame;
+  MeanScores mesh;
+};
+[[nodiscard]] MethodScores method_scores(std::span<const ViewScores> views);
 
 }  // namespace lumatlas

@@ -18,6 +18,7 @@
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
+#include "tools/frame/background.h"
 #include "tools/scene/photograph_stream.h"
 #include "tools/score/align_to_model.h"
 #include "tools/score/aligned_pictures.h"
@@ -101,6 +102,16 @@ BlendOptions in_less_time(BlendOptions options) {
   return at_middle(options);
 }
 
+// As `lumatlas render` shows it by default.
+Photograph whole_frame(const Rendering& rendering) {
+  return with_background(rendering, Background()).picture;
+}
+
+Photograph with_fitted_gain(const Photograph& picture, const Photograph& photograph,
+                            std::span<const std::uint8_t> mask) {
+  return apply_gain(picture, fit_gain(picture, photograph, mask));
+}
+
 // Draws, compares and writes pictures.
 class Scoring {
  public:
@@ -117,7 +128,7 @@ class Scoring {
       Rendering rendering = method.draw(view.camera, options_.blend);
       method.seams.add(view.visible, rendering.picture, view.photograph);
       results.push_back(as_given(method.report.name, view, rendering));
-      if (options_.aligned) aligned.push_back(as_aligned(method, view, std::move(rendering.picture)));
+      if (options_.aligned) aligned.push_back(as_aligned(method, view, std::move(rendering)));
       progress.tick(ticks);
     }
     if (options_.aligned) add_aligned(methods, view, aligned, results);
@@ -127,47 +138,55 @@ class Scoring {
  private:
   [[nodiscard]] ReportRendering as_given(const std::string& method, const Scored& view,
                                          const Rendering& rendering) const {
-    const std::vector<std::uint8_t> mask = seen_mask(view.visible);
     std::vector<std::uint8_t> textured(rendering.state.size());
     std::transform(rendering.state.begin(), rendering.state.end(), textured.begin(),
                    [](PixelState state) { return static_cast<std::uint8_t>(state == PixelState::textured); });
     ReportRendering result;
-    result.scores = score_view(rendering.picture, view.photograph, mask, textured);
+    const Photograph frame = whole_frame(rendering);
+    result.scores.frame = score_region(frame, view.photograph, {}, textured);
+    result.scores.mesh = score_region(rendering.picture, view.photograph, seen_mask(view.visible), textured);
     if (!options_.pictures) return result;
     result.picture = folder_name(view.index) + "/" + method + ".png";
     result.error = folder_name(view.index) + "/" + method + "-error.png";
-    write_image(folder_ / result.picture, rendering.picture);
+    write_image(folder_ / result.picture, frame);
     write_image(folder_ / result.error,
-                error_picture(apply_gain(rendering.picture, result.scores.gain), view.photograph, mask));
+                error_picture(apply_gain(frame, result.scores.frame.gain), view.photograph, {}));
     return result;
   }
 
   // Where the given pose agrees best, its picture is the aligned one too.
-  [[nodiscard]] AlignedPicture as_aligned(const Method& method, const Scored& view, Photograph picture) const {
+  [[nodiscard]] AlignedPicture as_aligned(const Method& method, const Scored& view, Rendering rendering) const {
+    Photograph frame = whole_frame(rendering);
+    Photograph frame_from_there;  // of the picture that was drawn last
     const ModelPictures pictures{
-        [&](const Camera& at) { return method.draw(at, options_.blend).picture; },
+        [&](const Camera& at) {
+          Rendering drawn = method.draw(at, options_.blend);
+          frame_from_there = whole_frame(drawn);
+          return std::move(drawn.picture);
+        },
         [&](const Camera& at) { return method.draw(at, in_less_time(options_.blend)).picture; }, visibility_};
-    const Seen at_given{std::move(picture), view.visible};
+    Seen at_given{std::move(rendering.picture), view.visible};
     std::optional<AlignedView> aligned = align_to_model(pictures, view.camera, at_given, view.pyramid);
-    Seen seen = aligned ? std::move(aligned->seen) : Seen{at_given};
-    return {std::move(seen.picture), seen_mask(seen.visible)};
+    if (!aligned) return {std::move(at_given.picture), std::move(frame), seen_mask(at_given.visible)};
+    return {std::move(aligned->seen.picture), std::move(frame_from_there), seen_mask(aligned->seen.visible)};
   }
 
-  // Over the pixels that all methods have in common.
+  // Of the mesh over the pixels that all methods have in common, and of the whole frame.
   void add_aligned(const std::vector<Method>& methods, const Scored& view, std::span<const AlignedPicture> aligned,
                    std::vector<ReportRendering>& results) const {
     const std::vector<std::uint8_t> common = seen_by_all(seen_mask(view.visible), aligned);
     for (std::size_t i = 0; i < methods.size(); ++i) {
       ReportRendering& result = results[i];
-      const double gain = fit_gain(aligned[i].picture, view.photograph, common);
-      const Photograph fitted = apply_gain(aligned[i].picture, gain);
-      add_aligned_scores(fitted, view.photograph, common, result.scores);
+      const Photograph frame = with_fitted_gain(aligned[i].frame, view.photograph, {});
+      add_aligned_scores(with_fitted_gain(aligned[i].picture, view.photograph, common), view.photograph, common,
+                         result.scores.mesh);
+      add_aligned_scores(frame, view.photograph, {}, result.scores.frame);
       if (!options_.pictures) continue;
       const std::string name = folder_name(view.index) + "/" + methods[i].report.name;
       result.aligned_picture = name + "-aligned.png";
       result.aligned_error = name + "-aligned-error.png";
-      write_image(folder_ / result.aligned_picture, fitted);
-      write_image(folder_ / result.aligned_error, error_picture(fitted, view.photograph, common));
+      write_image(folder_ / result.aligned_picture, frame);
+      write_image(folder_ / result.aligned_error, error_picture(frame, view.photograph, {}));
     }
   }
 
@@ -203,7 +222,7 @@ Method::Draw blended(const Snapshot& snapshot) {
 // What is drawn only to tell moved poses from the budget.
 struct GivenPoses {
   Method::Draw draw;
-  std::vector<ViewScores> scores;
+  std::vector<RegionScores> scores;  // over the mesh's pixels
 };
 
 std::optional<GivenPoses> given_poses(const Snapshot& model, const std::vector<SceneView>& views,
@@ -289,7 +308,7 @@ void score_views(Methods& methods, const Scoring& scoring, const Visibility& vis
         scoring.score(methods.shown, {i, camera, photograph, pyramid, visible}, ticks.scoring, progress);
     if (methods.given) {
       const Rendering rendering = methods.given->draw(camera, blend);
-      methods.given->scores.push_back(score_view(rendering.picture, photograph, seen_mask(visible), {}));
+      methods.given->scores.push_back(score_region(rendering.picture, photograph, seen_mask(visible), {}));
     }
     progress.tick(ticks.given);
   }
@@ -315,7 +334,7 @@ void follow_path(std::vector<Method>& methods, const Visibility& visibility, con
 double mean_of(const Report& report, const std::string& method) {
   const std::vector<MethodScores> means = method_means(report);
   for (std::size_t i = 0; i < means.size(); ++i) {
-    if (report.methods[i].name == method) return means[i].fitted.psnr;
+    if (report.methods[i].name == method) return means[i].mesh.fitted.psnr;
   }
   return std::numeric_limits<double>::quiet_NaN();
 }

@@ -27,15 +27,18 @@ std::vector<Source> sources_of_method(const std::string& method) {
   const std::string of = method == "store" ? "" : " (" + method + ")";
   const std::string at = "/methods/" + method;
   std::vector<Source> sources;
-  for (const std::string kind : {"raw", "fitted", "aligned"}) {
+  for (const std::string kind : {"frame/raw", "frame/fitted", "frame/aligned", "raw", "fitted", "aligned"}) {
+    std::string name = kind, label = kind;
+    std::replace(name.begin(), name.end(), '/', '.');
+    std::replace(label.begin(), label.end(), '/', ' ');
+    sources.push_back({{"psnr." + name + suffix, "PSNR " + label + of + ", dB", Better::more, 2},
+                       true, at + "/" + kind + "/psnr", 1});
     sources.push_back(
-        {{"psnr." + kind + suffix, "PSNR " + kind + of + ", dB", Better::more, 2}, true, at + "/" + kind + "/psnr", 1});
-    sources.push_back(
-        {{"ssim." + kind + suffix, "MSSIM " + kind + of, Better::more, 4}, true, at + "/" + kind + "/ssim", 1});
+        {{"ssim." + name + suffix, "MSSIM " + label + of, Better::more, 4}, true, at + "/" + kind + "/ssim", 1});
   }
   sources.push_back({{"textured" + suffix, "textured" + of + ", %", Better::more, 1}, true, at + "/textured", 100});
   sources.push_back(
-      {{"frame_textured" + suffix, "frame textured" + of + ", %", Better::more, 1}, true, at + "/frame_textured", 100});
+      {{"textured.frame" + suffix, "textured frame" + of + ", %", Better::more, 1}, true, at + "/frame/textured", 100});
   sources.push_back({{"seams" + suffix, "seams" + of + ", levels", Better::less, 2}, true, at + "/seams", 1});
   sources.push_back({{"flicker" + suffix, "flicker" + of + ", levels", Better::less, 2}, true, at + "/flicker/rms", 1});
   return sources;

@@ -29,9 +29,9 @@ std::vector<std::uint8_t> rows_above(std::uint32_t end) {
 TEST_CASE("methods that show the same have the same aligned score, wherever the mesh is from their poses") {
   const Photograph photograph = rows(kRows);
   // One pose leaves out the rows that both show wrong.
-  const std::vector<AlignedPicture> pictures = {{rows(15), rows_above(14)}, {rows(15), rows_above(kRows)}};
+  const std::vector<AlignedPicture> pictures = {{rows(15), {}, rows_above(14)}, {rows(15), {}, rows_above(kRows)}};
   const std::vector<std::uint8_t> common = seen_by_all(rows_above(kRows), pictures);
-  std::vector<ViewScores> scores(2);
+  std::vector<RegionScores> scores(2);
   for (std::size_t i = 0; i < 2; ++i) {
     add_aligned_scores(pictures[i].picture, photograph, common, scores[i]);
     REQUIRE(scores[i].aligned);
@@ -42,19 +42,19 @@ TEST_CASE("methods that show the same have the same aligned score, wherever the 
 }
 
 TEST_CASE("what the given pose does not show of the mesh, or the lens not at all, does not count as aligned") {
-  const std::vector<AlignedPicture> pictures = {{rows(kRows), rows_above(kRows)}};
+  const std::vector<AlignedPicture> pictures = {{rows(kRows), {}, rows_above(kRows)}};
   const std::vector<std::uint8_t> common = seen_by_all(rows_above(12), pictures);
   Photograph photograph = rows(kRows);
   photograph.valid = rows_above(5);
-  ViewScores scores;
+  RegionScores scores;
   add_aligned_scores(pictures[0].picture, photograph, common, scores);
   CHECK(scores.aligned_pixels == kColumns * 5);
 }
 
 TEST_CASE("pictures that share no pixel have no aligned score") {
   const Photograph photograph = rows(kRows);
-  const std::vector<AlignedPicture> pictures = {{photograph, rows_above(0)}};
-  ViewScores scores;
+  const std::vector<AlignedPicture> pictures = {{photograph, {}, rows_above(0)}};
+  RegionScores scores;
   add_aligned_scores(photograph, photograph, seen_by_all(rows_above(kRows), pictures), scores);
   CHECK(scores.aligned_pixels == 0);
   REQUIRE(scores.aligned);
@@ -62,7 +62,7 @@ TEST_CASE("pictures that share no pixel have no aligned score") {
 }
 
 TEST_CASE("aligned pictures of another size are refused") {
-  const std::vector<AlignedPicture> pictures = {{rows(kRows), std::vector<std::uint8_t>(3, 1)}};
+  const std::vector<AlignedPicture> pictures = {{rows(kRows), {}, std::vector<std::uint8_t>(3, 1)}};
   CHECK_THROWS_AS(seen_by_all(rows_above(kRows), pictures), std::invalid_argument);
 }
 

@@ -100,7 +100,7 @@ TEST_CASE("PSNR and SSIM are those of scikit-image, and over a mask those of nor
 
 TEST_CASE("identical pictures score infinity and 1 and need no gain") {
   const Photograph photograph = pattern(40, 30);
-  const ViewScores scores = score_view(photograph, photograph, kEverywhere, kEverywhere);
+  const RegionScores scores = score_region(photograph, photograph, kEverywhere, kEverywhere);
   CHECK(scores.raw.psnr == std::numeric_limits<double>::infinity());
   CHECK(scores.raw.ssim == Approx(1).margin(1e-12));
   CHECK(scores.fitted.psnr == std::numeric_limits<double>::infinity());
@@ -151,7 +151,7 @@ TEST_CASE("pixels outside the lens's image do not count") {
   photograph.valid = left_half(40, 20);
   Photograph rendering = photograph;
   rendering.rgb[3 * 39] ^= 0x80;
-  const ViewScores scores = score_view(rendering, photograph, kEverywhere, kEverywhere);
+  const RegionScores scores = score_region(rendering, photograph, kEverywhere, kEverywhere);
   CHECK(scores.pixels == 400);
   CHECK(scores.raw.psnr == std::numeric_limits<double>::infinity());
 }
@@ -168,11 +168,11 @@ TEST_CASE("no score depends on what pictures hold where no pixel counts, however
   const Photograph whole = pattern(40, 30);
   const Photograph rendering = disturbed_pattern(40, 30, 20);
   for (const Mask& counted : {left_half(40, 30), striped_mask(40, 30)}) {
-    const ViewScores masked = score_view(rendering, whole, counted, kEverywhere);
+    const RegionScores masked = score_region(rendering, whole, counted, kEverywhere);
     Photograph black_around = with_values(whole, counted, 0);
     CHECK(ssim(with_values(rendering, counted, 200), black_around, counted) == masked.raw.ssim);
     black_around.valid = counted;  // as a reader tells it
-    const ViewScores undistorted = score_view(rendering, black_around, kEverywhere, kEverywhere);
+    const RegionScores undistorted = score_region(rendering, black_around, kEverywhere, kEverywhere);
     CHECK(undistorted.raw.ssim == masked.raw.ssim);
     CHECK(undistorted.fitted.ssim == masked.fitted.ssim);
     CHECK(undistorted.raw.psnr == masked.raw.psnr);
@@ -197,17 +197,17 @@ TEST_CASE("a pixel that counts alone is compared by its luma, because its window
 
 TEST_CASE("a view in which nothing counts has no scores and drops out of the means") {
   const Mask nothing(600, 0);
-  const ViewScores empty = score_view(pattern(30, 20), grey(30, 20, 7), nothing, kEverywhere);
+  const RegionScores empty = score_region(pattern(30, 20), grey(30, 20, 7), nothing, kEverywhere);
   CHECK(empty.pixels == 0);
   CHECK(std::isnan(empty.raw.psnr));
   CHECK(std::isnan(empty.fitted.ssim));
   CHECK(std::isnan(empty.textured));
   CHECK(empty.gain == 1);
-  const ViewScores some = score_view(pattern(30, 20), disturbed_pattern(30, 20, 9), kEverywhere, kEverywhere);
-  const MethodScores mean = mean_scores(std::vector<ViewScores>{empty, some});
+  const RegionScores some = score_region(pattern(30, 20), disturbed_pattern(30, 20, 9), kEverywhere, kEverywhere);
+  const MeanScores mean = mean_scores(std::vector<RegionScores>{empty, some});
   CHECK(mean.views == 1);
   CHECK(mean.raw.psnr == Approx(some.raw.psnr));
-  CHECK(std::isnan(mean_scores(std::vector<ViewScores>{empty}).fitted.psnr));
+  CHECK(std::isnan(mean_scores(std::vector<RegionScores>{empty}).fitted.psnr));
 }
 
 TEST_CASE("the exposure gain of a darkened or brightened photograph is found") {
@@ -226,7 +226,7 @@ TEST_CASE("no gain on a fine grid beats the fitted gain") {
   for (const int strength : {10, 60, 120}) {
     const Photograph photograph = apply_gain(pattern(48, 32), 0.7);
     const Photograph rendering = disturbed_pattern(48, 32, strength);
-    const ViewScores scores = score_view(rendering, photograph, kEverywhere, kEverywhere);
+    const RegionScores scores = score_region(rendering, photograph, kEverywhere, kEverywhere);
     CHECK(scores.fitted.psnr == psnr_after(rendering, photograph, scores.gain));
     for (double gain = 1 / kLargestGain; gain < kLargestGain; gain *= 1.003) {
       REQUIRE(psnr_after(rendering, photograph, gain) <= scores.fitted.psnr);
@@ -239,7 +239,7 @@ TEST_CASE("fitted PSNR is never below raw, and extreme exposures give a gain wit
                                             disturbed_pattern(20, 20, 100)};
   for (const Photograph& rendering : pictures) {
     for (const Photograph& photograph : pictures) {
-      const ViewScores scores = score_view(rendering, photograph, kEverywhere, kEverywhere);
+      const RegionScores scores = score_region(rendering, photograph, kEverywhere, kEverywhere);
       CHECK(scores.fitted.psnr >= scores.raw.psnr);
       CHECK(scores.gain >= 1 / kLargestGain);
       CHECK(scores.gain <= kLargestGain);
@@ -260,32 +260,41 @@ TEST_CASE("a gain acts in linear light and a gain of 1 changes nothing") {
 TEST_CASE("the textured share counts masked pixels only") {
   const Photograph photograph = pattern(40, 20);
   Mask textured = left_half(40, 20);
-  CHECK(score_view(photograph, photograph, kEverywhere, textured).textured == Approx(0.5));
-  CHECK(score_view(photograph, photograph, left_half(40, 20), textured).textured == 1);
-  CHECK(score_view(photograph, photograph, kEverywhere, kEverywhere).textured == 0);
+  CHECK(score_region(photograph, photograph, kEverywhere, textured).textured == Approx(0.5));
+  CHECK(score_region(photograph, photograph, left_half(40, 20), textured).textured == 1);
+  CHECK(score_region(photograph, photograph, kEverywhere, kEverywhere).textured == 0);
 }
 
 TEST_CASE("a frame that is mostly empty does not read as textured, however well the mesh is") {
   const Photograph photograph = pattern(40, 20);
-  const ViewScores scores = score_view(photograph, photograph, left_half(40, 20), left_half(40, 20));
-  CHECK(scores.textured == 1);
-  CHECK(scores.frame_textured == Approx(0.5));
-  CHECK(scores.frame_pixels == 800);
+  CHECK(score_region(photograph, photograph, left_half(40, 20), left_half(40, 20)).textured == 1);
+  const RegionScores frame = score_region(photograph, photograph, {}, left_half(40, 20));
+  CHECK(frame.textured == Approx(0.5));
+  CHECK(frame.pixels == 800);
   Photograph undistorted = photograph;  // the frame is what the lens shows
   undistorted.valid.assign(800, 255);
   std::fill_n(undistorted.valid.begin(), 400, std::uint8_t{0});
-  CHECK(score_view(undistorted, undistorted, kEverywhere, left_half(40, 20)).frame_pixels == 400);
-  CHECK(score_view(undistorted, undistorted, kEverywhere, left_half(40, 20)).frame_textured == Approx(0.5));
-  const ViewScores unseen = score_view(photograph, photograph, Mask(800, 0), Mask(800, 0));
-  CHECK(std::isnan(unseen.textured));
-  CHECK(unseen.frame_textured == 0);
-  const MethodScores mean = mean_scores(std::vector<ViewScores>{scores, unseen});
-  CHECK(mean.textured == 1);
-  CHECK(mean.frame_textured == Approx(0.25));
+  CHECK(score_region(undistorted, undistorted, {}, left_half(40, 20)).pixels == 400);
+  CHECK(score_region(undistorted, undistorted, {}, left_half(40, 20)).textured == Approx(0.5));
 }
 
-ViewScores view_of(std::size_t pixels, double raw_psnr, double textured) {
-  ViewScores view;
+TEST_CASE("a method's frames have means of their own, also of views that see nothing of the mesh") {
+  const Photograph photograph = pattern(40, 20);
+  const Photograph rendering = disturbed_pattern(40, 20, 30);
+  const auto view = [&](const Mask& mesh) {
+    return ViewScores{score_region(rendering, photograph, {}, mesh), score_region(rendering, photograph, mesh, mesh)};
+  };
+  const std::vector<ViewScores> views = {view(left_half(40, 20)), view(Mask(800, 0))};
+  const MethodScores means = method_scores(views);
+  CHECK(means.mesh.views == 1);
+  CHECK(means.mesh.textured == 1);
+  CHECK(means.frame.views == 2);
+  CHECK(means.frame.textured == Approx(0.25));
+  CHECK(means.frame.raw.psnr == Approx(psnr(rendering, photograph, {})));
+}
+
+RegionScores view_of(std::size_t pixels, double raw_psnr, double textured) {
+  RegionScores view;
   view.pixels = pixels;
   view.aligned_pixels = pixels;
   view.raw = {raw_psnr, 0.5};
@@ -295,8 +304,8 @@ ViewScores view_of(std::size_t pixels, double raw_psnr, double textured) {
 }
 
 TEST_CASE("means are over views, the textured share over pixels, aligned only if all views have it") {
-  std::vector<ViewScores> views = {view_of(100, 20, 1.0), view_of(300, 30, 0.0)};
-  MethodScores mean = mean_scores(views);
+  std::vector<RegionScores> views = {view_of(100, 20, 1.0), view_of(300, 30, 0.0)};
+  MeanScores mean = mean_scores(views);
   CHECK(mean.raw.psnr == Approx(25));
   CHECK(mean.fitted.psnr == Approx(26));
   CHECK(mean.fitted.ssim == Approx(0.6));
@@ -311,27 +320,27 @@ TEST_CASE("means are over views, the textured share over pixels, aligned only if
 }
 
 TEST_CASE("a view whose aligned pictures share no pixel leaves the mean of the others") {
-  std::vector<ViewScores> views = {view_of(100, 20, 1.0), view_of(300, 30, 0.0)};
+  std::vector<RegionScores> views = {view_of(100, 20, 1.0), view_of(300, 30, 0.0)};
   views[0].aligned = Scores{22, 0.7};
   views[1].aligned = Scores{std::nan(""), std::nan("")};
   views[1].aligned_pixels = 0;
-  const MethodScores mean = mean_scores(views);
+  const MeanScores mean = mean_scores(views);
   REQUIRE(mean.aligned);
   CHECK(mean.aligned->psnr == Approx(22));
 }
 
 TEST_CASE("one identical view does not make a mean infinite, only all of them do") {
   const double infinity = std::numeric_limits<double>::infinity();
-  CHECK(mean_scores(std::vector<ViewScores>{view_of(1, infinity, 0), view_of(1, 30, 0)}).raw.psnr == Approx(90));
-  CHECK(mean_scores(std::vector<ViewScores>{view_of(1, infinity, 0)}).raw.psnr == infinity);
+  CHECK(mean_scores(std::vector<RegionScores>{view_of(1, infinity, 0), view_of(1, 30, 0)}).raw.psnr == Approx(90));
+  CHECK(mean_scores(std::vector<RegionScores>{view_of(1, infinity, 0)}).raw.psnr == infinity);
 }
 
 TEST_CASE("scores are the same bits for any number of threads") {
   const Photograph photograph = pattern(301, 203);
   const Photograph rendering = disturbed_pattern(301, 203, 40);
-  const ViewScores parallel = score_view(rendering, photograph, kEverywhere, kEverywhere);
+  const RegionScores parallel = score_region(rendering, photograph, kEverywhere, kEverywhere);
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  const ViewScores serial = score_view(rendering, photograph, kEverywhere, kEverywhere);
+  const RegionScores serial = score_region(rendering, photograph, kEverywhere, kEverywhere);
   CHECK(parallel.raw.ssim == serial.raw.ssim);
   CHECK(parallel.fitted.ssim == serial.fitted.ssim);
   CHECK(parallel.raw.psnr == serial.raw.psnr);
@@ -343,7 +352,7 @@ TEST_CASE("pictures or masks of different sizes are refused by name") {
   CHECK_THROWS_WITH(psnr(pattern(3, 4), photograph, kEverywhere),
                     "scores: the rendering is 3x4, must be 4x3 as the photograph");
   CHECK_THROWS_WITH(ssim(photograph, photograph, Mask(11, 1)), "scores: the mask has 11 entries, must have 12");
-  CHECK_THROWS_WITH(score_view(photograph, photograph, kEverywhere, Mask(5, 1)),
+  CHECK_THROWS_WITH(score_region(photograph, photograph, kEverywhere, Mask(5, 1)),
                     "scores: the textured mask has 5 entries, must have 12");
   CHECK_THROWS_WITH(fit_gain(Photograph{}, Photograph{}, kEverywhere),
                     "scores: the pictures have no pixels, must have at least one");

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Source of the blurred colours: S. Gortler et al., "The Lumigraph", 1996, section 3.4.2, pull and push.
-#include "tools/picture/background.h"
+#include "tools/frame/background.h"
 
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>

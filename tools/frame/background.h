@@ -18,11 +18,11 @@ namespace lumatlas {
 
 struct Background {
   enum class Kind {
-    transparent,  // alpha tells
     blurred,      // the colours of the surface beside it, the further away the more blurred
+    transparent,  // alpha tells
     plain,        // one colour
   };
-  Kind kind = Kind::transparent;
+  Kind kind = Kind::blurred;
   std::array<std::uint8_t, 3> color{};  // of plain, sRGB
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/picture/background.h"
+#include "tools/frame/background.h"
 
 #include <OpenImageIO/imageio.h>
 
