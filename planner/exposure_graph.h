@@ -12,9 +12,12 @@
 //
 // again whenever a view comes or goes spreads such errors over all of them, as panorama stitchers do (Brown and Lowe
 // 2007, section 6). The small e keeps the mean of the logarithms near 0, so a stream as a whole grows neither brighter
-// nor darker.
+// nor darker. The minimum is looked for by reweighting least squares a fixed number of times. Each of these linear
+// systems is solved by conjugate gradients that begin at its solution of the last time, so that a view that comes or
+// goes costs a few looks at all ratios: time grows with their number and not with the cube of the views'.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
@@ -36,10 +39,23 @@ class ExposureGraph {
   void erase(std::uint32_t slot);
 
   // Gains by slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all alike.
-  [[nodiscard]] std::vector<glm::dvec3> solve(bool white_balance) const;
+  // Their logarithms are those of the exact solution of the last linear system to 1e-6, and mostly
+  // to far less.
+  [[nodiscard]] std::vector<glm::dvec3> solve(bool white_balance);
+
+  // How many times all calls of solve() have looked at a ratio: what their time grows with.
+  [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
  private:
+  static constexpr std::size_t kSystems = 5;  // least squares without weights, then reweighted
+  // Of a channel: the solution of each system when it was last solved, ln gains by slot; empty at first.
+  using Solutions = std::array<std::vector<double>, kSystems>;
+
+  [[nodiscard]] const std::vector<double>& log_gains(bool white_balance, int channel);
+
   std::vector<std::vector<ExposureRatio>> ratios_;  // by slot
+  std::array<Solutions, 4> solutions_;              // by channel, and of luminance
+  std::uint64_t looks_ = 0;
 };
 
 }  // namespace lumatlas
