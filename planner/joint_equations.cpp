@@ -11,7 +11,6 @@ namespace lumatlas {
 
 namespace {
 
-using BlockSquare = Eigen::Matrix<double, kBlock, kBlock>;
 constexpr std::size_t kViewsAtOnce = 32;  // bounds the memory: a view has as many squares as pairs of neighbours
 
 // What one view's residuals add.
@@ -128,7 +127,9 @@ void add(ViewEquations& view, JointEquations& all) {
   const auto column = [&](std::size_t i) { return static_cast<Eigen::Index>(kBlock * blocks[i]); };
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     all.g.segment<kBlock>(column(i)) += view.gradient.values[i];
-    for (std::size_t j = 0; j <= i; ++j) all.H.block<kBlock, kBlock>(column(i), column(j)) += view.square(i, j);
+    for (std::size_t j = 0; j <= i; ++j) {
+      if (!view.square(i, j).isZero(0)) all.H.at(blocks[i], blocks[j]) += view.square(i, j);
+    }
   }
 }
 
@@ -140,8 +141,7 @@ JointEquations joint_equations(const JointProblem& problem, const JointState& st
   std::size_t blocks = estimated.size();
   for (std::size_t slot = 0; slot < linear.size(); ++slot) blocks += problem.has_view(slot);
   const auto unknowns = static_cast<Eigen::Index>(kBlock * blocks);
-  JointEquations all{Eigen::MatrixXd::Zero(unknowns, unknowns), Eigen::VectorXd::Zero(unknowns),
-                     std::vector<ViewGradient>(linear.size())};
+  JointEquations all{BlockMatrix(blocks), Eigen::VectorXd::Zero(unknowns), std::vector<ViewGradient>(linear.size())};
   for (std::size_t first = 0; first < linear.size(); first += kViewsAtOnce) {
     std::vector<ViewEquations> views(std::min(kViewsAtOnce, linear.size() - first));
     tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "planner/block_matrix.h"
 #include "planner/interruption.h"
 #include "planner/joint_problem.h"
 
@@ -22,7 +23,7 @@ struct ViewGradient {
 };
 
 struct JointEquations {
-  Eigen::MatrixXd H;  // its lower triangle
+  BlockMatrix H;
   Eigen::VectorXd g;
   std::vector<ViewGradient> of_views;  // by slot
 };

@@ -94,6 +94,16 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
   return part;
 }
 
+namespace {
+
+// Whether a point of the image plane, pixels, lies in the image or at most `margin` pixels beside it.
+bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
+  return image.x >= -margin && image.y >= -margin && image.x < camera.width + margin &&
+         image.y < camera.height + margin;
+}
+
+}  // namespace
+
 // Nothing for a point behind the camera.
 std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
                                                  const glm::dvec3& position) const {
@@ -134,16 +144,18 @@ ImageDerivatives JointProblem::derivatives(const JointState& state, std::uint32_
   return result;
 }
 
-// Of the views that a point is compared with.
+// Finds the views that show a point where they are now. The colour of the border stands for a point that has just left
+// the image, by a pixel of the level at most, so that residuals do not jump there.
 void JointProblem::find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level,
                                Scratch& scratch) const {
   scratch.places.clear();
   for (const Observation& other : point.others) {
     const Pyramid& pyramid = views_[other.slot]->pyramid;
     const double matching = std::clamp(std::round(other.level + level), 0.0, pyramid.levels() - 1.0);
-    const glm::dvec2 image = image_of(at, other.slot, point.position).value_or(glm::dvec2(0.0));
-    scratch.places.push_back({other.slot, static_cast<std::uint32_t>(matching), image});
-    pyramid.prefetch(scratch.places.back().level, image);
+    const std::optional<glm::dvec2> image = image_of(at, other.slot, point.position);
+    if (!image || !is_within(*image, views_[other.slot]->camera, std::exp2(matching))) continue;
+    scratch.places.push_back({other.slot, static_cast<std::uint32_t>(matching), *image});
+    pyramid.prefetch(scratch.places.back().level, *image);
   }
 }
 
@@ -160,15 +172,16 @@ ColorSample JointProblem::sample_at(const Place& place) const {
 // Rows 3 * index and the next two.
 void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point,
                               std::size_t index, Scratch& scratch, Linearised& out) const {
-  const Camera& camera = at.state.cameras[slot];
   const auto first = static_cast<Eigen::Index>(3 * index);
   const std::optional<glm::dvec2> image = image_of(at, slot, point.position);
-  if (!image || !(image->x >= 0 && image->y >= 0 && image->x < camera.width && image->y < camera.height)) {
+  const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
+  const bool is_seen = image && is_within(*image, at.state.cameras[slot], 0);
+  if (is_seen) find_places(at, point, level, scratch);
+  if (!is_seen || scratch.places.empty()) {  // there is nothing to compare
     out.r.segment<3>(first).setConstant(tukey(kTukeyCutoff).value);
     return;
   }
-  const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
-  find_places(at, point, level, scratch);
+  out.compared[index] = true;
   const ColorSample sample = views_[slot]->pyramid.sample(level, *image);
   const ImageDerivatives own = derivatives(at.state, slot, point.position);
   const glm::dvec3 gain = views_[slot]->gain * at.state.gain[slot];
@@ -177,7 +190,7 @@ void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const
   scratch.values.resize(scratch.seen.size());
   for (int channel = 0; channel < 3; ++channel) {
     for (std::uint32_t i = 0; i < scratch.seen.size(); ++i) {
-      scratch.values[i] = {scratch.seen[i].color[channel], point.others[i].slot, i};
+      scratch.values[i] = {scratch.seen[i].color[channel], scratch.places[i].slot, i};
     }
     const Eigen::Index row = first + channel;
     const auto [low, high] = middle_values(scratch.values);
@@ -213,7 +226,8 @@ std::vector<Linearised> JointProblem::linearise(const JointState& state, std::ve
     const auto rows = static_cast<Eigen::Index>(3 * of_view.size());
     Linearised& out = all[slot];
     out = {Eigen::VectorXd::Zero(rows), BlockRows::Zero(rows, kBlock), BlockRows::Zero(rows, kBlock),
-           std::vector<std::array<TargetTerm, 2>>(static_cast<std::size_t>(rows))};
+           std::vector<std::array<TargetTerm, 2>>(static_cast<std::size_t>(rows)),
+           std::vector<bool>(of_view.size(), false)};
     Scratch scratch;
     for (std::size_t index = 0; index < of_view.size(); ++index) {
       point_rows(at, static_cast<std::uint32_t>(slot), of_view[index], index, scratch, out);

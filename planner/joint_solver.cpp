@@ -3,9 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <utility>
 
 #include "mesh/base/median.h"
-#include "planner/normal_equations.h"
 #include "planner/photometry.h"
 
 namespace lumatlas {
@@ -13,8 +14,11 @@ namespace lumatlas {
 namespace {
 
 constexpr double kRidge = 1e-7;  // of the normal matrix' mean diagonal: for views that nothing else holds
-constexpr double kRests = 2e-4;  // a round that changes the residual by less is the last
-constexpr double kFixed = 1e6;   // times the normal matrix' trace: for views that take no part
+constexpr int kAttempts = 4;     // at a step that lowers the cost
+constexpr double kLeastDamping = 0.01, kDampingFactor = 30;
+constexpr double kMostLost = 0.1;  // share of the compared points that a step may lose
+constexpr double kRests = 2e-4;    // a round that changes the residual by less is the last
+constexpr double kFixed = 1e6;     // times the normal matrix' trace: for views that take no part
 // See LensEstimate::deviation.
 constexpr double kCountedTwice = 2;
 constexpr double kChannels = 3;
@@ -125,14 +129,26 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
   }
   JointEquations normal = joint_equations(problem_, state, all, estimated, block_of_, options_.interruption_point);
   const double ridge = kRidge * (normal.H.trace() / static_cast<double>(kBlock * blocks_) + 1);
-  normal.H.diagonal().array() += ridge;
+  for (std::size_t block = 0; block < blocks_; ++block) normal.H.at(block, block).diagonal().array() += ridge;
   const Block prior = kPrior.array().square().inverse();
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
-    normal.H.diagonal().segment<kBlock>(lens_column(lens)) += prior;
+    normal.H.at(lens, lens).diagonal() += prior;
     normal.g.segment<kBlock>(lens_column(lens)) += prior.cwiseProduct(state.shared[lens]);
   }
   add_pulls(state, normal);
   return normal;
+}
+
+// How far a view has moved from its given pose, times how strongly it is pulled back.
+JointSolver::PoseBlock JointSolver::pulled(const JointState& state, std::uint32_t slot) const {
+  const auto [turn, shift] = motion_between(given_[slot], state.cameras[slot]);
+  const double depth = parts_[slot].depth;
+  return pull_of(state, slot) *
+         (PoseBlock() << turn.x, turn.y, turn.z, shift.x / depth, shift.y / depth, shift.z / depth).finished();
+}
+
+double JointSolver::pull_of(const JointState& state, std::uint32_t slot) const {
+  return pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
 }
 
 // As when views are aligned one by one. Without it, a change of the focal length for which all views move along their
@@ -141,28 +157,23 @@ void JointSolver::add_pulls(const JointState& state, JointEquations& normal) con
   const double fixed = kFixed * normal.H.trace();
   for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
     if (!views_[slot]) continue;
+    BlockSquare& own = normal.H.at(block_of_[slot], block_of_[slot]);
     // Else it would follow those that are compared with it.
-    if (parts_[slot].points.empty()) normal.H.diagonal().segment<kBlock>(column(slot)).array() += fixed;
-    const double pull = pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
-    const auto [turn, shift] = motion_between(given_[slot], state.cameras[slot]);
-    const double depth = parts_[slot].depth;
-    Eigen::Matrix<double, kPose, 1> pose;
-    pose << turn.x, turn.y, turn.z, shift.x / depth, shift.y / depth, shift.z / depth;
-    normal.H.diagonal().segment<kPose>(column(slot)).array() += pull * pull;
-    normal.g.segment<kPose>(column(slot)) += pull * pull * pose;
+    if (parts_[slot].points.empty()) own.diagonal().array() += fixed;
+    const double pull = pull_of(state, slot);
+    own.diagonal().head<kPose>().array() += pull * pull;
+    normal.g.segment<kPose>(column(slot)) += pull * pulled(state, slot);
   }
 }
 
-JointState JointSolver::stepped(const JointState& from, const std::vector<Linearised>& all) const {
+JointState JointSolver::moved_by(const JointState& from, const Eigen::VectorXd& step) const {
   JointState state = from;
-  JointEquations normal = normal_equations(from, all);
-  const Eigen::VectorXd step = -solve_positive_definite(normal.H, normal.g, options_.interruption_point);
   for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
     if (!views_[slot]) continue;
     const Block dp = step.segment<kBlock>(column(slot));
     const double depth = parts_[slot].depth;
     state.cameras[slot] = moved(state.cameras[slot], {dp[0], dp[1], dp[2]}, depth * glm::dvec3(dp[3], dp[4], dp[5]));
-    state.gain[slot] *= std::exp(dp[6]);
+    state.gain[slot] *= std::exp(dp[kPose]);
   }
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     for (int i = 0; i < kBlock; ++i) {
@@ -181,24 +192,85 @@ void JointSolver::measure_noise() {
   noise_ = std::max(kSmallestNoise, kDeviationOfMedian * upper_median(differences));
 }
 
+double JointSolver::prior_cost(const JointState& state) const {
+  double sum = 0;
+  for (const Block& q : state.shared) sum += q.cwiseQuotient(kPrior).squaredNorm();
+  for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
+    if (views_[slot]) sum += pulled(state, slot).squaredNorm();
+  }
+  return sum;
+}
+
+JointSolver::Fit JointSolver::fit(const JointState& state, std::uint32_t coarser) const {
+  return {state, linearise(state, &ViewPart::points, coarser)};
+}
+
+// Returns by how much the cost is lower than now, at the points that both states compare; 0 for a step that loses too
+// many points. A point that has just left the image would count as an outlier, which is more than most steps gain, and
+// says nothing about the poses.
+double JointSolver::gain_of(const Fit& next, const Fit& now) const {
+  double gain = prior_cost(now.state) - prior_cost(next.state), compared = 0, lost = 0;
+  for (std::size_t slot = 0; slot < now.rows.size(); ++slot) {
+    const Linearised &before = now.rows[slot], &after = next.rows[slot];
+    for (std::size_t point = 0; point < before.compared.size(); ++point) {
+      if (!before.compared[point]) continue;
+      ++compared;
+      const auto row = static_cast<Eigen::Index>(3 * point);
+      if (after.compared[point]) {
+        gain += before.r.segment<3>(row).squaredNorm() - after.r.segment<3>(row).squaredNorm();
+      } else {
+        ++lost;
+      }
+    }
+  }
+  return lost <= kMostLost * compared ? gain : 0;
+}
+
+// The damping multiplies the diagonal of the normal equations (Levenberg-Marquardt).
+bool JointSolver::improve(Fit& at, std::uint32_t coarser) {
+  JointEquations normal = normal_equations(at.state, at.rows);
+  std::vector<Block> diagonals;
+  for (std::size_t block = 0; block < blocks_; ++block) diagonals.emplace_back(normal.H.at(block, block).diagonal());
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    for (std::size_t block = 0; block < blocks_; ++block) {
+      normal.H.at(block, block).diagonal() = (1 + damping_) * diagonals[block];
+    }
+    const BlockFactor factor(normal.H, options_.interruption_point);
+    const Eigen::VectorXd step = -factor.solve(normal.g, options_.interruption_point);
+    Fit next = fit(moved_by(at.state, step), coarser);
+    const double gain = gain_of(next, at);
+    if (gain > 0) {
+      steps_.push_back({coarser, gain, damping_});
+      at = std::move(next);
+      damping_ = damping_ > kLeastDamping ? damping_ / kDampingFactor : 0;
+      return true;
+    }
+    damping_ = std::max(kDampingFactor * damping_, kLeastDamping);
+  }
+  return false;
+}
+
 void JointSolver::refine(std::span<const std::uint32_t> rounds) {
-  JointState state = state_;
-  std::vector<Linearised> finest = linearise(state);
-  double least = noise_ * squares_of(finest).root_mean();
-  for (const std::uint32_t coarser : rounds) {
-    if (coarser > 0) {
-      state = stepped(state, linearise(state, &ViewPart::points, coarser));
-      finest.clear();
+  damping_ = 0;
+  steps_.clear();
+  Fit at = fit(state_, 0);
+  double least = squares_of(at.rows).root_mean();
+  std::uint32_t level = 0;  // that `at` is of
+  for (auto round = rounds.begin(); round != rounds.end(); ++round) {
+    const std::uint32_t coarser = *round;
+    if (coarser != level) at = fit(at.state, coarser);
+    level = coarser;
+    if (!improve(at, coarser)) {  // the rounds of this level that are left would find no more
+      while (std::next(round) != rounds.end() && *std::next(round) == coarser) ++round;
+      damping_ = 0;
       continue;
     }
-    if (finest.empty()) finest = linearise(state);
-    state = stepped(state, finest);
-    finest = linearise(state);
-    const double residual = noise_ * squares_of(finest).root_mean();
-    const bool rests = residual > (1 - kRests) * least && residual < (1 + kRests) * least;
-    if (residual < least) {
-      least = residual;
-      state_ = state;
+    if (coarser != 0) continue;
+    const double now = squares_of(at.rows).root_mean();
+    const bool rests = now > (1 - kRests) * least && now < (1 + kRests) * least;
+    if (now < least) {
+      least = now;
+      state_ = at.state;
     }
     if (rests) return;
   }
@@ -222,11 +294,12 @@ double JointSolver::held_out_residual() const {
 // Source of the scatter of gradients: White 1980.
 std::vector<Block> JointSolver::variances() const {
   const std::vector<Linearised> all = linearise(state_);
-  JointEquations normal = normal_equations(state_, all);
+  const JointEquations normal = normal_equations(state_, all);
   // The columns of the inverse that belong to q: all other parameters are marginalised.
   const Eigen::Index columns = lens_column(slots_of_lenses_.size());
-  const Eigen::MatrixXd inverse = solve_positive_definite(normal.H, Eigen::MatrixXd::Identity(normal.H.rows(), columns),
-                                                          options_.interruption_point);
+  const Eigen::MatrixXd inverse =
+      BlockFactor(normal.H, options_.interruption_point)
+          .solve(Eigen::MatrixXd::Identity(normal.g.size(), columns), options_.interruption_point);
   Eigen::VectorXd observed = Eigen::VectorXd::Zero(columns);
   for (const ViewGradient& gradient : normal.of_views) {
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(columns);

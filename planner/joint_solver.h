@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Internal to planner/: poses, exposures and, where they are asked for, lenses of all stored views at once, so that
-// they agree at surface points: Gauss-Newton with robust weights, whose steps know how the medians of the others move
-// along. Source: Triggs et al. 2000, "Bundle adjustment", section 6. Letters as in planner/joint_problem.h.
+// they agree at surface points: Levenberg-Marquardt with robust weights, whose steps know how the medians of the others
+// move along. Source: Triggs et al. 2000, "Bundle adjustment", section 6. Letters as in planner/joint_problem.h.
 #pragma once
 
 #include <array>
@@ -44,6 +44,13 @@ struct JointOptions {
 // Which of a lens's parameters are estimated; the others are 0.
 using Terms = std::array<bool, kBlock>;
 
+// A step that was kept.
+struct JointStep {
+  std::uint32_t coarser;  // pyramid levels above the finest one used
+  double gain;            // by how much it lowered the sum of squares: robust residuals, pulls and priors; > 0
+  double damping;         // 0: the whole step of Gauss and Newton
+};
+
 class JointSolver {
  public:
   // What the input shows must outlive this object. It starts at the views' present poses, with lenses as they are. A
@@ -70,10 +77,13 @@ class JointSolver {
 
   // Takes the noise of the differences from the present state: what robust weights and residuals are relative to.
   void measure_noise();
-  // One step for each round, which says how many pyramid levels above the finest one used it looks at, until one leaves
-  // the residual at the finest within 2e-4 of the least so far. Leaves the best state of those at the finest level, the
-  // present one among them.
+  // Takes one step for each round, which says how many pyramid levels above the finest one used it looks at, until one
+  // leaves the residual at the finest within 2e-4 of the least so far. A step that does not lower the cost at its level
+  // is tried again, shorter, and where that does not help either, the level is left. Leaves the best state of those at
+  // the finest level, the present one among them.
   void refine(std::span<const std::uint32_t> rounds);
+  // The steps that refine() kept when it was last called.
+  [[nodiscard]] const std::vector<JointStep>& steps() const { return steps_; }
   // Roots of the mean robust squared difference, sRGB, at the points that nothing was fitted to: of each lens's views,
   // and of all. 0 where there are none.
   [[nodiscard]] std::vector<double> held_out_residuals() const;
@@ -89,7 +99,21 @@ class JointSolver {
   [[nodiscard]] Eigen::Index column(std::size_t slot) const;
   [[nodiscard]] JointEquations normal_equations(const JointState& state, const std::vector<Linearised>& all) const;
   void add_pulls(const JointState& state, JointEquations& normal) const;
-  [[nodiscard]] JointState stepped(const JointState& from, const std::vector<Linearised>& all) const;
+  // A state with what is linearised there at a level, and half of ... XXX
+  using PoseBlock = Eigen::Matrix<double, kPose, 1>;
+  // A state, and what is linearised there at a level.
+  struct Fit {
+    JointState state;
+    std::vector<Linearised> rows;
+  };
+  [[nodiscard]] PoseBlock pulled(const JointState& state, std::uint32_t slot) const;
+  [[nodiscard]] double pull_of(const JointState& state, std::uint32_t slot) const;
+  [[nodiscard]] double prior_cost(const JointState& state) const;
+  [[nodiscard]] JointState moved_by(const JointState& from, const Eigen::VectorXd& step) const;
+  [[nodiscard]] Fit fit(const JointState& state, std::uint32_t coarser) const;
+  [[nodiscard]] double gain_of(const Fit& next, const Fit& now) const;
+  // Takes a step that lowers the cost. Returns whether there was one.
+  bool improve(Fit& at, std::uint32_t coarser);
 
   std::span<const std::optional<ComparedView>> views_;
   std::span<const Camera> given_;
@@ -101,7 +125,9 @@ class JointSolver {
   std::vector<Terms> terms_;           // by lens
   std::vector<std::size_t> block_of_;  // by slot: of the whole problem, where there is a view
   std::size_t blocks_ = 0;
-  double noise_ = 1;  // of the differences, sRGB
+  double noise_ = 1;    // of the differences, sRGB
+  double damping_ = 0;  // of the next step
+  std::vector<JointStep> steps_;
 };
 
 }  // namespace lumatlas

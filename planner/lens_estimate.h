@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Do the photographs ask for other lenses? For each lens a correction is estimated by Gauss-Newton from how the stored
-// views disagree at surface points: focal length, principal point and k1; then k2, and then p1 and p2, each kept only
-// where the points determine it. Views whose cameras have the same size, focal lengths and principal point share a
+// Do the photographs ask for other lenses? For each lens a correction is estimated by Levenberg-Marquardt from how the
+// stored views disagree at surface points: focal length, principal point and k1; then k2, and then p1 and p2, each kept
+// only where the points determine it. Views whose cameras have the same size, focal lengths and principal point share a
 // lens.
 //
 // All views' poses and exposures are solved for along with it and marginalised, so a focal length that moving the
 // cameras explains as well gets a large deviation and is not believed. The colours that a view is compared with are the
-// other views' medians; they change with the correction and with those views' poses, and the derivatives say so. Time
-// grows with the cube of the number of stored views, memory with its square: 4 MB at 100 views. How many views the
-// atlas has room for makes no difference.
+// other views' medians; they change with the correction and with those views' poses, and the derivatives say so.
+//
+// Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
+// views. Where all views share points, time grows with the cube of their number, and memory with its square: 4 MB at
+// 100 views. How many views the atlas has room for makes no difference.
 #pragma once
 
 #include <cstddef>

@@ -37,8 +37,7 @@ struct PoseEstimate {
   [[nodiscard]] bool improves() const { return residual_after < residual_before; }
 };
 
-// Poses and exposures, with lenses as they are; for the rest as estimate_lenses(). Time grows with the cube of the
-// number of views.
+// Poses and exposures, with lenses as they are; for the rest, time and memory too, as estimate_lenses().
 [[nodiscard]] PoseEstimate estimate_poses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                                           std::span<const Camera> given,
                                           std::span<const std::vector<SurfaceSample>> samples,
