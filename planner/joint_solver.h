@@ -99,7 +99,6 @@ class JointSolver {
   [[nodiscard]] Eigen::Index column(std::size_t slot) const;
   [[nodiscard]] JointEquations normal_equations(const JointState& state, const std::vector<Linearised>& all) const;
   void add_pulls(const JointState& state, JointEquations& normal) const;
-  // A state with what is linearised there at a level, and half of ... XXX
   using PoseBlock = Eigen::Matrix<double, kPose, 1>;
   // A state, and what is linearised there at a level.
   struct Fit {
