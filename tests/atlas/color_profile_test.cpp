@@ -154,8 +154,8 @@ TEST_CASE("a profile that is damaged, or of another kind than the picture, chang
     write_tagged(folder / "a.jpg", {128, 128, 128}, profile);
     CHECK(color_of(folder / "a.jpg") == glm::ivec3(128));
   }
-  write_tagged(folder / "a.png", {200, 120, 90}, grey_profile(1.8));
-  CHECK(color_of(folder / "a.png") == glm::ivec3(200, 120, 90));
+  write_tagged(folder / "a.jpg", {200, 120, 90}, grey_profile(1.8));  // libpng writes no such PNG
+  CHECK(difference(color_of(folder / "a.jpg"), {200, 120, 90}) <= kRounding);
 }
 
 const glm::ivec3 kStoredColor(200, 120, 90);  // kProfiledColor

@@ -50,7 +50,8 @@ struct ReportMethod {
   std::optional<Flicker> flicker = std::nullopt;  // along a path whose true pictures are known
 };
 
-// By how much the store's mean fitted PSNR over the mesh's pixels is below the unbounded baseline's, dB; either part may be below 0.
+// By how much the store's mean fitted PSNR over the mesh's pixels is below the unbounded baseline's, dB; either part
+// may be below 0.
 struct ReportShortfall {
   double moved = 0;   // because the poses of its photographs were refined, and those of the scored ones were not
   double budget = 0;  // the rest: fewer photographs, references and texels
@@ -78,9 +79,9 @@ void check(const Report& report);
 [[nodiscard]] std::vector<MethodScores> method_means(const Report& report);
 
 // The whole page: the protocol, each method's means and the spread over views, and for every view photograph, rendering
-// and error side by side, worst first by the fitted PSNR of the first method's frames. Sorts by other scores, switches between
-// methods and compares pictures in place where scripts run; without them it shows everything. Loads nothing but the
-// pictures.
+// and error side by side, worst first by the fitted PSNR of the first method's frames. Sorts by other scores, switches
+// between methods and compares pictures in place where scripts run; without them it shows everything. Loads nothing but
+// the pictures.
 [[nodiscard]] std::string report_page(const Report& report);
 
 // report_page into a file, which appears complete or not at all. Throws InputError if it cannot be written.
@@ -88,10 +89,10 @@ void write_report(const std::filesystem::path& path, const Report& report);
 
 // {"protocol": {"hold", "block", "test"}, "held": views, "methods": {NAME: MEANS}, "shortfall": {"moved", "budget"},
 // "views": [{"name", "methods": {NAME: SCORES}}]} with MEANS = {"frame": REGION, REGION of the mesh's pixels, "seams",
-// "flicker": {"rms", "worst", "followed"}} and REGION = "raw": {"psnr", "ssim"}, "fitted", "aligned", "textured". Absent
-// are those that were not measured, and those of the protocol that do not apply. SCORES are MEANS without "seams" and
-// "flicker", with "gain", "pixels" and "aligned_pixels" in either region. Numbers are as in json_number; an infinite
-// PSNR is kPsnrOfIdentical.
+// "flicker": {"rms", "worst", "followed"}} and REGION = "raw": {"psnr", "ssim"}, "fitted", "aligned", "textured".
+// Absent are those that were not measured, and those of the protocol that do not apply. SCORES are MEANS without
+// "seams" and "flicker", with "gain", "pixels" and "aligned_pixels" in either region. Numbers are as in json_number; an
+// infinite PSNR is kPsnrOfIdentical.
 [[nodiscard]] nlohmann::json report_json(const Report& report);
 
 }  // namespace lumatlas

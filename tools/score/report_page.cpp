@@ -70,7 +70,8 @@ std::string protocol_sentence(const Report& report) {
 
 std::string score_sentences(bool aligned) {
   return "<p class=\"faint\">Means over the views. <b>Frame</b>: every pixel of the photograph that its mask leaves; "
-         "where the method has no picture, it is filled from its surroundings, as <code>lumatlas render</code> shows it. "
+         "where the method has no picture, it is filled from its surroundings, as <code>lumatlas render</code> shows "
+         "it. "
          "<b>Mesh</b>: the pixels where the mesh is seen. <b>Raw</b> is the rendering as it is; <b>fitted</b> is after "
          "one exposure gain, because the exposure of a held-out photograph is unknown; " +
          std::string(aligned ? "<b>aligned</b> is after its camera's pose, too, has been refined; " : "") +
@@ -365,7 +366,8 @@ std::string view_table(const Report& report, const ReportView& view, bool aligne
   for (std::size_t method = 0; method < report.methods.size(); ++method) {
     const ViewScores& scores = view.renderings[method].scores;
     const std::string& name = report.methods[method].name;
-    html += view_row(scores.frame, method, name, "frame", aligned) + view_row(scores.mesh, method, name, "mesh", aligned);
+    html +=
+        view_row(scores.frame, method, name, "frame", aligned) + view_row(scores.mesh, method, name, "mesh", aligned);
   }
   return html + "</tbody></table></div>\n";
 }
@@ -421,8 +423,8 @@ std::string viewer() {
 std::string report_page(const Report& report) {
   check(report);
   const std::vector<MethodScores> means = method_means(report);
-  const bool aligned =
-      std::any_of(means.begin(), means.end(), [](const MethodScores& scores) { return scores.frame.aligned.has_value(); });
+  const bool aligned = std::any_of(means.begin(), means.end(),
+                                   [](const MethodScores& scores) { return scores.frame.aligned.has_value(); });
   std::string html = head(report) + facts_list(report) + summary_table(report, means, aligned) +
                      shortfall_paragraph(report) + score_sentences(aligned) + continuity_table(report) +
                      spread(report, means) + refinement_table(report) + "<h2>Held-out views</h2>\n" +

@@ -238,8 +238,8 @@ Photograph apply_gain(const Photograph& image, double gain) {
   return through_table(image, gain_table(gain));
 }
 
-RegionScores score_region(const Photograph& rendering, const Photograph& photograph,
-                          std::span<const std::uint8_t> mask, std::span<const std::uint8_t> textured) {
+RegionScores score_region(const Photograph& rendering, const Photograph& photograph, std::span<const std::uint8_t> mask,
+                          std::span<const std::uint8_t> textured) {
   const CountedPixels counted = counted_pixels(rendering, photograph, mask);
   if (!textured.empty()) {
     check_entries("the textured mask", textured.size(), counted.size());

@@ -32,7 +32,9 @@ std::vector<Source> sources_of_method(const std::string& method) {
     std::replace(name.begin(), name.end(), '/', '.');
     std::replace(label.begin(), label.end(), '/', ' ');
     sources.push_back({{"psnr." + name + suffix, "PSNR " + label + of + ", dB", Better::more, 2},
-                       true, at + "/" + kind + "/psnr", 1});
+                       true,
+                       at + "/" + kind + "/psnr",
+                       1});
     sources.push_back(
         {{"ssim." + name + suffix, "MSSIM " + label + of, Better::more, 4}, true, at + "/" + kind + "/ssim", 1});
   }

@@ -18,8 +18,8 @@ struct Metric {
   int decimals = 0;  // that are worth showing
 };
 
-// All of them. Scores (psnr, ssim, textured, seams, flicker) are the model's; ".unbounded" or ".vertex" at the end of the
-// name asks for a baseline's. "psnr.raw" is over the pixels of the mesh, "psnr.frame.raw" over whole frames.
+// All of them. Scores (psnr, ssim, textured, seams, flicker) are the model's; ".unbounded" or ".vertex" at the end of
+// the name asks for a baseline's. "psnr.raw" is over the pixels of the mesh, "psnr.frame.raw" over whole frames.
 [[nodiscard]] std::span<const Metric> all_metrics();
 
 // Null if there is none of this name.

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::uint32_t kWidth = 300, kHeight = 60;
 constexpr std::uint32_t kFirstEmpty = 200;  // column
+const Background kTransparent{Background::Kind::transparent, {}};
 
 std::size_t at(std::uint32_t x, std::uint32_t y) {
   return std::size_t{y} * kWidth + x;
@@ -47,7 +48,7 @@ TEST_CASE("coverage is 0 beyond the surface, rises evenly within a hundredth of 
 
 TEST_CASE("with alpha the surface keeps its colours, and what is transparent has its neighbours'") {
   const Rendering rendering = half_empty(128);
-  const SoftPicture soft = with_background(rendering, {});
+  const SoftPicture soft = with_background(rendering, kTransparent);
   REQUIRE(soft.alpha.size() == rendering.state.size());
   for (std::size_t pixel = 0; pixel < soft.alpha.size(); ++pixel) {
     CHECK(std::abs(int{soft.picture.rgb[3 * pixel]} - 128) <= 1);
@@ -79,14 +80,14 @@ TEST_CASE("a picture without anything open stays as it is, one of nothing is tra
                                                       : std::vector<std::uint8_t>()));
   }
   rendering.state.assign(rendering.state.size(), PixelState::empty);
-  const SoftPicture nothing = with_background(rendering, {});
+  const SoftPicture nothing = with_background(rendering, kTransparent);
   CHECK(nothing.alpha == std::vector<std::uint8_t>(rendering.state.size(), 0));
   CHECK(nothing.picture.rgb == std::vector<std::uint8_t>(rendering.picture.rgb.size(), 0));
 }
 
 TEST_CASE("in linear light alpha is multiplied into the colours") {
   LinearRendering rendering{kWidth, kHeight, std::vector<float>(3 * kWidth * kHeight, 2.0f), half_empty(1).state};
-  const FloatImage image = with_background(rendering, {});
+  const FloatImage image = with_background(rendering, kTransparent);
   CHECK(image.channels == std::vector<std::string>{"R", "G", "B", "A"});
   CHECK(image.values[4 * at(kFirstEmpty - 2, 3)] == Approx(1));
   CHECK(image.values[4 * at(kFirstEmpty - 2, 3) + 3] == Approx(0.5));
@@ -95,7 +96,7 @@ TEST_CASE("in linear light alpha is multiplied into the colours") {
 }
 
 TEST_CASE("a file keeps colours and alpha apart, to the bit") {
-  const SoftPicture soft = with_background(half_empty(128), {});
+  const SoftPicture soft = with_background(half_empty(128), kTransparent);
   const TemporaryFolder folder;
   write_soft_picture(folder / "a.png", soft);
   const auto file = OIIO::ImageInput::open((folder / "a.png").string(), [] {
