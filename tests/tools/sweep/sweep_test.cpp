@@ -232,7 +232,7 @@ TEST_CASE("whatever is wrong with a sweep is named with its place") {
        "repeats.small: is -1, must be a whole number from 0"},
       {[](json& s) { s["repeats"] = 3; }, "repeats: must be an object, not number"},
       {[](json& s) { s["metrics"] = json::array(); }, "metrics: is empty"},
-      {[](json& s) { s["metrics"][0] = "psnr"; }, "metrics[0]: is \"psnr\", must be a metric: psnr.raw, "},
+      {[](json& s) { s["metrics"][0] = "psnr"; }, "metrics[0]: is \"psnr\", must be a metric: psnr.frame.raw, "},
       {[](json& s) { s["plots"][0]["y"] = {"time"}; }, "plots[0].y[0]: is \"time\", must be a metric"},
       {[](json& s) { s["plots"][0]["x"] = "size"; }, "plots[0].x: is \"size\", must be a metric"},
       {[](json& s) { s["plots"][0]["log"] = "z"; }, "plots[0].log: is \"z\", must be one of x, y, xy"},
