@@ -25,6 +25,7 @@ BlendOptions BlendOptions::printed() {
   options.rims = false;
   options.fade_last = false;
   options.consistent = false;
+  options.frame_fade = 0;
   options.sampling = Sampling::linear;
   options.prefilter = false;
   options.border_width = 0;
@@ -56,6 +57,7 @@ void check(const BlendOptions& options) {
       options.antialias == BlendOptions::Antialias::silhouettes || options.antialias == BlendOptions::Antialias::all,
       "antialias", static_cast<int>(options.antialias), "one of BlendOptions::Antialias");
   require(options.border_width >= 0 && options.border_width <= 1, "border_width", options.border_width, "in [0, 1]");
+  require(options.frame_fade >= 0 && options.frame_fade <= 0.5, "frame_fade", options.frame_fade, "in [0, 0.5]");
   require(options.supersample >= 1 && options.supersample <= kMostSupersampling, "supersample", options.supersample,
           "in [1, 4]");
   require(std::isfinite(options.occlusion_tolerance) && options.occlusion_tolerance >= 0, "occlusion_tolerance",

@@ -5,12 +5,13 @@
 //   w_dir = max(0, cos of the angle at X between novel and stored camera)
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
-//   w     = valid * (lambda w_dir + (1 - lambda) w_pos)
+//   w     = valid * in_frame(lambda w_dir + (1 - lambda) w_pos)
 //   share ~ (w - w_next) / max(1 - w, kLeastPenalty)  w_next: the (K+1)th largest w
 //           (printed: w)
 //
 // valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth; at a rim times
-// rim_share() of blend/geometric_weight.h, or 0 without `rims`.
+// rim_share() of blend/geometric_weight.h, or 0 without `rims`. in_frame() is weight_in_frame() of that header: it
+// lowers the weight in a band along the photograph's border, down to 0 at the border (printed: the weight stays).
 #pragma once
 
 #include <cstdint>
@@ -29,6 +30,15 @@ inline constexpr std::uint32_t kMostSupersampling = 4;
 // Below this 1 - w, which is then rounding in the shader's floats, a view counts no more; shared with the shader. Where
 // it is reached, a view that weighs 0.999 has a thousandth of the share.
 inline constexpr double kLeastPenalty = 1e-6;
+
+// In the band along a photograph's border, 1 - w of its view grows to (1 - w + kFramePenalty (1 - frame)) / frame;
+// `frame` falls to 0 at the border. Above 0, so that a photograph fades in a picture from its own place too: where
+// `frame` is a half, it weighs there as a photograph from 9 degrees aside. Shared with the shader.
+inline constexpr double kFramePenalty = 0.01;
+
+// The share of its weight and of `frame` that a view keeps in that band, so that it shows where it is the only valid
+// one; far below the weights of other views, far above rounding. Shared with the shader.
+inline constexpr double kLeastInFrame = 1e-3;
 
 // The surface bends by more than so many pixels' widths at a silhouette, see supersampling.h; shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
@@ -65,6 +75,10 @@ struct BlendOptions {
   // Divide what a view counts by 1 - w, so that a picture from where a photograph was taken is that photograph wherever
   // it is valid, and becomes it continuously (the epipole consistency of Buehler et al.); printed: no
   bool consistent = true;
+  // Width of the band along a photograph's border in which its view fades out, as a share of the photograph's shorter
+  // side, [0, 0.5]. Shares of all views are then continuous where one ends, also where it is only the next best one.
+  // printed: 0, views end in a line
+  double frame_fade = 0.02;
   // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
   // around tiles colours are sampled linearly too.
   Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear

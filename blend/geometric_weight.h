@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: how like the novel view a stored one is, seen from a point.
+// Internal to blend/: how like the novel view a stored one is, seen from a point, and how its weight falls near the
+// border of its photograph.
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
 #include "blend/blend_options.h"
@@ -17,5 +19,14 @@ namespace lumatlas {
 // where the options leave rims out.
 [[nodiscard]] double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center,
                                const BlendOptions& options);
+
+// The share that is left of a photograph of that size at a pixel of it, in [0, 1]: 0 at its border, 1 where the border
+// is farther than the band of options.frame_fade, smooth between; 1 everywhere without a band.
+[[nodiscard]] double frame_share(const glm::dvec2& image, const glm::dvec2& size, const BlendOptions& options);
+
+// The weight of a view where `frame` is the share that is left of its photograph: continuous in both, at most `weight`,
+// equal to it where `frame` is 1, and 0 where `frame` is 0. The view first ranks as a worse one, so that the next best
+// view follows it continuously; then it keeps kLeastInFrame * frame * weight.
+[[nodiscard]] double weight_in_frame(double weight, double frame);
 
 }  // namespace lumatlas

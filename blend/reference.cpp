@@ -141,7 +141,8 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
   const double share = shown.at_rim ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
   const double valid = sample.validity * share;
-  return {weight * valid, snapshot.gains[slot] * sample.color, valid > 0};
+  const double in_frame = weight_in_frame(weight, frame_share(image, size, options));
+  return {in_frame * valid, snapshot.gains[slot] * sample.color, valid > 0};
 }
 
 // What a view of this weight counts in a pixel, up to a factor that all views have in common.

@@ -231,7 +231,7 @@ void Renderer::State::describe(const Camera& camera, const BlendOptions& options
   block.clip_from_cam = clip_from_cam(camera);
   block.center = glm::dvec4(camera.center(), camera.height);
   block.exposure = glm::dvec4(picture_exposure(nearby_exposure, camera, options), near_depth);
-  block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, 0, 0);
+  block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, options.frame_fade, 0);
   block.departures = {options.position == BlendOptions::Position::printed, options.rims, options.fade_last,
                       options.consistent};
   const ArrayShape& shape = photographs.shape();

@@ -74,7 +74,8 @@ std::string defined(std::string_view source, const std::string& names) {
 
 std::string shared_definitions() {
   return definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) +
-         definition("LEAST_PENALTY", constant(kLeastPenalty)) +
+         definition("LEAST_PENALTY", constant(kLeastPenalty)) + definition("FRAME_PENALTY", constant(kFramePenalty)) +
+         definition("LEAST_IN_FRAME", constant(kLeastInFrame)) +
          definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
          definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
          definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +

@@ -69,7 +69,8 @@ void rank_view(uint view, float weight, uint of_cells) {
   }
 }
 
-// Whether a view may be among the best of the cells that refer to it. Validity can only lower its weight.
+// Whether a view may be among the best of the cells that refer to it. Validity and the photograph's border can only
+// lower its weight.
 bool may_win(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
   uint among = cells_of(reference) & of_cells;
   if (among == 0u || sampling.w == 0) return among != 0u;
@@ -81,10 +82,11 @@ void look_at(uint reference, uint of_cells, vec3 world, float z, vec3 to_novel, 
   uint view = slot_of(reference);
   vec4 stored = view_texel(view, 3u);
   bool rim;
+  float frame;
   float weight = geometric_weight(to_novel, o, stored.xyz - world);
-  float valid = validity(view, world - stored.xyz, z, stored.w, rim);
+  float valid = validity(view, world - stored.xyz, z, stored.w, rim, frame);
   if (rim) valid *= rim_share(to_novel, o, stored.xyz - world);
-  rank_view(view, weight * valid, cells_of(reference) & of_cells);
+  rank_view(view, weight_in_frame(weight, frame) * valid, cells_of(reference) & of_cells);
 }
 
 // The best views of each of the cells; those that cannot win are not looked at. A renderer in software takes both sides

@@ -63,19 +63,29 @@ float footprint_of(float focal_length, float z, float depth) {
   return z * focal_length / (SAMPLES_ACROSS * intrinsics.x * depth);
 }
 
-// Whether a stored view shows a point that lies `away` from its centre, in [0, 1], before what it counts at rims; its
-// depths are shares of `depth_scale`.
-float validity(uint view, vec3 away, float z, float depth_scale, out bool rim) {
+// The share that is left of a photograph of that size at a pixel of it: see blend/geometric_weight.h.
+float frame_share(vec2 image, vec2 size) {
+  if (!(weights.z > 0.0)) return 1.0;
+  vec2 share = smoothstep(0.0, weights.z * min(size.x, size.y), min(image, size - image));
+  return share.x * share.y;
+}
+
+// Whether a stored view shows a point that lies `away` from its centre, in [0, 1], without the factors at rims and in
+// the band along the photograph's border; its depths are shares of `depth_scale`. Where that is above 0, `rim` says
+// whether the point is at one, and `frame` what share is left of the photograph.
+float validity(uint view, vec3 away, float z, float depth_scale, out bool rim, out float frame) {
   vec2 image;
   float depth;
   vec4 size = view_texel(view, 4u);
   rim = false;
+  frame = 0.0;
   if (!image_in(view, away, image, depth)) return 0.0;
   if (any(lessThan(image, vec2(0.0))) || any(greaterThanEqual(image, size.xy))) return 0.0;
   vec3 texel;
   ivec3 pixel;
   if (!locate(size, image, texel, pixel)) return 0.0;
   if (depth * reciprocal_at(pixel, rim) > depth_scale * weights.y) return 0.0;
+  frame = frame_share(image, size.xy);
   float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 2u).w, z, depth)) : 0.0;
   return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
 }

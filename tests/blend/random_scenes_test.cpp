@@ -96,6 +96,7 @@ BlendOptions random_options(Chance& chance) {
   options.exposure = chance.below(2) == 0 ? BlendOptions::Exposure::nearby : BlendOptions::Exposure::model;
   options.supersample = 1 + chance.below(2);
   options.antialias = chance.below(2) == 0 ? BlendOptions::Antialias::all : BlendOptions::Antialias::silhouettes;
+  options.frame_fade = chance.below(4) == 0 ? 0 : chance.uniform(0, 0.5);
   return options;
 }
 

@@ -12,6 +12,7 @@
 #include "atlas/srgb.h"
 #include "blend/cell_shares.h"
 #include "blend/exposure.h"
+#include "blend/geometric_weight.h"
 #include "blend/gl_objects.h"
 #include "blend/reference.h"
 #include "blend/supersampling.h"
@@ -198,15 +199,20 @@ TEST_CASE("a stored view rendered from its own camera alone is its photograph, w
   check_picture(renderer.render(view.camera, {}));
 }
 
-// How many of a stored view's valid pixels away from silhouettes are another colour than its photograph's in a picture
-// from its own place, as a share of those.
-double share_not_shown(const StoredView& view, const Snapshot& snapshot, const Rendering& rendering) {
+// How many of a stored view's valid pixels away from silhouettes, and from the border where the view fades, are another
+// colour than its photograph's in a picture from its own place, as a share of those.
+double share_not_shown(const StoredView& view, const Snapshot& snapshot, const Rendering& rendering,
+                       const BlendOptions& options) {
+  const glm::dvec2 size(view.camera.width, view.camera.height);
   const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(view.camera);
   const std::vector<std::uint8_t> at_silhouette = silhouettes(view.camera, visible);
   std::size_t compared = 0;
   std::size_t different = 0;
   for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
     if (view.validity[pixel] != 255 || at_silhouette[pixel]) continue;
+    const glm::dvec2 image(static_cast<double>(pixel % view.camera.width) + 0.5,
+                           static_cast<double>(pixel / view.camera.width) + 0.5);
+    if (frame_share(image, size, options) < 1) continue;
     ++compared;
     bool differs = false;
     for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value) {
@@ -223,13 +229,21 @@ TEST_CASE("at a stored view's place the picture is its photograph, however many 
   const std::optional<EglContext> context = context_or_skip();
   std::optional<Renderer> renderer;
   if (context) renderer.emplace().load(snapshot);
-  BlendOptions inconsistent;
+  BlendOptions to_the_border;  // with the fade a photograph is shown alone only inside of its band
+  to_the_border.frame_fade = 0;
+  BlendOptions inconsistent = to_the_border;
   inconsistent.consistent = false;
   double without = 0;
+  const auto share_by_reference = [&](const StoredView& view, const BlendOptions& options) {
+    return share_not_shown(view, snapshot, reference(snapshot, view.camera, options), options);
+  };
   for (const auto& view : snapshot.views) {
-    CHECK(share_not_shown(*view, snapshot, reference(snapshot, view->camera, {})) <= 0.001);
-    if (renderer) CHECK(share_not_shown(*view, snapshot, renderer->render(view->camera, {})) <= 0.001);
-    without += share_not_shown(*view, snapshot, reference(snapshot, view->camera, inconsistent)) / 14;
+    for (const BlendOptions& options : {BlendOptions{}, to_the_border}) {
+      CHECK(share_by_reference(*view, options) <= 0.001);
+      if (!renderer) continue;
+      CHECK(share_not_shown(*view, snapshot, renderer->render(view->camera, options), options) <= 0.001);
+    }
+    without += share_by_reference(*view, inconsistent) / 14;
   }
   CHECK(without > 0.1);  // else these scenes say nothing
 }

@@ -36,6 +36,7 @@ void depart(BlendOptions& options, const std::string& departure) {
   if (departure == "rims") options.rims = ours.rims;
   if (departure == "fade-last") options.fade_last = ours.fade_last;
   if (departure == "consistent") options.consistent = ours.consistent;
+  if (departure == "frame") options.frame_fade = ours.frame_fade;
   if (departure == "border") options.border_width = ours.border_width;
   if (departure == "sampling") options.sampling = ours.sampling;
   if (departure == "occlusion") options.occlusion_tolerance = ours.occlusion_tolerance;
@@ -76,7 +77,7 @@ void BlendFlags::add_experiments_to(CLI::App& command) {
           .add_option("--blend-depart", departures_,
                       "With --weights printed, depart from it in these alone, separated by commas")
           ->type_name("NAMES")
-          ->check(one_of({"position", "rims", "fade-last", "consistent", "border", "occlusion", "sampling"}))
+          ->check(one_of({"position", "rims", "fade-last", "consistent", "frame", "border", "occlusion", "sampling"}))
           ->delimiter(',')
           ->default_str("");
   sampling_option_ =
@@ -88,6 +89,13 @@ void BlendFlags::add_experiments_to(CLI::App& command) {
   consistency_option_ = add_choice(command, "--consistency", consistent_, kSwitch,
                                    "Show a photograph alone in a picture from where it was taken",
                                    defaults(kSwitch, ours.consistent, printed.consistent));
+  frame_fade_option_ =
+      command
+          .add_option("--frame-fade", frame_fade_,
+                      "Over which a view fades out at its photograph's border, as a share of the shorter side")
+          ->type_name("SHARE")
+          ->check(number_between(0, 0.5))
+          ->default_str(defaults(ours.frame_fade, printed.frame_fade));
   border_width_option_ =
       command
           .add_option("--border-width", border_width_,
@@ -107,6 +115,7 @@ void BlendFlags::check_paper() const {
   agree_with_paper(*exposure_option_, exposure_ == printed.exposure, name_of(kExposures, printed.exposure));
   agree_with_paper(*prefilter_option_, prefilter_ == printed.prefilter, name_of(kSwitch, printed.prefilter));
   agree_with_paper(*consistency_option_, consistent_ == printed.consistent, name_of(kSwitch, printed.consistent));
+  agree_with_paper(*frame_fade_option_, frame_fade_ == printed.frame_fade, CLI::detail::to_string(printed.frame_fade));
   agree_with_paper(*border_width_option_, border_width_ == printed.border_width,
                    CLI::detail::to_string(printed.border_width));
   agree_with_paper(*supersample_option_, supersample_ == printed.supersample,
@@ -125,6 +134,7 @@ BlendOptions BlendFlags::options() const {
   options.supersample = supersample_.value_or(options.supersample);
   options.prefilter = prefilter_.value_or(options.prefilter);
   options.consistent = consistent_.value_or(options.consistent);
+  options.frame_fade = frame_fade_.value_or(options.frame_fade);
   options.border_width = border_width_.value_or(options.border_width);
   options.sampling = sampling_.value_or(options.sampling);
   options.exposure = exposure_.value_or(options.exposure);
@@ -142,6 +152,7 @@ nlohmann::json BlendFlags::json() const {
           {"consistency", effective.consistent},
           {"sampling", name_of(kSamplings, effective.sampling)},
           {"blend_depart", departures_},
+          {"frame_fade", effective.frame_fade},
           {"border_width", effective.border_width},
           {"supersample", effective.supersample},
           {"antialias", name_of(kAntialiases, effective.antialias)},

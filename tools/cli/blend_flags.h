@@ -36,6 +36,7 @@ class BlendFlags {
   std::optional<BlendOptions::Exposure> exposure_;
   std::optional<bool> prefilter_;
   std::optional<bool> consistent_;
+  std::optional<double> frame_fade_;
   std::optional<double> border_width_;
   std::optional<std::uint32_t> supersample_;
   std::vector<std::string> departures_;
@@ -45,6 +46,7 @@ class BlendFlags {
   CLI::Option* exposure_option_ = nullptr;
   CLI::Option* prefilter_option_ = nullptr;
   CLI::Option* consistency_option_ = nullptr;
+  CLI::Option* frame_fade_option_ = nullptr;
   CLI::Option* border_width_option_ = nullptr;
   CLI::Option* supersample_option_ = nullptr;
 };

@@ -78,6 +78,7 @@ json json_of(const BlendOptions& options) {
           {"rims", options.rims},
           {"fade_last", options.fade_last},
           {"consistent", options.consistent},
+          {"frame_fade", options.frame_fade},
           {"cubic", options.sampling == BlendOptions::Sampling::cubic},
           {"prefilter", options.prefilter},
           {"nearby_exposure", options.exposure == BlendOptions::Exposure::nearby},

@@ -89,7 +89,8 @@ TEST_CASE("render and validate --paper record what --weights printed does") {
   CHECK(drawn["blend_depart"].empty());
   CHECK(drawn["sampling"] == "linear");
   CHECK(drawn["supersample"] == 1);
-  CHECK(drawn == drawn_with(render, {"--paper", "--exposure", "model", "--sampling", "linear", "--border-width", "0"}));
+  CHECK(drawn == drawn_with(render, {"--paper", "--exposure", "model", "--sampling", "linear", "--border-width", "0",
+                                     "--frame-fade", "0"}));
   const Arguments validate{"validate",      made().model,     "--views",     made().scene,
                            "--no-pictures", "--no-alignment", "--baselines", "none"};
   CHECK(drawn_with(validate, {"--paper"}) == drawn_with(validate, {"--weights", "printed"}));
@@ -104,6 +105,7 @@ TEST_CASE("render and validate --paper contradict what says otherwise") {
     check_contradiction(command, {"--exposure", "nearby"});
     check_contradiction(command, {"--prefilter", "on"});
     check_contradiction(command, {"--consistency", "on"});
+    check_contradiction(command, {"--frame-fade", "0.02"});
     check_contradiction(command, {"--border-width", "0.1"});
     check_contradiction(command, {"--supersample", "2"});
   }

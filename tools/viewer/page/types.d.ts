@@ -61,6 +61,7 @@ export interface BlendSettings {
   rims: boolean;
   fade_last: boolean;
   consistent: boolean;
+  frame_fade: number;
   cubic: boolean;
   prefilter: boolean;
   nearby_exposure: boolean;

@@ -25,7 +25,8 @@ float nearness(uvec2 range, vec3 world, float z) {
     float near = smoothstep(0.0, least_cosine, dot(to_novel, normalize(stored.xyz - world)));
     if (near <= best) continue;
     bool rim;
-    if (validity(view, world - stored.xyz, z, stored.w, rim) > 0.0) best = near;
+    float frame;
+    if (validity(view, world - stored.xyz, z, stored.w, rim, frame) > 0.0) best = near;
   }
   return best;
 }

@@ -31,12 +31,14 @@ void rank_view(uint view, float weight) {
   }
 }
 
-bool in_picture(uint view, vec3 away) {
+// What share is left of a view's photograph where it shows the point that lies `away` from its centre; 0: it does not.
+float frame_at(uint view, vec3 away) {
   vec4 size = view_texel(view, 4u);
   vec2 image;
   float depth;
-  return size.x > 0.0 && image_in(view, away, image, depth) && all(greaterThanEqual(image, vec2(0.0))) &&
-         all(lessThan(image, size.xy));
+  bool inside = size.x > 0.0 && image_in(view, away, image, depth) && all(greaterThanEqual(image, vec2(0.0))) &&
+                all(lessThan(image, size.xy));
+  return inside ? frame_share(image, size.xy) : 0.0;
 }
 
 void main() {
@@ -52,7 +54,8 @@ void main() {
     for (uint i = range.x; i < range.y; ++i) {
       uint view = entry(references, i).x & 0x0FFFFFFFu;
       vec3 to_stored = view_texel(view, 3u).xyz - world;
-      if (in_picture(view, -to_stored)) rank_view(view, geometric_weight(to_novel, length(to_novel), to_stored));
+      float weight = geometric_weight(to_novel, length(to_novel), to_stored);
+      rank_view(view, weight_in_frame(weight, frame_at(view, -to_stored)));
     }
   }
   needed = uvec4(view_of[0] | view_of[1] << 16, view_of[2] | view_of[3] << 16, view_of[4] | view_of[5] << 16,

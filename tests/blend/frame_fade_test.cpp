@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Where a view ends: the picture stays continuous, whatever rank the view has, by the CPU reference and by the shader.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
+#include <glm/glm.hpp>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "blend/geometric_weight.h"
+#include "blend/reference.h"
+#include "blend/renderer.h"
+#include "tests/support/gl_test_context.h"
+#include "tests/support/wall_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+constexpr double kEndsDepth = 4;
+constexpr std::uint32_t kRowColumns = 5000;  // of the picture, whose one row crosses the place where views end
+
+// How far aside of the picture's camera the stored ones are, best first. The fifth is far off, so that the blended
+// views' shares change much where the fourth ends.
+struct EndPlaces {
+  const char* name;
+  std::vector<double> aside;
+};
+const EndPlaces kAside{"beside all views", {0.4, -0.6, 0.7, -0.75, 1.4, -1.6}};
+const EndPlaces kAtFirst{"at the place of the first view", {0, -0.6, 0.7, -0.75, 1.4, -1.6}};
+
+// A photograph of one colour: of three channels, any two views have one that is high in one view and low in the other.
+Photograph flat_photograph(const Camera& camera, std::uint32_t number) {
+  Photograph photograph{camera.width, camera.height, {}, {}};
+  const std::uint32_t bits = number + 1;
+  for (std::size_t pixel = 0; pixel < std::size_t{camera.width} * camera.height; ++pixel) {
+    for (const std::uint32_t channel : {0u, 1u, 2u}) photograph.rgb.push_back((bits >> channel & 1u) != 0u ? 220 : 60);
+  }
+  return photograph;
+}
+
+// Views of a wall. Those of the ranks `ending` have their right border at x = 0 on the wall; the others are wider than
+// the picture.
+Snapshot wall_with_ends(const EndPlaces& places, const std::vector<std::size_t>& ending) {
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 1, 1, 80, kEndsDepth);
+  surface->cells = measure_cells(surface->mesh, {0, 0}, 80);
+  Atlas atlas(surface, static_cast<std::uint32_t>(places.aside.size()));
+  std::vector<std::uint32_t> slots;
+  for (std::size_t rank = 0; rank < places.aside.size(); ++rank) {
+    Camera camera = forward_camera(400, 200, {places.aside[rank], 0, 0});
+    camera.fx = camera.fy = 100;
+    const bool ends = std::find(ending.begin(), ending.end(), rank) != ending.end();
+    if (ends) camera.cx = camera.width + camera.fx * places.aside[rank] / kEndsDepth;
+    slots.push_back(
+        atlas.insert(traced_view(*surface, "", camera, flat_photograph(camera, static_cast<std::uint32_t>(rank)))));
+  }
+  atlas.set_references(0, slots);
+  return atlas.snapshot();
+}
+
+// Sees a row of the wall around x = 0, enlarged so that the band in which views fade takes 2400 columns.
+Camera row_camera() {
+  Camera camera = forward_camera(kRowColumns, 1);
+  camera.fx = camera.fy = 60000;
+  return camera;
+}
+
+using DrawRow = std::function<Rendering(const Snapshot&, const BlendOptions&)>;
+
+Rendering row_by_reference(const Snapshot& snapshot, const BlendOptions& options) {
+  return render_reference(snapshot, row_camera(), *make_ray_visibility(snapshot.surface->mesh), options);
+}
+
+// The largest difference between neighbours in the row, levels.
+int step_of_row(const Rendering& rendering) {
+  int largest = 0;
+  for (std::size_t value = 3; value < rendering.picture.rgb.size(); ++value) {
+    largest = std::max(largest, std::abs(rendering.picture.rgb[value] - rendering.picture.rgb[value - 3]));
+  }
+  return largest;
+}
+
+// A fade over 2400 columns changes by less than a level from one to the next where it is even, and by three where it is
+// steepest. A view that ends in a line changes by six or more.
+constexpr int kLargestStep = 3;
+constexpr int kLine = 6;
+
+void check_ends(const EndPlaces& places, const std::vector<std::size_t>& ending, const DrawRow& render) {
+  const Snapshot snapshot = wall_with_ends(places, ending);
+  BlendOptions options;
+  for (const bool consistent : {true, false}) {
+    CAPTURE(places.name, ending, consistent);
+    options.consistent = consistent;
+    const Rendering faded = render(snapshot, options);
+    CHECK(std::count(faded.state.begin(), faded.state.end(), PixelState::textured) == kRowColumns);
+    CHECK(step_of_row(faded) <= kLargestStep);
+    BlendOptions in_a_line = options;
+    in_a_line.frame_fade = 0;
+    const bool counts = ending.front() <= options.views;  // is blended, or the next best one
+    const int step = step_of_row(render(snapshot, in_a_line));
+    // Alone, the first view leaves no part to views that end.
+    const bool alone = consistent && places.aside.front() == 0 && ending.front() > 0;
+    if (counts && !alone) CHECK(step >= kLine);
+    if (!counts || alone) CHECK(step <= 1);
+  }
+}
+
+void check_all_ends(const DrawRow& render) {
+  for (const EndPlaces& places : {kAside, kAtFirst}) {
+    for (std::size_t rank = 0; rank < places.aside.size(); ++rank) check_ends(places, {rank}, render);
+    check_ends(places, {0, 3}, render);
+    check_ends(places, {1, 2}, render);
+    check_ends(places, {0, 1, 2, 3}, render);
+  }
+}
+
+TEST_CASE("where a view of any rank ends, the picture is continuous") {
+  check_all_ends(row_by_reference);
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer;
+  check_all_ends([&](const Snapshot& snapshot, const BlendOptions& options) {
+    renderer.load(snapshot);
+    return renderer.render(row_camera(), options);
+  });
+}
+
+TEST_CASE("what only the band of one view sees shows that view") {
+  const Snapshot snapshot = wall_with_ends({"one view", {1.4}}, {0});
+  const auto check_shown = [&](const Rendering& rendering) {
+    for (std::size_t column = 0; column < kRowColumns / 2 - 1; ++column) {
+      REQUIRE(rendering.state[column] == PixelState::textured);
+      REQUIRE(rendering.picture.rgb[3 * column] == 220);
+    }
+    CHECK(rendering.state[kRowColumns / 2 + 1] != PixelState::textured);
+  };
+  check_shown(row_by_reference(snapshot, {}));
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer;
+  renderer.load(snapshot);
+  check_shown(renderer.render(row_camera(), {}));
+}
+
+TEST_CASE("the share of a photograph rises from 0 at its border to 1 at the band's end, from each side") {
+  BlendOptions options;
+  options.frame_fade = 0.1;
+  const glm::dvec2 size(300, 200);
+  const auto share = [&](double x, double y) { return frame_share({x, y}, size, options); };
+  CHECK(share(0, 100) == 0);
+  CHECK(share(10, 100) == Approx(0.5));
+  CHECK(share(290, 100) == Approx(0.5));
+  CHECK(share(150, 10) == Approx(0.5));
+  CHECK(share(150, 190) == Approx(0.5));
+  CHECK(share(10, 190) == Approx(0.25));
+  CHECK(share(20, 100) == 1);
+  CHECK(share(280, 180) == 1);
+  for (double x = 1; x <= 20; ++x) CHECK(share(x, 100) > share(x - 1, 100));
+  options.frame_fade = 0;
+  CHECK(share(0, 0) == 1);
+}
+
+TEST_CASE("a view's weight rises with the share that is left of its photograph, from 0 to the weight") {
+  for (const double weight : {0.0, 1e-6, 0.3, 0.9, 1.0}) {
+    CHECK(weight_in_frame(weight, 0) == 0);
+    CHECK(weight_in_frame(weight, 1) == weight);
+    double before = 0;
+    for (int step = 1; step <= 1000; ++step) {
+      const double here = weight_in_frame(weight, step / 1000.0);
+      CHECK(here <= weight);
+      CHECK((weight == 0 ? here == 0 : here > before));
+      CHECK(here - before < 0.12);  // continuous: steepest where the weight is 1, by 1 / kFramePenalty a unit
+      before = here;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lumatlas
