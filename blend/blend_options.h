@@ -31,15 +31,6 @@ inline constexpr std::uint32_t kMostSupersampling = 4;
 // it is reached, a view that weighs 0.999 has a thousandth of the share.
 inline constexpr double kLeastPenalty = 1e-6;
 
-// In the band along a photograph's border, 1 - w of its view grows to (1 - w + kFramePenalty (1 - frame)) / frame;
-// `frame` falls to 0 at the border. Above 0, so that a photograph fades in a picture from its own place too: where
-// `frame` is a half, it weighs there as a photograph from 9 degrees aside. Shared with the shader.
-inline constexpr double kFramePenalty = 0.01;
-
-// The share of its weight and of `frame` that a view keeps in that band, so that it shows where it is the only valid
-// one; far below the weights of other views, far above rounding. Shared with the shader.
-inline constexpr double kLeastInFrame = 1e-3;
-
 // The surface bends by more than so many pixels' widths at a silhouette, see supersampling.h; shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
 
@@ -78,7 +69,7 @@ struct BlendOptions {
   // Width of the band along a photograph's border in which its view fades out, as a share of the photograph's shorter
   // side, [0, 0.5]. Shares of all views are then continuous where one ends, also where it is only the next best one.
   // printed: 0, views end in a line
-  double frame_fade = 0.02;
+  double frame_fade = 0.005;
   // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
   // around tiles colours are sampled linearly too.
   Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear

@@ -10,6 +10,15 @@
 
 namespace lumatlas {
 
+// In the band along a photograph's border, 1 - w of its view grows to (1 - w + kFramePenalty (1 - frame)) / frame;
+// `frame` falls to 0 at the border. Above 0, so that a photograph fades in a picture from its own place too: where
+// `frame` is a half, it weighs there as a photograph from 9 degrees aside. Shared with the shader.
+inline constexpr double kFramePenalty = 0.01;
+
+// The least share of `frame` times its weight that a view keeps in that band, so that it shows where no other view is
+// valid. In most of the band above that of contradicted pixels, 1 / 255; far below other views. Shared with the shader.
+inline constexpr double kLeastInFrame = 0.05;
+
 // lambda w_dir + (1 - lambda) w_pos of blend_options.h, in [0, 1]; 0 at the place of either camera.
 [[nodiscard]] double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
                                       const glm::dvec3& stored_center, const BlendOptions& options);

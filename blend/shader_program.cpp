@@ -10,6 +10,7 @@
 
 #include "atlas/depth_blocks.h"
 #include "blend/blend_options.h"
+#include "blend/geometric_weight.h"
 #include "blend/shaders.h"
 #include "blend/view_table.h"
 #include "mesh/base/number_text.h"

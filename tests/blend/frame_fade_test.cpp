@@ -19,6 +19,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kEndsDepth = 4;
+constexpr double kFrameFade = 0.02;          // 4 pixels of the photographs
 constexpr std::uint32_t kRowColumns = 5000;  // of the picture, whose one row crosses the place where views end
 
 // How far aside of the picture's camera the stored ones are, best first. The fifth is far off, so that the blended
@@ -90,6 +91,7 @@ constexpr int kLine = 6;
 void check_ends(const EndPlaces& places, const std::vector<std::size_t>& ending, const DrawRow& render) {
   const Snapshot snapshot = wall_with_ends(places, ending);
   BlendOptions options;
+  options.frame_fade = kFrameFade;
   for (const bool consistent : {true, false}) {
     CAPTURE(places.name, ending, consistent);
     options.consistent = consistent;
