@@ -72,6 +72,16 @@ void convert_grey(cmsContext context, cmsHPROFILE profile, std::vector<std::uint
   for (std::size_t at = 0; at + 2 < rgb.size(); at += 3) std::copy_n(&colors[std::size_t{3} * rgb[at]], 3, &rgb[at]);
 }
 
+// The signature of the colours that the profile is for (ICC.1:2010, table 17). cmsGetColorSpace() returns it as an
+// enumeration, although a file may hold any number there. 0: the profile is cut off.
+std::uint32_t color_space_of(std::span<const std::uint8_t> profile) {
+  constexpr std::size_t kAt = 16;
+  if (profile.size() < kAt + 4) return 0;
+  std::uint32_t signature = 0;
+  for (std::size_t i = 0; i < 4; ++i) signature = signature << 8U | profile[kAt + i];
+  return signature;
+}
+
 }  // namespace
 
 void convert_to_srgb(std::span<const std::uint8_t> profile, std::vector<std::uint8_t>& rgb) {
@@ -81,7 +91,7 @@ void convert_to_srgb(std::span<const std::uint8_t> profile, std::vector<std::uin
       cmsOpenProfileFromMemTHR(context.get(), profile.data(), static_cast<cmsUInt32Number>(profile.size())),
       cmsCloseProfile);
   if (!from) return;
-  const cmsColorSpaceSignature space = cmsGetColorSpace(from.get());
+  const std::uint32_t space = color_space_of(profile);
   if (space == cmsSigRgbData) convert_color(context.get(), from.get(), rgb);
   if (space == cmsSigGrayData) convert_grey(context.get(), from.get(), rgb);
 }
