@@ -28,7 +28,8 @@ struct ProgramKey {
   bool linear = false;      // linear light in place of sRGB
   bool cubic = false;       // some level of the photographs is sampled so
 
-  [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;
+  // clang-tidy 14 takes the 0 in a defaulted comparison for a pointer.
+  [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
 // Where the shaders' samplers are bound, by the names that they have there.
