@@ -286,8 +286,9 @@ void Renderer::State::draw_faces(bool marks) {
   std::size_t first = 0;
   for (std::size_t i = 0; i < index_counts.size(); ++i) {
     if (marks) glStencilFunc(GL_ALWAYS, static_cast<GLint>(i) + 1, 0xFF);
-    glDrawElements(GL_TRIANGLES, index_counts.at(i), GL_UNSIGNED_INT,
-                   reinterpret_cast<const void*>(sizeof(GLuint) * first));
+    // OpenGL takes an offset in the buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+    const auto* const offset = reinterpret_cast<const void*>(sizeof(GLuint) * first);
+    glDrawElements(GL_TRIANGLES, index_counts.at(i), GL_UNSIGNED_INT, offset);
     first += static_cast<std::size_t>(index_counts.at(i));
   }
   glBindVertexArray(0);

@@ -210,8 +210,8 @@ double share_not_shown(const StoredView& view, const Snapshot& snapshot, const R
   std::size_t different = 0;
   for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
     if (view.validity[pixel] != 255 || at_silhouette[pixel]) continue;
-    const glm::dvec2 image(static_cast<double>(pixel % view.camera.width) + 0.5,
-                           static_cast<double>(pixel / view.camera.width) + 0.5);
+    const std::size_t column = pixel % view.camera.width, row = pixel / view.camera.width;
+    const glm::dvec2 image(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
     if (frame_share(image, size, options) < 1) continue;
     ++compared;
     bool differs = false;
