@@ -383,7 +383,7 @@ void SiteWriter::write_mesh_version() {
 json SiteWriter::write_arrays_version(const std::string& name, const PackedArrays& arrays) {
   SiteHistory::Arrays& known = history_->arrays[name];
   std::vector<std::uint8_t> packed = arrays.deflated(DeflateEffort::least);
-  const json description = arrays.description();
+  const json& description = arrays.description();
   if (known.packed != packed || known.described.value("arrays", json()) != description) {
     const std::string file = versioned(name, history_->version, ".bin");
     known = {{{"file", file}, {"arrays", description}}, std::move(packed)};
