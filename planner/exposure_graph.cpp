@@ -2,6 +2,8 @@
 #include "planner/exposure_graph.h"
 
 #include <Eigen/Core>
+#include <Eigen/IterativeLinearSolvers>
+#include <Eigen/SparseCore>
 #include <cmath>
 #include <utility>
 
@@ -13,9 +15,9 @@ namespace {
 
 constexpr double kOutlierLog = 0.1;  // ratios off by more than this (a sixth of a stop) lose their say
 constexpr double kAnchor = 1e-3;     // e, as a share of a view's own weight of ratios
-// Of a system that is solved: the residual, as a share of each slot's diagonal, ln gain. The anchors make an error of
-// the solution at most 1 / kAnchor times as large.
-constexpr double kTolerance = 1e-9;
+// Residual at which a system counts as solved, as a share of its right side. Small, because the anchors let an error of
+// the solution be up to 1 / kAnchor times as large.
+constexpr double kTolerance = 1e-11;
 
 constexpr Requirement exposure_graph_requires{"exposure graph"};
 
@@ -32,64 +34,38 @@ struct Graph {
   std::vector<Edge> edges;
 };
 
-// Normal equations of the edges, each weighted by how well a solution fits it.
-class NormalEquations {
- public:
-  // Every edge counts in full without a solution.
-  NormalEquations(const Graph& graph, const Eigen::VectorXd* fitted)
-      : edges_(graph.edges),
-        diagonal_(Eigen::VectorXd::Zero(static_cast<Eigen::Index>(graph.slots.size()))),
-        right_(Eigen::VectorXd::Zero(diagonal_.size())) {
-    weights_.reserve(edges_.size());
-    for (const Edge& edge : edges_) {
-      const double misfit =
-          fitted == nullptr ? 0 : ((*fitted)[edge.from] - (*fitted)[edge.to] - edge.log_ratio) / kOutlierLog;
-      const double weight = edge.weight / (1 + misfit * misfit);
-      weights_.push_back(weight);
-      for (const std::uint32_t slot : {edge.from, edge.to}) diagonal_[slot] += weight + kAnchor * edge.weight;
-      right_[edge.from] += weight * edge.log_ratio;
-      right_[edge.to] -= weight * edge.log_ratio;
-    }
-    for (double& value : diagonal_) value = value > 0 ? value : 1;  // of a slot whose ratios are of no point at all
-  }
-
-  [[nodiscard]] Eigen::VectorXd times(const Eigen::VectorXd& logs) const {
-    Eigen::VectorXd product = diagonal_.cwiseProduct(logs);
-    for (std::size_t i = 0; i < edges_.size(); ++i) {
-      product[edges_[i].from] -= weights_[i] * logs[edges_[i].to];
-      product[edges_[i].to] -= weights_[i] * logs[edges_[i].from];
-    }
-    return product;
-  }
-
-  // Conjugate gradients, preconditioned by the diagonal (Shewchuk 1994, B3). Improves `logs` and returns the number of
-  // products that it took.
-  std::uint64_t solve(Eigen::VectorXd& logs) const {
-    Eigen::VectorXd residual = right_ - times(logs);
-    Eigen::VectorXd direction = residual.cwiseQuotient(diagonal_);
-    Eigen::VectorXd scaled = direction;
-    double now = residual.dot(scaled);
-    const auto most = static_cast<std::uint64_t>(4 * logs.size() + 20);  // exact arithmetic needs one for each slot
-    std::uint64_t products = 1;
-    while (scaled.lpNorm<Eigen::Infinity>() > kTolerance && products < most) {
-      const Eigen::VectorXd along = times(direction);
-      ++products;
-      const double step = now / direction.dot(along);
-      logs += step * direction;
-      residual -= step * along;
-      scaled = residual.cwiseQuotient(diagonal_);
-      const double next = residual.dot(scaled);
-      direction = scaled + (next / now) * direction;
-      now = next;
-    }
-    return products;
-  }
-
- private:
-  const std::vector<Edge>& edges_;  // of a graph that outlives this
-  std::vector<double> weights_;
-  Eigen::VectorXd diagonal_, right_;
+struct NormalEquations {
+  Eigen::SparseMatrix<double> matrix;
+  Eigen::VectorXd right;
 };
+
+// Weights each edge by how well the solution `fitted` fits it, and fully where there is none.
+NormalEquations normal_equations(const Graph& graph, const Eigen::VectorXd* fitted) {
+  const auto size = static_cast<Eigen::Index>(graph.slots.size());
+  NormalEquations equations{Eigen::SparseMatrix<double>(size, size), Eigen::VectorXd::Zero(size)};
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const Edge& edge : graph.edges) {
+    const auto from = static_cast<int>(edge.from), to = static_cast<int>(edge.to);
+    const double misfit = fitted == nullptr ? 0 : ((*fitted)[from] - (*fitted)[to] - edge.log_ratio) / kOutlierLog;
+    const double weight = edge.weight / (1 + misfit * misfit);
+    for (const int slot : {from, to}) entries.emplace_back(slot, slot, weight + kAnchor * edge.weight);
+    entries.emplace_back(from, to, -weight);
+    entries.emplace_back(to, from, -weight);
+    equations.right[from] += weight * edge.log_ratio;
+    equations.right[to] -= weight * edge.log_ratio;
+  }
+  equations.matrix.setFromTriplets(entries.begin(), entries.end());
+  return equations;
+}
+
+// Improves `logs` by conjugate gradients, preconditioned by the diagonal. Returns the number of products that it took.
+std::uint64_t improve(const NormalEquations& equations, Eigen::VectorXd& logs) {
+  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower | Eigen::Upper> gradients(equations.matrix);
+  gradients.setTolerance(kTolerance);
+  gradients.setMaxIterations(4 * logs.size() + 20);  // exact arithmetic needs one for each slot
+  logs = gradients.solveWithGuess(equations.right, logs).eval();
+  return static_cast<std::uint64_t>(gradients.iterations()) + 1;
+}
 
 // Replaces the slots that the edges name by their places in graph.slots, which this fills.
 void number_slots(Graph& graph, std::size_t slots) {
@@ -157,9 +133,9 @@ const std::vector<double>& ExposureGraph::log_gains(bool white_balance, int chan
   Solutions& solutions = solutions_[white_balance ? static_cast<std::size_t>(channel) : 3];
   Eigen::VectorXd logs = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(graph.slots.size()));
   for (std::size_t system = 0; system < kSystems; ++system) {
-    const NormalEquations equations(graph, system == 0 ? nullptr : &logs);  // logs: of the system before
+    const NormalEquations equations = normal_equations(graph, system == 0 ? nullptr : &logs);  // of the system before
     if (!solutions[system].empty()) logs = gathered(solutions[system], graph.slots);
-    if (!graph.slots.empty()) looks_ += graph.edges.size() * equations.solve(logs);
+    if (!graph.slots.empty()) looks_ += graph.edges.size() * improve(equations, logs);
     solutions[system] = scattered(logs, graph.slots, ratios_.size());
   }
   return solutions.back();

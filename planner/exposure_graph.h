@@ -48,7 +48,7 @@ class ExposureGraph {
 
  private:
   static constexpr std::size_t kSystems = 5;  // least squares without weights, then reweighted
-  // Of a channel: the solution of each system when it was last solved, ln gains by slot; empty at first.
+  // One channel's last solution of each system, ln gains by slot; empty at first.
   using Solutions = std::array<std::vector<double>, kSystems>;
 
   [[nodiscard]] const std::vector<double>& log_gains(bool white_balance, int channel);
