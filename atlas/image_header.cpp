@@ -56,7 +56,7 @@ class Exif {
   [[nodiscard]] std::size_t u32(std::size_t at) const {
     return big_endian_ ? u16(at) << 16 | u16(at + 2) : u16(at + 2) << 16 | u16(at);
   }
-  // As much of it as there is.
+  // Returns `size` bytes from `at` on, fewer where the file ends before.
   [[nodiscard]] std::string_view text(std::size_t at, std::size_t size) const {
     return tiff_.substr(std::min(at, tiff_.size()), size);
   }
@@ -77,7 +77,7 @@ std::string exif_text(const Exif& exif, std::size_t entry) {
   return std::string(text.substr(0, text.find('\0')));
 }
 
-// Where the directory has an entry of this tag. Of several, the first.
+// Returns the place of the directory's first entry with this tag.
 std::optional<std::size_t> exif_entry(const Exif& exif, std::size_t directory, std::size_t tag) {
   const std::size_t entries = exif.u16(directory);
   for (std::size_t i = 0; i < entries; ++i) {

@@ -34,7 +34,7 @@ struct CameraNote {
   std::string make, model;     // empty: not said
   double focal_length_mm = 0;  // 0: not said
 };
-// Of JPEG, PNG, TIFF, WebP and OpenEXR. Throws InputError.
+// Reads the header of a JPEG, PNG, TIFF, WebP or OpenEXR file. Throws InputError.
 [[nodiscard]] CameraNote read_camera_note(const std::filesystem::path& path);
 
 // Reads JPEG, PNG, TIFF, WebP and OpenEXR, told by their first bytes whatever their names are; other formats are

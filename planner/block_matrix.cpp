@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kTileBlocks = 14;  // 98 columns: the update of 6000 rows by them takes a tenth of a second
 constexpr Eigen::Index kTile = static_cast<Eigen::Index>(kTileBlocks) * kBlock;
 
-// By place, the block that stands there.
+// Returns the blocks in an order that keeps the factor sparse.
 std::vector<std::size_t> sparse_order(const BlockMatrix& matrix) {
   std::vector<Eigen::Triplet<double>> entries;
   for (std::size_t column = 0; column < matrix.blocks(); ++column) {

@@ -13,7 +13,7 @@
 
 namespace lumatlas {
 
-// As many of a lens's parameters as of a view's own, so that all blocks have one size.
+// Parameters of a lens, and also of a view (six of its pose and its gain), so that all blocks have one size.
 inline constexpr int kBlock = 7;
 using Block = Eigen::Matrix<double, kBlock, 1>;
 using BlockRows = Eigen::Matrix<double, Eigen::Dynamic, kBlock, Eigen::RowMajor>;
@@ -25,7 +25,7 @@ class BlockMatrix {
   explicit BlockMatrix(std::size_t blocks) : columns_(blocks) {}
 
   [[nodiscard]] std::size_t blocks() const { return columns_.size(); }
-  // The square at `row` and `column`, row >= column; 0 at first. Of a square on the diagonal the lower triangle counts.
+  // The square at `row` and `column`, row >= column; 0 at first. A diagonal square needs its lower triangle alone.
   [[nodiscard]] BlockSquare& at(std::size_t row, std::size_t column) {
     return columns_[column].try_emplace(static_cast<std::uint32_t>(row), BlockSquare::Zero()).first->second;
   }

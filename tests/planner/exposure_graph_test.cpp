@@ -151,7 +151,7 @@ std::vector<ExposureRatio> noisy_ratios(std::uint32_t i, std::uint32_t neighbour
   return ratios;
 }
 
-// As ExposureGraph::solve(false), by elimination; ln gains.
+// Solves what ExposureGraph::solve(false) solves, by elimination. Returns ln gains.
 std::vector<double> eliminated(const std::vector<std::vector<ExposureRatio>>& ratios) {
   const std::size_t n = ratios.size();
   std::vector<double> logs(n, 0);

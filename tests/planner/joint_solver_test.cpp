@@ -14,7 +14,7 @@
 namespace lumatlas {
 namespace {
 
-// Views on an arc whose poses are wrong by so many pixels.
+// Views on an arc whose poses are wrong by `px` pixels.
 struct DisturbedArc {
   DisturbedArc(double px, std::uint32_t seed) : gallery(kViews), samples(kViews) {
     for (std::uint32_t i = 0; i < kViews; ++i) {

@@ -89,20 +89,19 @@ void BlendFlags::add_experiments_to(CLI::App& command) {
   consistency_option_ = add_choice(command, "--consistency", consistent_, kSwitch,
                                    "Show a photograph alone in a picture from where it was taken",
                                    defaults(kSwitch, ours.consistent, printed.consistent));
+  const auto add_share = [&](const char* name, std::optional<double>& share, double most,
+                             const std::string& unless_given, const char* help) {
+    return command.add_option(name, share, help)
+        ->type_name("SHARE")
+        ->check(number_between(0, most))
+        ->default_str(unless_given);
+  };
   frame_fade_option_ =
-      command
-          .add_option("--frame-fade", frame_fade_,
-                      "Over which a view fades out at its photograph's border, as a share of the shorter side")
-          ->type_name("SHARE")
-          ->check(number_between(0, 0.5))
-          ->default_str(defaults(ours.frame_fade, printed.frame_fade));
+      add_share("--frame-fade", frame_fade_, 0.5, defaults(ours.frame_fade, printed.frame_fade),
+                "Over which a view fades out at its photograph's border, as a share of the shorter side");
   border_width_option_ =
-      command
-          .add_option("--border-width", border_width_,
-                      "Over which neighbouring cells fade into each other, as a share of the cell size")
-          ->type_name("SHARE")
-          ->check(number_between(0, 1))
-          ->default_str(defaults(ours.border_width, printed.border_width));
+      add_share("--border-width", border_width_, 1, defaults(ours.border_width, printed.border_width),
+                "Over which neighbouring cells fade into each other, as a share of the cell size");
   add_choice(command, "--antialias", values_.antialias, kAntialiases,
              "Which pixels --supersample is about; all takes N x N + 1 times as long");
 }

@@ -102,7 +102,7 @@ BlendOptions in_less_time(BlendOptions options) {
   return at_middle(options);
 }
 
-// As `lumatlas render` shows it by default.
+// Fills what the model does not cover, as `lumatlas render` does by default.
 Photograph whole_frame(const Rendering& rendering) {
   return with_background(rendering, Background()).picture;
 }
@@ -171,7 +171,7 @@ class Scoring {
     return {std::move(aligned->seen.picture), std::move(frame_from_there), seen_mask(aligned->seen.visible)};
   }
 
-  // Of the mesh over the pixels that all methods have in common, and of the whole frame.
+  // Adds the aligned scores of the whole frame, and of the mesh's pixels that all methods have in common.
   void add_aligned(const std::vector<Method>& methods, const Scored& view, std::span<const AlignedPicture> aligned,
                    std::vector<ReportRendering>& results) const {
     const std::vector<std::uint8_t> common = seen_by_all(seen_mask(view.visible), aligned);

@@ -17,7 +17,8 @@ namespace lumatlas {
 
 namespace {
 
-// Taken off a size before it is rounded up: a whole number may be larger by rounding errors. As in page/model.js.
+// A size loses this before it is rounded up, because rounding errors may make a whole number larger. page/model.js has
+// the same number.
 constexpr double kRounding = 1e-9;
 
 // The pixels that one of a scaled picture covers along an axis, and how much of each.

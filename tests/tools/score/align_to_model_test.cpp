@@ -38,8 +38,8 @@ struct SlidingModel {
   double share_;
 };
 
-// How far a pose that is wrong by so many pixels is from the truth once it is aligned, which must have looked at the
-// model as often as is said.
+// How far a pose that is wrong by `wrong_px` pixels is from the truth once it is aligned. The alignment must have drawn
+// `sketches` sketches of the model.
 double error_after_px(SlidingModel& model, double wrong_px, int sketches) {
   const Camera given = disturbed(model.truth, wrong_px, 1, model.points);
   const Seen at_given{model.picture(given), model.relief.visibility->trace(given)};
