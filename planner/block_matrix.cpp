@@ -78,8 +78,8 @@ Eigen::Index BlockFactor::row_in(std::size_t panel, std::size_t tile) const {
   return size(panel) + kTile * (std::lower_bound(rows.begin(), rows.end(), tile) - rows.begin());
 }
 
-// Which tiles of the factor are not 0: those of the matrix, and for each panel those that its parent in the elimination
-// tree, its first tile below the diagonal, inherits.
+// Notes which tiles of the factor are not 0: those of the matrix, and those that each panel hands on to its parent in
+// the elimination tree, the panel of its first tile below the diagonal. A parent comes after its children.
 void BlockFactor::find_pattern(const BlockMatrix& matrix, const std::vector<std::size_t>& place) {
   for (std::size_t column = 0; column < matrix.blocks(); ++column) {
     for (const auto& [row, square] : matrix.column(column)) {
@@ -87,8 +87,8 @@ void BlockFactor::find_pattern(const BlockMatrix& matrix, const std::vector<std:
       if (a != b) panels_[std::min(a, b)].rows.push_back(std::max(a, b));
     }
   }
-  for (std::size_t k = 0; k < panels_.size(); ++k) {
-    std::vector<std::size_t>& rows = panels_[k].rows;
+  for (Panel& panel : panels_) {
+    std::vector<std::size_t>& rows = panel.rows;
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     if (rows.empty()) continue;
