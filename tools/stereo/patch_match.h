@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// For every pixel of a photograph the plane by which other photographs show the same there: PatchMatch stereo.
+//
+// Planes come from seeds and from chance, and good ones spread (Bleyer et al., "PatchMatch stereo", 2011), on a
+// checkerboard whose pixels of one colour look at those of the other one (Galliani et al., "Massively parallel
+// multiview stereopsis by surface normal diffusion", 2015; the eight regions are those of Xu and Tao, "Multi-scale
+// geometric consistency guided multi-view stereo", 2019). Coarse to fine: what a coarse picture decides is only
+// refined in a finer one, which makes smooth walls and long ways cheap. A plane costs the mean of its two cheapest
+// photographs, so that what one or two of four do not see can still be found.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <span>
+#include <vector>
+
+#include "tools/stereo/luma_image.h"
+#include "tools/stereo/patch_cost.h"
+
+namespace lumatlas {
+
+// One plane a pixel, row by row. Pixels that are not valid have w = 0 and cost kLargestPatchCost.
+struct PlaneMap {
+  std::uint32_t width = 0, height = 0;
+  std::vector<SlantedPlane> planes;
+  std::vector<float> costs;
+};
+
+// Of what may be seen: 1 / depth, 1 / scene units, 0 <= least < most.
+struct InverseDepthRange {
+  float least = 0, most = 0;
+};
+
+// A point that is known beforehand.
+struct DepthSeed {
+  glm::vec2 place;  // in shares of the picture's width and height, [0, 1)
+  float w = 0;      // 1 / depth
+};
+
+// The photograph that depths are sought for, and those that it is compared with; one or more.
+struct MatchedViews {
+  const LumaPyramid* reference = nullptr;
+  std::vector<const LumaPyramid*> others;
+};
+
+// Planes of the reference's finest level. The same for any number of threads, and on every machine.
+[[nodiscard]] PlaneMap match_patches(const MatchedViews& views, const InverseDepthRange& range,
+                                     std::span<const DepthSeed> seeds);
+
+// `start` improved by what the other photographs' own planes say: a plane costs more where the way to the other
+// photograph and back by its plane ends elsewhere. `other_planes`: one for each of views.others, of its finest level.
+[[nodiscard]] PlaneMap match_consistently(const MatchedViews& views, const InverseDepthRange& range, PlaneMap start,
+                                          std::span<const PlaneMap* const> other_planes);
+
+// How far from `pixel`, a place in the picture, the way to another photograph by `w` and back by that one's plane ends,
+// pixels; infinite where there is no way.
+[[nodiscard]] float way_back_px(glm::vec2 pixel, float w, const PixelTransfer& there, const PixelTransfer& back,
+                                const PlaneMap& other);
+
+}  // namespace lumatlas
