@@ -346,16 +346,28 @@ class Capture {
 
   void mesh() {
     const fs::path file = work_ / "mesh.ply";
-    json inputs{{"program", LUMATLAS_VERSION}, {"spacing", options_.mesh.spacing_px}};
+    SceneMeshOptions options = options_.mesh;
+    options.from = options.from.value_or(options.points ? MeshSource::points : MeshSource::photographs);
+    options.stereo_folder = work_ / "stereo";
+    options.hold_out = options_.build.hold_out;
+    json inputs{{"program", LUMATLAS_VERSION}, {"spacing", options.spacing_px}, {"from", name_of(*options.from)}};
+    if (options.from == MeshSource::photographs) {
+      inputs["hold"] = hold_inputs();
+      inputs["masks"] = states_of_masks();
+    }
     if (const auto& points = options_.mesh.points) {
       inputs["points"] = {{"file", fs::absolute(*points).string()}, {"state", file_state(*points)}};
     }
     const std::string points = options_.mesh.points ? options_.mesh.points->string() : "the points";
-    step("mesh", "from " + points + " and the photographs that saw them", inputs, std::array{file}, [&] {
+    const std::string what = options.from == MeshSource::photographs
+                                 ? "from depths of the photographs, which are matched with each other"
+                                 : "from " + points + " and the photographs that saw them";
+    step("mesh", what, inputs, std::array{file}, [&] {
       AtomicFile output(file);
-      const SceneMesh made = mesh_from_scene(work_, options_.mesh, listener_.stage ? listener_.stage : no_stage());
+      const SceneMesh made = mesh_from_scene(work_, options, listener_.stage ? listener_.stage : no_stage());
       write_ply(output.stream(), made.surface);
       output.commit();
+      remove_stereo_work(options.stereo_folder);
       result_.warnings = made.warnings;
     });
   }
@@ -364,13 +376,16 @@ class Capture {
     return [](const std::string&, std::size_t) { return [](std::size_t) { throw_if_interrupted(); }; };
   }
 
+  [[nodiscard]] json hold_inputs() const {
+    const std::optional<HoldOut>& hold = options_.build.hold_out;
+    return hold ? json{hold->hold, hold->block} : json();
+  }
+
   [[nodiscard]] json build_inputs() const {
     const BuildOptions& build = options_.build;
-    json hold;
-    if (build.hold_out) hold = {build.hold_out->hold, build.hold_out->block};
     return {{"program", LUMATLAS_VERSION},
             {"model", model_.string()},
-            {"hold", hold},
+            {"hold", hold_inputs()},
             {"max_views", build.max_views.value_or(0)},
             {"image", ending(options_.photographs.format)},
             {"quality", options_.photographs.quality},

@@ -20,8 +20,9 @@ namespace lumatlas {
 struct CaptureOptions {
   ColmapOptions colmap;
   std::optional<std::filesystem::path> masks;  // folder: NAME.png or NAME.jpg.png, black where NAME.jpg is not used
-  SceneMeshOptions mesh;                       // pictures are the capture's own; `points`: in COLMAP's coordinates
-  BuildOptions build;                          // mesh and pictures too
+  // Pictures, work and what is held out are the capture's own; `points`: in COLMAP's coordinates.
+  SceneMeshOptions mesh;
+  BuildOptions build;  // mesh and pictures too
   ImageCoding photographs;
 };
 
@@ -55,7 +56,8 @@ struct CaptureResult {
 // images (a link to the photographs), masks (another one, with options.masks), sparse/0/, mesh.ply; beside these stand
 // COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step whose
 // inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left them is
-// passed over; features and matching that were broken off, or have got more photographs, go on where they were.
+// passed over; features and matching that were broken off, or have got more photographs, go on where they were, and so
+// does a mesh that was broken off. Photographs that are held out give no depths to it.
 //
 // Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
 // photographs, and where `work` holds something else; Interrupted, with what is done kept.

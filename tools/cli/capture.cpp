@@ -101,6 +101,9 @@ void add_capture_command(CLI::App& program) {
           std::to_string(kMostForExhaustive));
   command->add_flag("--gpu", flags->options.colmap.use_gpu, "Let COLMAP use a GPU, if it is built for one");
   begin_group(*command, "Mesh");
+  add_choice(*command, "--from", flags->options.mesh.from,
+             {{"photographs", MeshSource::photographs}, {"points", MeshSource::points}},
+             "Match the photographs for depth, or take the points alone, which is quick; photographs unless --points");
   add_file(*command, "--points", flags->points, "FILE",
            "PLY of denser points to make the mesh of, in the coordinates of the poses in WORK/sparse");
   begin_group(*command, "Model");

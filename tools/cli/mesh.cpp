@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mesh/base/number_text.h"
@@ -28,22 +29,32 @@ namespace {
 
 using nlohmann::json;
 
+// Options that are meant for some sources alone.
+struct SourceOptions {
+  std::vector<const CLI::Option*> options;
+  std::vector<MeshSource> sources;
+};
+
 struct MeshFlags {
   std::filesystem::path scene, output, points;
   SceneMeshOptions options;
+  HoldFlags hold_out;
   PictureFlags pictures;
-  std::vector<const CLI::Option*> of_depth_images, of_points;  // those that say nothing where the other is used
+  std::vector<SourceOptions> of_some;
   bool json_output = false;
   bool quiet = false;
 
   // Throws CLI::ValidationError for an option that would be ignored.
   void check_source(MeshSource source) const {
-    const bool is_of_points = source == MeshSource::points;
-    for (const CLI::Option* option : is_of_points ? of_depth_images : of_points) {
-      if (option->count() == 0) continue;
-      throw CLI::ValidationError(option->get_name(), is_of_points
-                                                         ? "is for depth images, and this mesh is made of points"
-                                                         : "is for points, and this mesh is made of depth images");
+    for (const SourceOptions& some : of_some) {
+      if (std::find(some.sources.begin(), some.sources.end(), source) != some.sources.end()) continue;
+      std::string meant;
+      for (const MeshSource of : some.sources) meant += (meant.empty() ? "" : " and ") + name_of(of);
+      for (const CLI::Option* option : some.options) {
+        if (option->count() == 0) continue;
+        throw CLI::ValidationError(option->get_name(),
+                                   "is for " + meant + ", and this mesh is made of " + name_of(source));
+      }
     }
   }
 };
@@ -78,9 +89,10 @@ json points_json(const SceneMesh& made) {
 
 json result_json(const SceneMesh& made, const std::filesystem::path& output, double milliseconds) {
   return {{"output", output.string()},
+          {"from", name_of(made.source)},
           {"points", points_json(made)},
           {"depth", depth_json(made.depth)},
-          {"views", {{"count", made.views}, {"estimated", made.views_estimated}}},
+          {"views", {{"count", made.views}, {"matched", made.matched}, {"estimated", made.views_estimated}}},
           {"mesh", {{"vertices", made.surface.positions.size()}, {"faces", made.surface.faces.size()}}},
           {"trust",
            {{"points_on_surface", made.trust.points_on_surface},
@@ -92,6 +104,10 @@ json result_json(const SceneMesh& made, const std::filesystem::path& output, dou
 }
 
 std::string source_text(const SceneMesh& made) {
+  if (made.source == MeshSource::photographs) {
+    return "from " + std::to_string(made.points_used) + " of " + std::to_string(made.points) + " points that " +
+           std::to_string(made.matched) + " photographs agree on\n";
+  }
   if (!made.depth) {
     return "from " + std::to_string(made.points_used) + " of " + std::to_string(made.points) + " points of " +
            made.points_file.string() + '\n';
@@ -120,11 +136,14 @@ void run(MeshFlags flags) {
   check_is_ply(flags.output);
   check_apart(flags.output, std::array{flags.scene, flags.points});
   const auto start = std::chrono::steady_clock::now();
+  flags.options.hold_out = flags.hold_out.protocol();
+  flags.options.stereo_folder = flags.output.string() + ".stereo";
   AtomicFile file(flags.output);
   const SceneMesh made = mesh_from_scene(flags.scene, flags.options, bars_on_standard_error(flags.quiet),
                                          [&flags](MeshSource source) { flags.check_source(source); });
   write_ply(file.stream(), made.surface);
   file.commit();
+  remove_stereo_work(flags.options.stereo_folder);
   const double time_ms = ms_since(start);
   for (const std::string& warning : made.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
@@ -153,16 +172,27 @@ void add_experiments(CLI::App& command, CutOptions& cut) {
 
 void add_mesh_command(CLI::App& program) {
   auto flags = std::make_shared<MeshFlags>();
-  CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's depth images, or of its points");
-  add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace with points3D, or a capture with depth images")
-      ->required();
+  CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's photographs, depth images or points");
+  add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace, or a capture of another form")->required();
   begin_group(*command, "Files");
   add_file(*command, "-o,--output", flags->output, "FILE",
            "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced")
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
-           "PLY of points; without it depth images, else fused.ply in SCENE or dense/, else points3D");
-  add_images(*command, flags->pictures.images);
+           "PLY of points to make it of; with --from photographs they say how far to look");
+  flags->pictures.add_to(*command);
+  add_choice(
+      *command, "--from", flags->options.from,
+      {{"photographs", MeshSource::photographs}, {"depth", MeshSource::depth_images}, {"points", MeshSource::points}},
+      "Without it depth images, else dense points (fused.ply in SCENE or dense/), else photographs");
+  begin_group(*command, "Of photographs");
+  command->add_option("--match-size", flags->options.stereo.longest_px, "Photographs are compared at this size")
+      ->type_name("PX")
+      ->transform(whole_number(64, 8192));
+  command->add_option("--neighbors", flags->options.stereo.neighbors, "That each photograph is compared with")
+      ->type_name("N")
+      ->transform(whole_number(1, 16));
+  flags->hold_out.add_to(*command, "Leave out every H-th photograph, as validate does");
   begin_group(*command, "Of depth images");
   command
       ->add_option("--voxel", flags->options.voxel,
@@ -173,7 +203,7 @@ void add_mesh_command(CLI::App& program) {
   command->add_option("--most-faces", flags->options.most_faces, "Of more, edges are collapsed")
       ->type_name("N")
       ->transform(whole_number(100, 100'000'000));
-  begin_group(*command, "Of points");
+  begin_group(*command, "Of points and photographs");
   command
       ->add_option("--spacing", flags->options.spacing_px, "Points closer together are one, in the nearest photograph")
       ->type_name("PX");
@@ -182,18 +212,22 @@ void add_mesh_command(CLI::App& program) {
       ->transform(whole_number(4, 100'000'000));
   command
       ->add_option("--longest-edge", flags->options.longest_edge,
-                   "Larger faces are left out, in median edges: holes instead of guesses")
+                   "Larger faces are left out, in median edges: holes instead of guesses; 20, of photographs 60")
       ->type_name("N");
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
   add_experiments(*command, flags->options.cut);
-  for (const char* name : {"--voxel", "--depth-unit", "--most-faces"}) {
-    flags->of_depth_images.push_back(command->get_option(name));
-  }
-  for (const char* name : {"--spacing", "--most-points", "--longest-edge", "--noise", "--quality", "--sure-views"}) {
-    flags->of_points.push_back(command->get_option(name));
-  }
+  const auto only_of = [&](std::vector<MeshSource> sources, const std::vector<const char*>& names) {
+    SourceOptions some{{}, std::move(sources)};
+    for (const char* name : names) some.options.push_back(command->get_option(name));
+    flags->of_some.push_back(std::move(some));
+  };
+  only_of({MeshSource::photographs}, {"--match-size", "--neighbors", "--hold"});
+  only_of({MeshSource::depth_images}, {"--depth-unit"});
+  only_of({MeshSource::depth_images}, {"--voxel", "--most-faces"});
+  only_of({MeshSource::points, MeshSource::photographs},
+          {"--spacing", "--most-points", "--longest-edge", "--noise", "--quality", "--sure-views"});
   command->callback([flags] { run(*flags); });
 }
 

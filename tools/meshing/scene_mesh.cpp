@@ -17,6 +17,8 @@
 #include "mesh/repair.h"
 #include "tools/meshing/depth_mesh.h"
 #include "tools/meshing/estimated_views.h"
+#include "tools/meshing/photograph_mesh.h"
+#include "tools/meshing/smoothing.h"
 #include "tools/meshing/thinning.h"
 #include "tools/scene/capture_forms.h"
 #include "tools/scene/scene.h"
@@ -24,6 +26,9 @@
 
 namespace lumatlas {
 namespace {
+
+// In median longest edges.
+constexpr double kLongestEdge = 20, kLongestEdgeOfPhotographs = 60;
 
 void check_field(const char* field, double value, double least, double most) {
   if (value >= least && value <= most) return;
@@ -71,15 +76,18 @@ TriangleSoup surface_of(const ScenePoints& points, const std::vector<glm::uvec3>
     for (int i = 0; i < 3; ++i) vertex_of[face[i]] = 0;
   }
   TriangleSoup surface;
+  std::vector<float> deviations;
   for (std::size_t i = 0; i < vertex_of.size(); ++i) {
     if (vertex_of[i] == kUnused) continue;
     vertex_of[i] = static_cast<std::uint32_t>(surface.positions.size());
     surface.positions.push_back(points.positions[i] + offset);
+    if (!points.deviations.empty()) deviations.push_back(points.deviations[i]);
     if (!points.colors.empty()) surface.colors.push_back(points.colors[i]);
   }
   for (const glm::uvec3& face : faces) {
     surface.faces.emplace_back(vertex_of[face[0]], vertex_of[face[1]], vertex_of[face[2]]);
   }
+  if (!deviations.empty()) smooth(surface, deviations);
   return surface;
 }
 
@@ -135,8 +143,10 @@ void estimate_views(ScenePoints& points, const std::vector<Camera>& views, const
 std::vector<glm::uvec3> faces_between(const ScenePoints& points, const std::vector<Camera>& views,
                                       const SceneMeshOptions& options, const StageProgress& progress) {
   const auto tick = progress("following lines of sight", points.positions.size());
-  std::vector<glm::uvec3> faces = cut_surface(points.positions, points.views, centers_of(views), options.cut, tick);
-  leave_out_long_faces(points.positions, options.longest_edge, faces);
+  std::vector<glm::uvec3> faces =
+      cut_surface(points.positions, points.views, points.deviations, centers_of(views), options.cut, tick);
+  const double usual = points.deviations.empty() ? kLongestEdge : kLongestEdgeOfPhotographs;
+  leave_out_long_faces(points.positions, options.longest_edge.value_or(usual), faces);
   return faces;
 }
 
@@ -146,23 +156,34 @@ SurfaceTrust trust_of(const TriangleSoup& surface, const glm::dvec3& offset, con
   return surface_trust(repair(surface, offset).mesh, points, views, [&] { tick(1); });
 }
 
-// None where points are to be used. COLMAP's models, which are read for their points, have no depth images.
+// Its views, if it may have depth images: COLMAP's models have none, and are read in the frame of their points.
 std::optional<SceneViews> views_with_depths(const std::filesystem::path& scene, const SceneMeshOptions& options) {
-  if (options.points) return std::nullopt;
   const std::vector<CaptureForm> forms = forms_in(scene);
   if (forms.empty() || !forms.front().read) return std::nullopt;
   SceneViews views = read_scene_views(scene, glm::dvec3(0), options.pictures);
   return views.depths.empty() ? std::nullopt : std::optional(std::move(views));
 }
 
+MeshSource best_source(const std::filesystem::path& scene, const SceneMeshOptions& options, bool has_depths) {
+  if (options.from) return *options.from;
+  if (options.points) return MeshSource::points;
+  if (has_depths) return MeshSource::depth_images;
+  return has_dense_points(scene) ? MeshSource::points : MeshSource::photographs;
+}
+
 }  // namespace
+
+std::string name_of(MeshSource source) {
+  if (source == MeshSource::depth_images) return "depth images";
+  return source == MeshSource::points ? "points" : "photographs";
+}
 
 void check(const SceneMeshOptions& options) {
   check_field("spacing_px", options.spacing_px, 0, 1000);
   if (options.most_points < 4) {
     throw std::invalid_argument("most_points: " + std::to_string(options.most_points) + ", must be 4 or more");
   }
-  check_field("longest_edge", options.longest_edge, 1, 1e6);
+  if (options.longest_edge) check_field("longest_edge", *options.longest_edge, 1, 1e6);
   for (const auto& [field, value] : {std::pair("voxel", options.voxel), std::pair("depth_unit", options.depth_unit)}) {
     if (value) check_field(field, *value, 1e-9, 1e9);
   }
@@ -170,6 +191,8 @@ void check(const SceneMeshOptions& options) {
     throw std::invalid_argument("most_faces: " + std::to_string(options.most_faces) + ", must be 100 or more");
   }
   check(options.cut);
+  check(options.stereo);
+  if (options.hold_out) check(*options.hold_out);
 }
 
 std::string coverage_warning(const SurfaceTrust& trust, const std::vector<std::string>& names,
@@ -185,19 +208,12 @@ std::string coverage_warning(const SurfaceTrust& trust, const std::vector<std::s
   return sentence + ": the rest stays empty, for lack of " + lacking + " there";
 }
 
-SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
-                          const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
-  check(options);
-  std::optional<SceneViews> views_of_depths = views_with_depths(scene, options);
-  if (chosen) chosen(views_of_depths ? MeshSource::depth_images : MeshSource::points);
-  if (views_of_depths) {
-    return mesh_from_depths(*std::move(views_of_depths), options, progress);
-  }
-  ScenePoints points = read_scene_points(scene, options.points);
+SceneMesh mesh_from_points(ScenePoints points, const SceneViews& scene, const SceneMeshOptions& options,
+                           const StageProgress& progress) {
   const glm::dvec3 offset = median_position(points.positions);
   for (glm::dvec3& position : points.positions) position -= offset;
-  const SceneViews posed = read_scene_views(scene, offset, options.pictures);
-  const std::vector<Camera> views = cameras_of(posed);
+  std::vector<Camera> views = cameras_of(scene);
+  for (Camera& view : views) view.cam_from_world_translation += view.cam_from_world_rotation * offset;
   SceneMesh result;
   result.points_file = points.file;
   result.points = points.positions.size();
@@ -216,8 +232,28 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
   }
   result.surface = surface_of(used, faces, offset);
   result.trust = trust_of(result.surface, offset, points, views, progress);
-  result.warnings = warnings_of(result.trust, names_of(posed));
+  result.warnings = warnings_of(result.trust, names_of(scene));
   return result;
+}
+
+SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
+                          const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
+  check(options);
+  std::optional<SceneViews> with_depths = views_with_depths(scene, options);
+  const MeshSource source = best_source(scene, options, with_depths.has_value());
+  if (chosen) chosen(source);
+  if (source == MeshSource::points) {
+    return mesh_from_points(read_scene_points(scene, options.points),
+                            read_scene_views(scene, glm::dvec3(0), options.pictures), options, progress);
+  }
+  if (source == MeshSource::photographs) {
+    return mesh_from_photographs(read_scene_views(scene, glm::dvec3(0), options.pictures),
+                                 find_scene_points(scene, options.points).value_or(ScenePoints{}), options, progress);
+  }
+  if (!with_depths) throw InputError(scene.string() + ": has no depth images to make a mesh of");
+  SceneMesh made = mesh_from_depths(*std::move(with_depths), options, progress);
+  made.source = MeshSource::depth_images;
+  return made;
 }
 
 }  // namespace lumatlas

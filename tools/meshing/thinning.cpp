@@ -125,6 +125,7 @@ ScenePoints thinned(const ScenePoints& points, std::span<const Camera> views, do
     result.positions.push_back(points.positions[i]);
     if (!points.colors.empty()) result.colors.push_back(points.colors[i]);
     if (!points.normals.empty()) result.normals.push_back(points.normals[i]);
+    if (!points.deviations.empty()) result.deviations.push_back(points.deviations[i]);
     result.views.push_back(points.views[i]);
   }
   return result;

@@ -72,14 +72,14 @@ double median_edge(const Delaunay& tetrahedra) {
 
 class VoteCounter {
  public:
-  VoteCounter(const Delaunay& tetrahedra, double sigma)
+  explicit VoteCounter(const Delaunay& tetrahedra)
       : tetrahedra_(tetrahedra),
         hull_(hull_of(tetrahedra)),
-        sigma_(sigma),
         votes_{std::vector<Weight>(tetrahedra.number_of_cells()), std::vector<Weight>(tetrahedra.number_of_cells()),
                std::vector<Weight>(4 * tetrahedra.number_of_cells())} {}
 
-  void count(Delaunay::Vertex_handle p, const Point& view, double alpha_vis) {
+  void count(Delaunay::Vertex_handle p, const Point& view, double alpha_vis, double sigma) {
+    sigma_ = sigma;
     const Vector sight = view - p->point();
     const double distance = std::sqrt(sight.squared_length());
     if (!(distance > 0)) return;
@@ -166,7 +166,7 @@ class VoteCounter {
 
   const Delaunay& tetrahedra_;
   std::vector<HullFacet> hull_;
-  double sigma_;
+  double sigma_ = 0;  // of the point that is counted
   Votes votes_;
 };
 
@@ -291,18 +291,20 @@ void check(const CutOptions& options) {
 
 std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
                                     std::span<const std::vector<std::uint32_t>> views,
-                                    std::span<const glm::dvec3> centers, const CutOptions& options,
-                                    const std::function<void(std::size_t)>& progress) {
+                                    std::span<const float> deviations, std::span<const glm::dvec3> centers,
+                                    const CutOptions& options, const std::function<void(std::size_t)>& progress) {
   check(options);
   check_views(points, views, centers.size());
   if (std::all_of(views.begin(), views.end(), [](const auto& list) { return list.empty(); })) return {};
   const Delaunay tetrahedra = triangulation_of(points);
   if (tetrahedra.dimension() < 3) return {};
-  VoteCounter counter(tetrahedra, options.noise * median_edge(tetrahedra));
+  VoteCounter counter(tetrahedra);
+  const double usual_sigma = options.noise * median_edge(tetrahedra);
   for (const Delaunay::Vertex_handle p : tetrahedra.finite_vertex_handles()) {
     const auto n = static_cast<double>(views[p->info()].size());
     const double alpha_vis = 1 - std::exp(-n * n / (2 * options.sure_views * options.sure_views));
-    for (const std::uint32_t view : views[p->info()]) counter.count(p, cgal(centers[view]), alpha_vis);
+    const double sigma = deviations.empty() ? usual_sigma : double{deviations[p->info()]};
+    for (const std::uint32_t view : views[p->info()]) counter.count(p, cgal(centers[view]), alpha_vis, sigma);
     progress(1);
   }
   for (const glm::dvec3& center : centers) {

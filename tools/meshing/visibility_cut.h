@@ -33,9 +33,9 @@ struct CutOptions {
   double quality = 0.2;
   // A point that n views saw votes with alpha_vis = 1 - exp(-n^2 / (2 sure_views^2)); [0.1, 1000]
   double sure_views = 1.5;
-  // sigma, as a share of the median edge of the tetrahedra, [0.001, 100]. Larger: lines of sight may end before or
-  // behind the surface, which is smoother then. The papers say 1; points that are thinned and lie on corners of the
-  // photographs are better than that: 0.03 is a decibel above 1 on photographs that were left out.
+  // sigma of points without a deviation, as a share of the median edge of the tetrahedra, [0.001, 100]. Larger: lines
+  // of sight may end before or behind the surface, which is smoother then. The papers say 1; points that are thinned
+  // and lie on corners of the photographs are better than that: 0.03 is a decibel above 1 on photographs left out.
   double noise = 0.03;
 };
 
@@ -43,12 +43,14 @@ struct CutOptions {
 void check(const CutOptions& options);
 
 // Faces, their normals towards the free side, as indices into `points`. Of points at the same place the first counts.
-// `views` of each point are indices into `centers`, where the views stood. No face where the points lie in one plane,
+// `views` of each point are indices into `centers`, where the views stood. `deviations`: sigma of each point in its
+// own unit, or empty. No face where the points lie in one plane,
 // or nobody saw them. The same for the same input. Throws std::invalid_argument for options that break a rule, a
 // view without a center, or as many lists of views as there are no points. `progress` is called with the number of
 // points whose votes have been counted since the last call; what it throws ends the work.
 [[nodiscard]] std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
                                                   std::span<const std::vector<std::uint32_t>> views,
+                                                  std::span<const float> deviations,
                                                   std::span<const glm::dvec3> centers, const CutOptions& options,
                                                   const std::function<void(std::size_t)>& progress);
 

@@ -196,11 +196,8 @@ fs::path points_path(const ColmapModel& model) {
 std::vector<ColmapPoint> read_colmap_points(const ColmapModel& model) {
   const fs::path path = points_path(model);
   const std::string file = read_whole_file(path);
-  std::vector<ColmapPoint> points = path.extension() == ".bin"
-                                        ? parse_points_binary(std::as_bytes(std::span(file)), path)
-                                        : parse_points_text(file, path);
-  if (points.empty()) throw InputError(path.string() + ": holds no point");
-  return points;
+  return path.extension() == ".bin" ? parse_points_binary(std::as_bytes(std::span(file)), path)
+                                    : parse_points_text(file, path);
 }
 
 }  // namespace lumatlas

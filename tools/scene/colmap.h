@@ -74,7 +74,7 @@ struct ColmapModel {
 // looked at is not there.
 [[nodiscard]] std::optional<std::filesystem::path> find_colmap_images(const std::filesystem::path& scene);
 
-// The points that lie beside the model's images, in the same form. Throws InputError, also where there are none.
+// The points that lie beside the model's images, in the same form. Throws InputError, also where that file is missing.
 [[nodiscard]] std::vector<ColmapPoint> read_colmap_points(const ColmapModel& model);
 
 // The file of the points beside the model's images, which need not be there.

@@ -7,6 +7,7 @@
 #include <string>
 #include <system_error>
 #include <unordered_map>
+#include <utility>
 
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
@@ -49,8 +50,7 @@ std::optional<fs::path> dense_points_in(const fs::path& scene) {
   return std::nullopt;
 }
 
-ScenePoints points_of_model(const fs::path& scene) {
-  const ColmapModel model = read_colmap_model(scene);
+ScenePoints points_of_model(const ColmapModel& model) {
   std::unordered_map<std::uint32_t, std::uint32_t> rank_of_id;
   for (std::size_t rank = 0; rank < model.images.size(); ++rank) {
     rank_of_id.emplace(model.images[rank].id, static_cast<std::uint32_t>(rank));
@@ -89,7 +89,27 @@ ScenePoints read_scene_points(const fs::path& scene, const std::optional<fs::pat
   if (const std::optional<fs::path> dense = dense_points_in(scene)) return points_of_ply(*dense);
   const std::vector<CaptureForm> forms = forms_in(scene);
   if (!forms.empty() && forms.front().read) return points_of_form(scene, forms.front());
-  return points_of_model(scene);
+  ScenePoints points = points_of_model(read_colmap_model(scene));
+  if (points.positions.empty()) throw InputError(points.file.string() + ": holds no point");
+  return points;
+}
+
+std::optional<ScenePoints> find_scene_points(const fs::path& scene, const std::optional<fs::path>& given) {
+  if (given || has_dense_points(scene)) return read_scene_points(scene, given);
+  const std::vector<CaptureForm> forms = forms_in(scene);
+  if (!forms.empty() && forms.front().read) {
+    const std::optional<fs::path> file = forms.front().read(scene, std::nullopt).points;
+    return file ? std::optional(points_of_ply(scene / *file)) : std::nullopt;
+  }
+  const ColmapModel model = read_colmap_model(scene);
+  std::error_code ignored;
+  if (!fs::exists(points_path(model), ignored)) return std::nullopt;
+  ScenePoints points = points_of_model(model);
+  return points.positions.empty() ? std::nullopt : std::optional(std::move(points));
+}
+
+bool has_dense_points(const fs::path& scene) {
+  return dense_points_in(scene).has_value();
 }
 
 }  // namespace lumatlas

@@ -20,6 +20,7 @@ struct ScenePoints {
   std::vector<glm::u8vec3> colors;                // sRGB, or empty
   std::vector<glm::vec3> normals;                 // unit, (0, 0, 0) where the file has none that is finite; or empty
   std::vector<std::vector<std::uint32_t>> views;  // ranks of views, ascending; empty where nothing is known
+  std::vector<float> deviations = {};             // standard deviation along the lines of sight, scene units; or empty
 };
 
 // Points from `given`, a PLY file. Without it: from a fused.ply in the scene, in dense/ or in dense/0/ (COLMAP's dense
@@ -27,5 +28,12 @@ struct ScenePoints {
 // not finite are left out. Throws InputError: file, index, value, what to do.
 [[nodiscard]] ScenePoints read_scene_points(const std::filesystem::path& scene,
                                             const std::optional<std::filesystem::path>& given);
+
+// The same, or none where the scene has no points.
+[[nodiscard]] std::optional<ScenePoints> find_scene_points(const std::filesystem::path& scene,
+                                                           const std::optional<std::filesystem::path>& given);
+
+// Whether another program has left dense points in the scene.
+[[nodiscard]] bool has_dense_points(const std::filesystem::path& scene);
 
 }  // namespace lumatlas

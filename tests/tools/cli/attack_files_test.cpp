@@ -168,7 +168,7 @@ TEST_CASE("where standard output takes no result, the output that is complete st
       {"build", made().scene, "-o", out, "--refine", "none", "--quiet", "--json"},
       {"build", made().scene, "-o", out + ".glb", "--refine", "none", "--quiet", "--json"},
       depth_pictures(out, "1"),
-      {"mesh", made().scene, "-o", out + ".ply", "--quiet"},
+      {"mesh", made().scene, "-o", out + ".ply", "--from", "points", "--quiet"},
       {"export", made().model, "-o", out + "-page", "--to", "web", "--quiet", "--json"},
       {"synth", "apartment", "-o", out, "--photographs", "2", "--width", "64", "--height", "48", "--samples", "1",
        "--triangles", "3000", "--quiet", "--json"},

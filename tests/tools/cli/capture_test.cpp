@@ -96,8 +96,9 @@ class Surroundings {
   Surroundings(const Surroundings&) = delete;
   Surroundings& operator=(const Surroundings&) = delete;
 
+  // With a mesh of COLMAP's points, which takes next to no time.
   [[nodiscard]] Arguments arguments() const {
-    return {"capture", photographs_.string(), "-o", model().string(), "--hold", "4", "--json"};
+    return {"capture", photographs_.string(), "-o", model().string(), "--from", "points", "--hold", "4", "--json"};
   }
   [[nodiscard]] fs::path model() const { return folder_ / "room"; }
   [[nodiscard]] fs::path work() const { return folder_ / "room-capture"; }
@@ -350,10 +351,25 @@ TEST_CASE("masks are given to COLMAP and to the build, and are no photographs wh
   CHECK_FALSE(fs::exists(room.work() / "masks"));
 }
 
+TEST_CASE("without another word the mesh is made of matched photographs") {
+  const Surroundings room;
+  Arguments arguments = room.arguments();
+  arguments.erase(std::find(arguments.begin(), arguments.end(), "--from"));
+  arguments.erase(std::find(arguments.begin(), arguments.end(), "points"));
+  const Outcome outcome = lumatlas_here(arguments);
+  CHECK(printed(outcome)["steps"].size() == 5);
+  CHECK_THAT(outcome.err, Catch::Contains("step 4 of 5, mesh: from depths of the photographs"));
+  CHECK_FALSE(fs::exists(room.work() / "stereo"));
+  CHECK(done_before(printed(lumatlas_here(arguments))) == "features matching mapping mesh build ");
+  CHECK(done_before(printed(lumatlas_here(room.arguments()))) == "features matching mapping ");
+}
+
 TEST_CASE("the mesh is made of the points that are given, and again when they change") {
   const Surroundings room;
   printed(lumatlas_here(room.arguments()));
   Arguments dense = room.arguments();
+  dense.erase(std::find(dense.begin(), dense.end(), "--from"));
+  dense.erase(std::find(dense.begin(), dense.end(), "points"));
   dense.insert(dense.end(), {"--points", made().scene + "/mesh.ply"});
   const Outcome outcome = lumatlas_here(dense);
   CHECK(done_before(printed(outcome)) == "features matching mapping ");

@@ -487,7 +487,9 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
   CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--sure-views", "-1"}) ==
         "--sure-views: -1, must be in [0.1, 1000]");
   CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--voxel", "1"}) ==
-        "--voxel: is for depth images, and this mesh is made of points");
+        "--voxel: is for depth images, and this mesh is made of photographs");
+  CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--from", "points", "--match-size", "128"}) ==
+        "--match-size: is for photographs, and this mesh is made of points");
   CHECK(complaint({"synth", "lab", "-o", out, "--fov", "500"}) == "--fov: 500, must be in (0, 170]");
   CHECK(complaint({"synth", "lab", "-o", out, "--holes", "2"}) == "--holes: 2, must be in [0, 0.95]");
   CHECK(complaint({"render", made().model, "-o", out, "--path", ""}) == "--path: is empty, must be a name");

@@ -46,6 +46,12 @@ struct SphereScene {
   }
 };
 
+const SceneMeshOptions kOfPoints = [] {
+  SceneMeshOptions options;
+  options.from = MeshSource::points;
+  return options;
+}();
+
 const StageProgress kUnreported = [](const std::string&, std::size_t) { return [](std::size_t) {}; };
 
 Mesh centred(const TriangleSoup& soup, const glm::dvec3& offset) {
@@ -57,7 +63,7 @@ Mesh centred(const TriangleSoup& soup, const glm::dvec3& offset) {
 
 TEST_CASE("a model's points with their tracks become the surface, with colours, and are trusted") {
   const SphereScene scene(true);
-  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), kOfPoints, kUnreported);
   CHECK(made.points == 3000);
   CHECK(made.views == 20);
   CHECK_FALSE(made.views_estimated);
@@ -85,7 +91,7 @@ TEST_CASE("photographs that the mesh leaves mostly empty are warned of, with the
         "b.jpg (12%): the rest stays empty, for lack of points there");
   // Of a sphere, one camera sees all and the other looks past it.
   const SphereScene scene(true);
-  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), kOfPoints, kUnreported);
   const std::vector<Camera> near = views_around(1);
   Camera away = near[0];
   away.cx += 350;
@@ -98,7 +104,7 @@ TEST_CASE("photographs that the mesh leaves mostly empty are warned of, with the
 TEST_CASE("points without tracks, and far from the origin, become the same surface within a hundredth") {
   const glm::dvec3 far(4.5e6, -5.4e6, 200);
   const SphereScene scene(false, far);
-  const SceneMesh made = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const SceneMesh made = mesh_from_scene(scene.folder.path(), kOfPoints, kUnreported);
   CHECK(made.views_estimated);
   CHECK(volume_of(centred(made.surface, far)) == Approx(4.18879).epsilon(0.02));
 }
@@ -113,19 +119,19 @@ TEST_CASE("a PLY of points takes the place of the model's, with a fused.ply foun
     ply += xyz + " " + xyz + "\n";
   }
   const auto fused = scene.folder.with_file("fused.ply", ply);
-  const SceneMesh found = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const SceneMesh found = mesh_from_scene(scene.folder.path(), kOfPoints, kUnreported);
   CHECK(found.points == 1200);
   CHECK(found.points_file == fused);
   CHECK(found.views_estimated);
   CHECK(volume_of(centred(found.surface, glm::dvec3(0))) == Approx(4.18879).epsilon(0.03));
-  SceneMeshOptions options;
+  SceneMeshOptions options = kOfPoints;
   options.points = fused;
   CHECK(mesh_from_scene(scene.folder.path(), options, kUnreported).surface.faces == found.surface.faces);
 }
 
 TEST_CASE("of too many points the spacing is widened until they are few enough") {
   const SphereScene scene(true);
-  SceneMeshOptions options;
+  SceneMeshOptions options = kOfPoints;
   options.spacing_px = 0;
   options.most_points = 500;
   const SceneMesh made = mesh_from_scene(scene.folder.path(), options, kUnreported);
@@ -137,9 +143,9 @@ TEST_CASE("of too many points the spacing is widened until they are few enough")
 
 TEST_CASE("faces longer than the bound are left out") {
   const SphereScene scene(true);
-  SceneMeshOptions options;
+  SceneMeshOptions options = kOfPoints;
   options.longest_edge = 1;  // about half of them
-  const SceneMesh all = mesh_from_scene(scene.folder.path(), {}, kUnreported);
+  const SceneMesh all = mesh_from_scene(scene.folder.path(), kOfPoints, kUnreported);
   const SceneMesh few = mesh_from_scene(scene.folder.path(), options, kUnreported);
   CHECK(10 * few.surface.faces.size() < 6 * all.surface.faces.size());
   CHECK(few.trust.pixels_covered < all.trust.pixels_covered);
@@ -148,7 +154,7 @@ TEST_CASE("faces longer than the bound are left out") {
 TEST_CASE("points that make no surface, and files that are none, get one sentence") {
   const SphereScene scene(true);
   const auto complaint = [&](const std::string& ply) {
-    SceneMeshOptions options;
+    SceneMeshOptions options = kOfPoints;
     options.points = scene.folder.with_file("points.ply", ply);
     try {
       (void)mesh_from_scene(scene.folder.path(), options, kUnreported);
@@ -172,11 +178,11 @@ TEST_CASE("what the progress throws ends the work") {
   const StageProgress stops = [](const std::string&, std::size_t) {
     return [](std::size_t) { throw std::runtime_error("stop"); };
   };
-  CHECK_THROWS_WITH(mesh_from_scene(scene.folder.path(), {}, stops), "stop");
+  CHECK_THROWS_WITH(mesh_from_scene(scene.folder.path(), kOfPoints, stops), "stop");
 }
 
 TEST_CASE("options that break a rule are refused by name") {
-  SceneMeshOptions options;
+  SceneMeshOptions options = kOfPoints;
   options.spacing_px = -1;
   CHECK_THROWS_WITH(check(options), "spacing_px: -1, must be in [0, 1000]");
   options = {};

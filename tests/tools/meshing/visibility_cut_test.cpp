@@ -20,7 +20,7 @@ std::vector<glm::uvec3> cut(const std::vector<glm::dvec3>& points, const Views& 
                             const std::vector<glm::dvec3>& centers, const CutOptions& options = {}) {
   std::size_t counted = 0;
   std::vector<glm::uvec3> faces =
-      cut_surface(points, views, centers, options, [&](std::size_t count) { counted += count; });
+      cut_surface(points, views, {}, centers, options, [&](std::size_t count) { counted += count; });
   CHECK(counted <= points.size());
   return faces;
 }

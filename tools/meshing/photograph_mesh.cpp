@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/meshing/photograph_mesh.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "tools/stereo/scene_stereo.h"
+#include "tools/stereo/stereo_points.h"
+
+namespace lumatlas {
+namespace {
+
+std::vector<std::size_t> ranks_to_match(const SceneViews& scene, const SceneMeshOptions& options) {
+  std::vector<std::size_t> ranks;
+  if (options.hold_out) {
+    ranks = split_to_score(scene, *options.hold_out).input;
+  } else {
+    for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
+  }
+  leave_out_bad(scene, ranks);
+  return ranks;
+}
+
+// The standard deviation of a point that the scene has, in pixels of the nearest photograph that saw it.
+constexpr double kPointPixels = 3;
+
+void add_points_of_scene(const ScenePoints& sparse, const std::vector<SceneView>& views, ScenePoints& points) {
+  for (std::size_t i = 0; i < sparse.positions.size(); ++i) {
+    if (sparse.views[i].empty()) continue;
+    double width = std::numeric_limits<double>::infinity();
+    for (const std::uint32_t view : sparse.views[i]) {
+      const Camera& camera = views[view].camera;
+      width = std::min(width, camera.cam_from_world(sparse.positions[i]).z / std::max(camera.fx, camera.fy));
+    }
+    points.positions.push_back(sparse.positions[i]);
+    points.deviations.push_back(static_cast<float>(kPointPixels * width));
+    points.views.push_back(sparse.views[i]);
+  }
+}
+
+}  // namespace
+
+SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const SceneMeshOptions& options,
+                                const StageProgress& progress) {
+  const std::vector<std::size_t> ranks = ranks_to_match(scene, options);
+  if (ranks.size() < 2) {
+    throw InputError(scene.root.string() + ": has " + std::to_string(ranks.size()) +
+                     " photograph to take depths from, at least two are needed");
+  }
+  std::vector<SceneView> views;
+  for (const std::size_t rank : ranks) views.push_back(scene.views[rank]);
+  const ScenePoints sparse = points_of_views(std::move(points), ranks);
+  SceneStereo stereo(views, sparse, options.stereo, options.stereo_folder);
+  stereo.match(progress("matching photographs", stereo.steps()));
+  StereoPoints found = stereo_points(stereo, options.block_px, progress("joining depths", views.size()));
+  ScenePoints all{scene.root, std::move(found.positions), {}, {}, std::move(found.views), std::move(found.deviations)};
+  add_points_of_scene(sparse, views, all);
+  for (std::vector<std::uint32_t>& seen_by : all.views) {
+    for (std::uint32_t& view : seen_by) view = static_cast<std::uint32_t>(ranks[view]);
+  }
+  SceneMesh made = mesh_from_points(std::move(all), scene, options, progress);
+  made.source = MeshSource::photographs;
+  made.matched = views.size();
+  return made;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From a scene's photographs to its mesh.
+#pragma once
+
+#include "tools/meshing/scene_mesh.h"
+
+namespace lumatlas {
+
+// `scene` and `points` (which may be none) are in the scene's own coordinates. The photographs' depths are found by
+// tools/stereo and become a surface like those of depth images. The same mesh for any number of threads. Throws
+// InputError, also where the photographs show too little of the same.
+[[nodiscard]] SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const SceneMeshOptions& options,
+                                              const StageProgress& progress);
+
+}  // namespace lumatlas
