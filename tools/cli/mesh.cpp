@@ -36,7 +36,7 @@ struct SourceOptions {
 };
 
 struct MeshFlags {
-  std::filesystem::path scene, output, points;
+  std::filesystem::path scene, output, points, complete;
   SceneMeshOptions options;
   HoldFlags hold_out;
   PictureFlags pictures;
@@ -87,11 +87,20 @@ json points_json(const SceneMesh& made) {
           {"spacing_px", made.spacing_px}};
 }
 
+json completion_json(const std::optional<CompletionFacts>& completion) {
+  if (!completion) return nullptr;
+  return {{"mesh", completion->file.string()},
+          {"added_faces", completion->added_faces},
+          {"covered_before", completion->covered_before},
+          {"covered", completion->covered}};
+}
+
 json result_json(const SceneMesh& made, const std::filesystem::path& output, double milliseconds) {
   return {{"output", output.string()},
           {"from", name_of(made.source)},
           {"points", points_json(made)},
           {"depth", depth_json(made.depth)},
+          {"completion", completion_json(made.completion)},
           {"views", {{"count", made.views}, {"matched", made.matched}, {"estimated", made.views_estimated}}},
           {"mesh", {{"vertices", made.surface.positions.size()}, {"faces", made.surface.faces.size()}}},
           {"trust",
@@ -119,7 +128,14 @@ std::string source_text(const SceneMesh& made) {
          " small pieces of " + std::to_string(depth.removed_faces) + " faces were left out\n";
 }
 
+std::string completion_text(const CompletionFacts& completion, const std::filesystem::path& output) {
+  return output.string() + ": " + completion.file.string() + " and " + std::to_string(completion.added_faces) +
+         " faces that photographs show beyond it; " + percent_text(completion.covered) +
+         " of their pixels see a surface, " + percent_text(completion.covered_before) + " before\n";
+}
+
 std::string mesh_text(const SceneMesh& made, const std::filesystem::path& output) {
+  if (made.completion) return completion_text(*made.completion, output);
   const std::string measured = made.depth ? "depth" : "point";
   return output.string() + ": " + std::to_string(made.surface.positions.size()) + " vertices, " +
          std::to_string(made.surface.faces.size()) + " faces, " + source_text(made) + "  " +
@@ -131,10 +147,11 @@ std::string mesh_text(const SceneMesh& made, const std::filesystem::path& output
 
 void run(MeshFlags flags) {
   if (!flags.points.empty()) flags.options.points = flags.points;
+  if (!flags.complete.empty()) flags.options.complete = flags.complete;
   flags.options.pictures = flags.pictures.folders();
   check_usage(flags.options);
   check_is_ply(flags.output);
-  check_apart(flags.output, std::array{flags.scene, flags.points});
+  check_apart(flags.output, std::array{flags.scene, flags.points, flags.complete});
   const auto start = std::chrono::steady_clock::now();
   flags.options.hold_out = flags.hold_out.protocol();
   flags.options.stereo_folder = flags.output.string() + ".stereo";
@@ -180,6 +197,8 @@ void add_mesh_command(CLI::App& program) {
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
            "PLY of points to make it of; with --from photographs they say how far to look");
+  add_file(*command, "--complete", flags->complete, "MESH",
+           "Keep this mesh, and add what photographs show in its holes and beyond its ends");
   flags->pictures.add_to(*command);
   add_choice(
       *command, "--from", flags->options.from,
@@ -212,7 +231,7 @@ void add_mesh_command(CLI::App& program) {
       ->transform(whole_number(4, 100'000'000));
   command
       ->add_option("--longest-edge", flags->options.longest_edge,
-                   "Larger faces are left out, in median edges: holes instead of guesses; 20, of photographs 60")
+                   "Larger faces are left out, in median edges: holes instead of guesses; 20, of photographs 30")
       ->type_name("N");
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);

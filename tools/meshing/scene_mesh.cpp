@@ -17,6 +17,7 @@
 #include "mesh/repair.h"
 #include "tools/meshing/depth_mesh.h"
 #include "tools/meshing/estimated_views.h"
+#include "tools/meshing/mesh_completion.h"
 #include "tools/meshing/photograph_mesh.h"
 #include "tools/meshing/smoothing.h"
 #include "tools/meshing/thinning.h"
@@ -28,7 +29,7 @@ namespace lumatlas {
 namespace {
 
 // In median longest edges.
-constexpr double kLongestEdge = 20, kLongestEdgeOfPhotographs = 60;
+constexpr double kLongestEdge = 20, kLongestEdgeOfPhotographs = 30;
 
 void check_field(const char* field, double value, double least, double most) {
   if (value >= least && value <= most) return;
@@ -236,9 +237,10 @@ SceneMesh mesh_from_points(ScenePoints points, const SceneViews& scene, const Sc
   return result;
 }
 
-SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
-                          const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
-  check(options);
+namespace {
+
+SceneMesh mesh_of_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
+                        const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
   std::optional<SceneViews> with_depths = views_with_depths(scene, options);
   const MeshSource source = best_source(scene, options, with_depths.has_value());
   if (chosen) chosen(source);
@@ -253,6 +255,40 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
   if (!with_depths) throw InputError(scene.string() + ": has no depth images to make a mesh of");
   SceneMesh made = mesh_from_depths(*std::move(with_depths), options, progress);
   made.source = MeshSource::depth_images;
+  return made;
+}
+
+// The photographs that may be looked at, posed less the offset.
+std::vector<Camera> cameras_to_complete(const std::filesystem::path& scene, const glm::dvec3& offset,
+                                        const SceneMeshOptions& options) {
+  const SceneViews views = read_scene_views(scene, offset, options.pictures);
+  if (!options.hold_out) return cameras_of(views);
+  std::vector<Camera> cameras;
+  for (const std::size_t rank : split_to_score(views, *options.hold_out).input) {
+    cameras.push_back(views.views[rank].camera);
+  }
+  return cameras;
+}
+
+void complete(const std::filesystem::path& scene, const TriangleSoup& given, const SceneMeshOptions& options,
+              const StageProgress& progress, SceneMesh& made) {
+  const glm::dvec3 offset = median_position(given.positions);
+  const std::vector<Camera> views = cameras_to_complete(scene, offset, options);
+  const auto tick = progress("looking for what the mesh lacks", views.size());
+  CompletedMesh both = completed(given, made.surface, views, offset, [&] { tick(1); });
+  made.surface = std::move(both.surface);
+  made.completion = CompletionFacts{*options.complete, both.added_faces, both.covered_before, both.covered};
+}
+
+}  // namespace
+
+SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
+                          const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
+  check(options);
+  std::optional<TriangleSoup> given;  // read first: what is wrong with it is told before the long work
+  if (options.complete) given = read_scene_mesh(*options.complete);
+  SceneMesh made = mesh_of_scene(scene, options, progress, chosen);
+  if (given) complete(scene, *given, options, progress, made);
   return made;
 }
 

@@ -24,13 +24,15 @@ enum class MeshSource { points, depth_images, photographs };
 [[nodiscard]] std::string name_of(MeshSource source);  // "points", "depth images" or "photographs"
 
 struct SceneMeshOptions {
+  // A mesh file that is completed by what is made: see tools/meshing/mesh_completion.h. It is not written to.
+  std::optional<std::filesystem::path> complete;
   std::optional<MeshSource> from;               // none: the best that the scene has, see mesh_from_scene()
   std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see read_scene_points()
   PictureFolders pictures;                      // photographs, whose sizes are looked at
   // Points closer together are one, pixels of the nearest view; [0, 1000]. Widened until most_points are left.
   double spacing_px = 4;
   std::size_t most_points = 200'000;  // >= 4; time and memory grow with it, 1 GB at the default
-  // Of a face, in median longest edges of all; larger faces are left out; [1, 1e6]. None: 20, and 60 of photographs,
+  // Of a face, in median longest edges of all; larger faces are left out; [1, 1e6]. None: 20, and 30 of photographs,
   // whose points lie so dense where they lie at all that most of what they leave open is flat.
   std::optional<double> longest_edge;
   CutOptions cut;
@@ -59,6 +61,13 @@ struct DepthFacts {
   std::size_t fused_faces = 0;                        // before edges were collapsed
 };
 
+// What was added to a mesh that was given.
+struct CompletionFacts {
+  std::filesystem::path file;  // of the mesh that was given
+  std::size_t added_faces = 0;
+  double covered_before = 0, covered = 0;  // shares of the photographs' pixels that see a surface
+};
+
 struct SceneMesh {
   MeshSource source = MeshSource::points;
   TriangleSoup surface;  // in the scene's coordinates, a colour a vertex where the points have colours
@@ -67,9 +76,10 @@ struct SceneMesh {
   std::size_t points_used = 0;  // seen by a view, and told apart
   double spacing_px = 0;        // at which they were
   std::size_t views = 0;
-  std::size_t matched = 0;          // photographs that were matched with each other
-  std::optional<DepthFacts> depth;  // in the place of points
-  bool views_estimated = false;     // the file does not say who saw its points
+  std::size_t matched = 0;                    // photographs that were matched with each other
+  std::optional<DepthFacts> depth;            // in the place of points
+  std::optional<CompletionFacts> completion;  // `surface` is then the given mesh with what was added to it
+  bool views_estimated = false;               // the file does not say who saw its points
   SurfaceTrust trust;
   std::vector<std::string> warnings;  // reasons not to trust it, in sentences
 };

@@ -5,9 +5,11 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <string>
 
 #include "mesh/base/errors.h"
+#include "mesh/mesh_file.h"
 #include "tests/support/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/colmap_writer.h"
@@ -82,6 +84,27 @@ TEST_CASE("photographs that are held out give no depths") {
   CHECK(scene.mesh().matched == 2);
   scene.options.hold_out.reset();
   fs::remove(scene.folder / "images/0.png");
+  CHECK_THROWS_AS(scene.mesh(), InputError);
+}
+
+TEST_CASE("a given mesh is kept and gets what it lacks") {
+  WallScene scene;
+  const SceneMesh whole = scene.mesh();
+  TriangleSoup half = whole.surface;
+  std::erase_if(half.faces, [&](const glm::uvec3& face) { return half.positions[face[0]].x > 0; });
+  {
+    std::ofstream file(scene.folder / "half.ply", std::ios::binary);
+    write_ply(file, half);
+  }
+  const std::string before = bytes_of(scene.folder / "half.ply");
+  scene.options.complete = scene.folder / "half.ply";
+  const SceneMesh both = scene.mesh();
+  REQUIRE(both.completion);
+  CHECK(both.completion->covered_before < 0.7);
+  CHECK(both.completion->covered > 0.9);
+  CHECK(both.surface.faces.size() == half.faces.size() + both.completion->added_faces);
+  CHECK(bytes_of(scene.folder / "half.ply") == before);
+  scene.options.complete = scene.folder / "nowhere.ply";
   CHECK_THROWS_AS(scene.mesh(), InputError);
 }
 
