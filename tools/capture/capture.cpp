@@ -367,7 +367,7 @@ class Capture {
       const SceneMesh made = mesh_from_scene(work_, options, listener_.stage ? listener_.stage : no_stage());
       write_ply(output.stream(), made.surface);
       output.commit();
-      remove_stereo_work(options.stereo_folder);
+      if (made.source == MeshSource::photographs) remove_stereo_work(options.stereo_folder);
       result_.warnings = made.warnings;
     });
   }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "mesh/base/number_text.h"
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
@@ -46,7 +47,8 @@ void print_views(const json& views) {
   for (const auto& [lens, count] : views["lenses"].items()) std::cout << "  " << count << " " << lens << '\n';
   if (views["masked"] != 0) std::cout << "  with a mask: " << views["masked"] << '\n';
   if (views["median_distance"].is_null()) return;
-  std::cout << "  distance to the surface: median " << views["median_distance"].get<double>() << " (scene units)\n";
+  std::cout << "  distance to the surface: median " << views["median_distance"].get<double>() << " (scene units)\n"
+            << "  the mesh is seen on " << percent_text(views["covered"].get<double>()) << " of their pixels\n";
 }
 
 void print_fit(const json& fit) {

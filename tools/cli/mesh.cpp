@@ -128,14 +128,15 @@ std::string source_text(const SceneMesh& made) {
          " small pieces of " + std::to_string(depth.removed_faces) + " faces were left out\n";
 }
 
-std::string completion_text(const CompletionFacts& completion, const std::filesystem::path& output) {
+std::string completion_text(const SceneMesh& made, const std::filesystem::path& output) {
+  const CompletionFacts& completion = *made.completion;
   return output.string() + ": " + completion.file.string() + " and " + std::to_string(completion.added_faces) +
-         " faces that photographs show beyond it; " + percent_text(completion.covered) +
-         " of their pixels see a surface, " + percent_text(completion.covered_before) + " before\n";
+         " faces that " + name_of(made.source) + " show beyond it; " + percent_text(completion.covered) +
+         " of the photographs' pixels see a surface, " + percent_text(completion.covered_before) + " before\n";
 }
 
 std::string mesh_text(const SceneMesh& made, const std::filesystem::path& output) {
-  if (made.completion) return completion_text(*made.completion, output);
+  if (made.completion) return completion_text(made, output);
   const std::string measured = made.depth ? "depth" : "point";
   return output.string() + ": " + std::to_string(made.surface.positions.size()) + " vertices, " +
          std::to_string(made.surface.faces.size()) + " faces, " + source_text(made) + "  " +
@@ -160,7 +161,7 @@ void run(MeshFlags flags) {
                                          [&flags](MeshSource source) { flags.check_source(source); });
   write_ply(file.stream(), made.surface);
   file.commit();
-  remove_stereo_work(flags.options.stereo_folder);
+  if (made.source == MeshSource::photographs) remove_stereo_work(flags.options.stereo_folder);
   const double time_ms = ms_since(start);
   for (const std::string& warning : made.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
@@ -192,8 +193,10 @@ void add_mesh_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's photographs, depth images or points");
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace, or a capture of another form")->required();
   begin_group(*command, "Files");
-  add_file(*command, "-o,--output", flags->output, "FILE",
-           "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced")
+  add_file(
+      *command, "-o,--output", flags->output, "FILE",
+      "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced. FILE.stereo/ beside it keeps "
+      "what has been matched until the mesh is there")
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
            "PLY of points to make it of; with --from photographs they say how far to look");
@@ -243,10 +246,10 @@ void add_mesh_command(CLI::App& program) {
     flags->of_some.push_back(std::move(some));
   };
   only_of({MeshSource::photographs}, {"--match-size", "--neighbors", "--hold"});
-  only_of({MeshSource::depth_images}, {"--depth-unit"});
-  only_of({MeshSource::depth_images}, {"--voxel", "--most-faces"});
+  only_of({MeshSource::depth_images}, {"--depth-unit", "--voxel", "--most-faces"});
+  only_of({MeshSource::points}, {"--noise"});
   only_of({MeshSource::points, MeshSource::photographs},
-          {"--spacing", "--most-points", "--longest-edge", "--noise", "--quality", "--sure-views"});
+          {"--points", "--spacing", "--most-points", "--longest-edge", "--quality", "--sure-views"});
   command->callback([flags] { run(*flags); });
 }
 

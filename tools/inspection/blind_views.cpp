@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "tools/base/interrupt.h"
 
 namespace lumatlas {
@@ -14,11 +15,14 @@ constexpr const char* kOtherCoordinates = "mesh and cameras are in different coo
 
 }  // namespace
 
+double covered_share(const VisibilityBuffer& buffer) {
+  const auto empty = std::count(buffer.face.begin(), buffer.face.end(), kNoFace);
+  return 1 - static_cast<double>(empty) / static_cast<double>(buffer.face.size());
+}
+
 bool sees_next_to_nothing(const VisibilityBuffer& buffer) {
   constexpr double kLittleSeen = 0.01;  // share of the pixels
-  const auto empty = std::count(buffer.face.begin(), buffer.face.end(), kNoFace);
-  const auto pixels = static_cast<double>(buffer.face.size());
-  return pixels - static_cast<double>(empty) < kLittleSeen * pixels;
+  return covered_share(buffer) < kLittleSeen;
 }
 
 std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first) {
@@ -28,19 +32,30 @@ std::string blind_views_warning(std::size_t blind, std::size_t views, const std:
          (blind == views ? kOtherCoordinates : "their poses may be wrong, or the mesh is incomplete");
 }
 
+std::string empty_frames_warning(double covered) {
+  constexpr double kEnough = 0.75;
+  if (covered >= kEnough) return {};
+  return "the views see the mesh on only " + percent_text(covered) +
+         " of their pixels, and the rest of a picture is filled from its surroundings: `lumatlas mesh SCENE --complete "
+         "MESH -o NEW.ply` adds what photographs show there";
+}
+
 BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                        const Visibility& visibility) {
   constexpr std::size_t kMostLooks = 100;
   const std::size_t step = (ranks.size() + kMostLooks - 1) / kMostLooks;
   BlindViews result;
   VisibilityBuffer buffer;
+  double covered = 0;
   for (std::size_t i = 0; i < ranks.size(); i += step, ++result.looks) {
     throw_if_interrupted();
     const SceneView& view = views[ranks[i]];
     visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
+    covered += covered_share(buffer);
     if (!sees_next_to_nothing(buffer)) continue;
     if (result.blind++ == 0) result.first = view.name;
   }
+  if (result.looks > 0) result.covered = covered / static_cast<double>(result.looks);
   return result;
 }
 

@@ -15,16 +15,24 @@ namespace lumatlas {
 
 inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image that a view is looked through at
 
+// The share of the pixels that show the mesh, [0, 1].
+[[nodiscard]] double covered_share(const VisibilityBuffer& buffer);
+
 // Whether less than 1 % of the pixels show the mesh: the view is called blind.
 [[nodiscard]] bool sees_next_to_nothing(const VisibilityBuffer& buffer);
 
 // The warning that `blind` of `views` are blind, `first` being the name of one; empty where none is.
 [[nodiscard]] std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first);
 
+// The warning that the views see the mesh on so small a share of their pixels that much of a picture is filled from its
+// surroundings, with what to do; empty where it is large enough.
+[[nodiscard]] std::string empty_frames_warning(double covered);
+
 struct BlindViews {
   std::size_t looks = 0;  // views that were looked through
   std::size_t blind = 0;  // of these
   std::string first;      // the name of the first blind one; empty: none is
+  double covered = 1;     // share of the pixels of all that see the mesh, [0, 1]
 };
 
 // Looks through the views of these ranks, or evenly through 100 of them at most. Throws Interrupted soon after a

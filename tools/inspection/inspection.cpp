@@ -53,6 +53,7 @@ struct Glance {
   std::vector<std::string> blind;  // views with next to nothing of the mesh in their image
   std::size_t unseen_cells = 0;
   double median_distance = 0;  // scene units; 0: nothing is seen
+  double covered = 0;          // mean share of the views' pixels that see the mesh
 };
 
 Glance glance(const Surface& surface, const Visibility& visibility, const SceneViews& scene, bool quiet) {
@@ -68,6 +69,7 @@ Glance glance(const Surface& surface, const Visibility& visibility, const SceneV
       seen[surface.cells.cell_of_face[buffer.face[pixel]]] = true;
       if (pixel % 61 == 0) depths.push_back(buffer.depth[pixel]);  // an even sample, whatever the width
     }
+    result.covered += covered_share(buffer) / static_cast<double>(scene.views.size());
     if (sees_next_to_nothing(buffer)) result.blind.push_back(view.name);
     progress.tick();
   }
@@ -96,8 +98,9 @@ json warnings(const Glance& seen, const MeshDiagnosis& fit, const SceneViews& sc
   json list = input.warnings;
   for (const std::string& sentence : fit.warnings) list.push_back(sentence);
   const std::string first = seen.blind.empty() ? "" : seen.blind.front();
-  for (const std::string& sentence : {blind_views_warning(seen.blind.size(), scene.views.size(), first),
-                                      unseen_cells_warning(seen.unseen_cells, input.surface->cells.cells.size())}) {
+  for (const std::string& sentence :
+       {blind_views_warning(seen.blind.size(), scene.views.size(), first), empty_frames_warning(seen.covered),
+        unseen_cells_warning(seen.unseen_cells, input.surface->cells.cells.size())}) {
     if (!sentence.empty()) list.push_back(sentence);
   }
   return list;
@@ -115,6 +118,7 @@ json inspect_views(const std::filesystem::path& scene_path) {
                 {"lenses", lenses_of(scene)},
                 {"masked", masked_views(scene)},
                 {"median_distance", nullptr},
+                {"covered", nullptr},
                 {"blind", json::array()}}},
               {"fit", nullptr},
               {"warnings", json::array()}};
@@ -157,10 +161,14 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
                     {"offset", {surface.offset.x, surface.offset.y, surface.offset.z}}};
   result["cells"] = cells_json(surface.cells, options.partition);
   result["cells"]["unseen"] = seen.unseen_cells;
-  result["views"] = {
-      {"form", scene.form},         {"notes", scene.notes},          {"count", scene.views.size()},
-      {"lenses", lenses_of(scene)}, {"masked", masked_views(scene)}, {"median_distance", seen.median_distance},
-      {"blind", seen.blind}};
+  result["views"] = {{"form", scene.form},
+                     {"notes", scene.notes},
+                     {"count", scene.views.size()},
+                     {"lenses", lenses_of(scene)},
+                     {"masked", masked_views(scene)},
+                     {"median_distance", seen.median_distance},
+                     {"covered", seen.covered},
+                     {"blind", seen.blind}};
   result["fit"] = mesh_diagnosis_json(fit);
   result["warnings"] = warnings(seen, fit, scene, input);
   return result;

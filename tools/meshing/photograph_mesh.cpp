@@ -2,6 +2,8 @@
 #include "tools/meshing/photograph_mesh.h"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <optional>
 #include <string>
@@ -31,16 +33,33 @@ constexpr double kPointPixels = 3;
 
 void add_points_of_scene(const ScenePoints& sparse, const std::vector<SceneView>& views, ScenePoints& points) {
   for (std::size_t i = 0; i < sparse.positions.size(); ++i) {
-    if (sparse.views[i].empty()) continue;
     double width = std::numeric_limits<double>::infinity();
     for (const std::uint32_t view : sparse.views[i]) {
       const Camera& camera = views[view].camera;
-      width = std::min(width, camera.cam_from_world(sparse.positions[i]).z / std::max(camera.fx, camera.fy));
+      width = std::min(width, glm::distance(camera.center(), sparse.positions[i]) / std::max(camera.fx, camera.fy));
     }
+    const auto deviation = static_cast<float>(kPointPixels * width);
+    if (!(deviation > 0 && std::isfinite(deviation))) continue;  // nobody saw it, or it is where a camera stood
     points.positions.push_back(sparse.positions[i]);
-    points.deviations.push_back(static_cast<float>(kPointPixels * width));
+    points.deviations.push_back(deviation);
     points.views.push_back(sparse.views[i]);
   }
+}
+
+// As options.block_px, but so large that there are no more squares than the points that are left of them need.
+std::uint32_t block_px_of(const SceneStereo& stereo, const SceneMeshOptions& options) {
+  constexpr std::size_t kSquaresPerPoint = 16;  // most show nothing, or what another photograph has shown
+  std::uint32_t block_px = options.block_px;
+  const auto squares = [&] {
+    std::size_t sum = 0;
+    for (std::size_t view = 0; view < stereo.views().size(); ++view) {
+      const Camera camera = stereo.camera(view);
+      sum += std::size_t{camera.width} * camera.height / (std::size_t{block_px} * block_px);
+    }
+    return sum;
+  };
+  while (squares() > kSquaresPerPoint * options.most_points) ++block_px;
+  return block_px;
 }
 
 }  // namespace
@@ -49,19 +68,23 @@ SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const Scen
                                 const StageProgress& progress) {
   const std::vector<std::size_t> ranks = ranks_to_match(scene, options);
   if (ranks.size() < 2) {
-    throw InputError(scene.root.string() + ": has " + std::to_string(ranks.size()) +
-                     " photograph to take depths from, at least two are needed");
+    throw InputError(scene.root.string() + ": there must be two photographs or more to take depths from, there are " +
+                     std::to_string(ranks.size()) + (options.hold_out ? " beside those held out" : ""));
   }
   std::vector<SceneView> views;
   for (const std::size_t rank : ranks) views.push_back(scene.views[rank]);
   const ScenePoints sparse = points_of_views(std::move(points), ranks);
   SceneStereo stereo(views, sparse, options.stereo, options.stereo_folder);
   stereo.match(progress("matching photographs", stereo.steps()));
-  StereoPoints found = stereo_points(stereo, options.block_px, progress("joining depths", views.size()));
+  StereoPoints found = stereo_points(stereo, block_px_of(stereo, options), progress("joining depths", views.size()));
   ScenePoints all{scene.root, std::move(found.positions), {}, {}, std::move(found.views), std::move(found.deviations)};
   add_points_of_scene(sparse, views, all);
   for (std::vector<std::uint32_t>& seen_by : all.views) {
     for (std::uint32_t& view : seen_by) view = static_cast<std::uint32_t>(ranks[view]);
+  }
+  if (all.positions.empty()) {
+    throw InputError(scene.root.string() + ": its " + std::to_string(views.size()) +
+                     " photographs show too little of the same to take depths from");
   }
   SceneMesh made = mesh_from_points(std::move(all), scene, options, progress);
   made.source = MeshSource::photographs;

@@ -14,6 +14,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
+#include "mesh/finite.h"
 #include "mesh/repair.h"
 #include "tools/meshing/depth_mesh.h"
 #include "tools/meshing/estimated_views.h"
@@ -191,6 +192,7 @@ void check(const SceneMeshOptions& options) {
   if (options.most_faces < 100) {
     throw std::invalid_argument("most_faces: " + std::to_string(options.most_faces) + ", must be 100 or more");
   }
+  check_field("block_px", options.block_px, 1, 64);
   check(options.cut);
   check(options.stereo);
   if (options.hold_out) check(*options.hold_out);
@@ -258,6 +260,33 @@ SceneMesh mesh_of_scene(const std::filesystem::path& scene, const SceneMeshOptio
   return made;
 }
 
+// Without vertices that are not finite, which no face can use.
+TriangleSoup mesh_to_complete(const std::filesystem::path& file) {
+  const TriangleSoup soup = read_scene_mesh(file);
+  TriangleSoup finite;
+  std::vector<std::uint32_t> place(soup.positions.size(), 0);
+  std::vector<bool> is_kept(soup.positions.size(), false);
+  for (std::size_t i = 0; i < soup.positions.size(); ++i) {
+    if (!is_finite(soup.positions[i])) continue;
+    is_kept[i] = true;
+    place[i] = static_cast<std::uint32_t>(finite.positions.size());
+    finite.positions.push_back(soup.positions[i]);
+    if (!soup.colors.empty()) finite.colors.push_back(soup.colors[i]);
+  }
+  for (const glm::uvec3& face : soup.faces) {
+    if (is_kept[face.x] && is_kept[face.y] && is_kept[face.z]) {
+      finite.faces.emplace_back(place[face.x], place[face.y], place[face.z]);
+    }
+  }
+  if (finite.faces.empty()) throw InputError(file.string() + ": has no usable face to complete");
+  try {
+    (void)repair(finite, median_position(finite.positions));
+  } catch (const InputError& error) {
+    throw InputError(file.string() + ": " + error.what());
+  }
+  return finite;
+}
+
 // The photographs that may be looked at, posed less the offset.
 std::vector<Camera> cameras_to_complete(const std::filesystem::path& scene, const glm::dvec3& offset,
                                         const SceneMeshOptions& options) {
@@ -277,6 +306,8 @@ void complete(const std::filesystem::path& scene, const TriangleSoup& given, con
   const auto tick = progress("looking for what the mesh lacks", views.size());
   CompletedMesh both = completed(given, made.surface, views, offset, [&] { tick(1); });
   made.surface = std::move(both.surface);
+  made.trust.pixels_covered = both.covered;
+  made.warnings.clear();  // they are about the part that was made, which need not cover what is there already
   made.completion = CompletionFacts{*options.complete, both.added_faces, both.covered_before, both.covered};
 }
 
@@ -286,7 +317,7 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
                           const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
   check(options);
   std::optional<TriangleSoup> given;  // read first: what is wrong with it is told before the long work
-  if (options.complete) given = read_scene_mesh(*options.complete);
+  if (options.complete) given = mesh_to_complete(*options.complete);
   SceneMesh made = mesh_of_scene(scene, options, progress, chosen);
   if (given) complete(scene, *given, options, progress, made);
   return made;

@@ -27,7 +27,7 @@ struct SceneMeshOptions {
   // A mesh file that is completed by what is made: see tools/meshing/mesh_completion.h. It is not written to.
   std::optional<std::filesystem::path> complete;
   std::optional<MeshSource> from;               // none: the best that the scene has, see mesh_from_scene()
-  std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see read_scene_points()
+  std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see scene_points.h
   PictureFolders pictures;                      // photographs, whose sizes are looked at
   // Points closer together are one, pixels of the nearest view; [0, 1000]. Widened until most_points are left.
   double spacing_px = 4;
@@ -42,7 +42,8 @@ struct SceneMeshOptions {
   std::size_t most_faces = 500'000;  // edges are collapsed down to so many, if that can be; >= 100
   // Of photographs:
   StereoOptions stereo;
-  std::uint32_t block_px = 2;           // a point for each square of so many pixels as they are compared, [1, 64]
+  std::uint32_t block_px = 2;           // a point for each square of so many pixels as they are compared, [1, 64];
+                                        // more where that makes far more points than most_points
   std::filesystem::path stereo_folder;  // where their planes are kept, see SceneStereo; made if need be
   std::optional<HoldOut> hold_out;      // those that are held out to be scored give no depths
 };
@@ -97,9 +98,10 @@ using StageProgress = std::function<std::function<void(std::size_t)>(const std::
 [[nodiscard]] SceneMesh mesh_from_points(ScenePoints points, const SceneViews& scene, const SceneMeshOptions& options,
                                          const StageProgress& progress);
 
-// Of depth images if the scene has them and no points are asked for. The same mesh for the same scene. `chosen`, if
-// there is one, is called with what the mesh is made of before any work is done, and what it throws is thrown on.
-// Throws InputError, also where the points make no surface.
+// Of what options.from says. Without it: of the points that are given, else of depth images if the scene has them, of
+// dense points that another program has left in it (fused.ply), else of its photographs. The same mesh for the same
+// scene. `chosen`, if there is one, is called with what the mesh is made of before any work is done, and what it throws
+// is thrown on. Throws InputError, also where there is too little to make a surface of.
 [[nodiscard]] SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                                         const StageProgress& progress,
                                         const std::function<void(MeshSource)>& chosen = {});

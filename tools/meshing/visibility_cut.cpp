@@ -265,6 +265,15 @@ void check_field(const char* field, double value, double least, double most) {
                               ", " + number_text(most) + "]");
 }
 
+void check_deviations(std::span<const float> deviations, std::size_t points) {
+  if (deviations.empty()) return;
+  const bool are_lengths = std::all_of(deviations.begin(), deviations.end(),
+                                       [](float deviation) { return deviation > 0 && std::isfinite(deviation); });
+  if (deviations.size() == points && are_lengths) return;
+  throw std::invalid_argument("deviations: must be none, or finite and above 0 for each of " + std::to_string(points) +
+                              " points");
+}
+
 void check_views(std::span<const glm::dvec3> points, std::span<const std::vector<std::uint32_t>> views,
                  std::size_t centers) {
   if (views.size() != points.size()) {
@@ -295,6 +304,7 @@ std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
                                     const CutOptions& options, const std::function<void(std::size_t)>& progress) {
   check(options);
   check_views(points, views, centers.size());
+  check_deviations(deviations, points.size());
   if (std::all_of(views.begin(), views.end(), [](const auto& list) { return list.empty(); })) return {};
   const Delaunay tetrahedra = triangulation_of(points);
   if (tetrahedra.dimension() < 3) return {};

@@ -43,11 +43,11 @@ struct CutOptions {
 void check(const CutOptions& options);
 
 // Faces, their normals towards the free side, as indices into `points`. Of points at the same place the first counts.
-// `views` of each point are indices into `centers`, where the views stood. `deviations`: sigma of each point in its
-// own unit, or empty. No face where the points lie in one plane,
-// or nobody saw them. The same for the same input. Throws std::invalid_argument for options that break a rule, a
-// view without a center, or as many lists of views as there are no points. `progress` is called with the number of
-// points whose votes have been counted since the last call; what it throws ends the work.
+// `views` of each point are indices into `centers`, where the views stood. `deviations`: sigma of each point along its
+// lines of sight, in the points' unit, > 0; or none. No face where the points lie in one plane, or nobody saw them. The
+// same for the same input. Throws std::invalid_argument for options that break a rule, a view without a center, or as
+// many lists of views, or deviations, as there are no points. `progress` is called with the number of points whose
+// votes have been counted since the last call; what it throws ends the work.
 [[nodiscard]] std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
                                                   std::span<const std::vector<std::uint32_t>> views,
                                                   std::span<const float> deviations,

@@ -297,6 +297,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   if (!watched_scene) diagnose(scene, input, *seen.visibility, views.views, ranks, callback, result);
   if (!options.any_mesh) require_seen(result.mesh_file, blind, result.fit ? result.fit->likely : "");
   add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
+  add_warning(empty_frames_warning(blind.covered), result);
   restrict(result.effective.refinement, options.refine);
   if (result.effective.coverage.ideal_distance == 0) {
     // Of the cameras by name, so that it is the same for any order of the stream.

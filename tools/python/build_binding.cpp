@@ -99,14 +99,21 @@ py::object make_mesh(const Scene& scene, const Path& output, const std::optional
   SceneMeshOptions options;
   options.points = points;
   options.pictures = scene.pictures;
+  options.stereo_folder = output.string() + ".stereo";
   nlohmann::json trust;
   {
     const py::gil_scoped_release unlocked;
-    const StageProgress stages = [](const std::string&, std::size_t) { return [](std::size_t) {}; };
-    const SceneMesh made = mesh_from_scene(scene.path, options, stages);
+    const StageProgress stages = [](const std::string&, std::size_t) {
+      return [](std::size_t) {
+        const py::gil_scoped_acquire locked;
+        throw_signals();
+      };
+    };
     AtomicFile file(output);
+    const SceneMesh made = mesh_from_scene(scene.path, options, stages);
     write_ply(file.stream(), made.surface);
     file.commit();
+    if (made.source == MeshSource::photographs) remove_stereo_work(options.stereo_folder);
     trust = trust_json(made);
   }
   return to_python(trust);
@@ -116,7 +123,8 @@ py::object make_mesh(const Scene& scene, const Path& output, const std::optional
 
 void bind_build(py::module_& module) {
   module.def("make_mesh", &make_mesh, py::arg("scene"), py::arg("output"), py::kw_only(),
-             py::arg("points") = py::none(), "Write a mesh of the scene's points; returns how far to trust it");
+             py::arg("points") = py::none(),
+             "Write a mesh of the scene's depth images, dense points or photographs; returns how far to trust it");
   module.def("build", &build, py::arg("scene"), py::arg("output"), py::kw_only(), py::arg("mesh") = py::none(),
              py::arg("hold") = py::none(), py::arg("block") = 1,
              py::arg("max_views") = BuildOptions{}.max_views.value_or(0), py::arg("refine") = "joint",

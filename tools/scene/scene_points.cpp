@@ -95,14 +95,15 @@ ScenePoints read_scene_points(const fs::path& scene, const std::optional<fs::pat
 }
 
 std::optional<ScenePoints> find_scene_points(const fs::path& scene, const std::optional<fs::path>& given) {
-  if (given || has_dense_points(scene)) return read_scene_points(scene, given);
+  if (given) return read_scene_points(scene, given);
+  std::error_code ignored;
   const std::vector<CaptureForm> forms = forms_in(scene);
   if (!forms.empty() && forms.front().read) {
     const std::optional<fs::path> file = forms.front().read(scene, std::nullopt).points;
-    return file ? std::optional(points_of_ply(scene / *file)) : std::nullopt;
+    const bool exists = file && fs::exists(scene / *file, ignored);
+    return exists ? std::optional(points_of_ply(scene / *file)) : std::nullopt;
   }
   const ColmapModel model = read_colmap_model(scene);
-  std::error_code ignored;
   if (!fs::exists(points_path(model), ignored)) return std::nullopt;
   ScenePoints points = points_of_model(model);
   return points.positions.empty() ? std::nullopt : std::optional(std::move(points));

@@ -29,7 +29,8 @@ struct ScenePoints {
 [[nodiscard]] ScenePoints read_scene_points(const std::filesystem::path& scene,
                                             const std::optional<std::filesystem::path>& given);
 
-// The same, or none where the scene has no points.
+// Points from `given`, else those that came with the poses, with the views that saw them if that is known; none where
+// there are none. Throws InputError.
 [[nodiscard]] std::optional<ScenePoints> find_scene_points(const std::filesystem::path& scene,
                                                            const std::optional<std::filesystem::path>& given);
 

@@ -33,8 +33,8 @@ struct PosedPlanes {
   const PlaneMap* planes;
 };
 
-// A pixel's depth counts where as many others as the options say come back to it. Depth is the mean of all that agree,
-// by how sure each is.
+// A pixel's depth counts where as many others as the options say come back to it. Depth is the mean of all that agree.
+// At most 32 others.
 [[nodiscard]] StereoDepth agreeing_depths(const PosedPlanes& reference, std::span<const PosedPlanes> others,
                                           const AgreementOptions& options);
 

@@ -91,10 +91,7 @@ LUMATLAS_SIMD_CLONES void sample(const Warp& warp, const float* offset_x, const 
   }
 }
 
-struct Moments {
-  float mean, square, product;  // of luma, luma squared, and luma with the reference's
-};
-
+// Adds luma, luma squared, and luma with the reference's, by their weights.
 LUMATLAS_SIMD_CLONES void add_moments(const float* weight, const float* weighted, const float* luma, float* mean,
                                       float* square, float* product) {
   for (std::size_t round = 0; round < kRounds; ++round) {

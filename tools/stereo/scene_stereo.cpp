@@ -2,8 +2,6 @@
 #include "tools/stereo/scene_stereo.h"
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <list>
 #include <map>
 #include <stdexcept>
@@ -50,13 +48,15 @@ class Digest {
   std::vector<std::byte> bytes_;
 };
 
-// A photograph by itself: what it shows and where it was taken.
+// A photograph by itself: what it shows, where it was taken, and how it is undistorted.
 std::uint64_t digest_of(const SceneView& view) {
   const Camera& camera = view.camera;
   Digest digest;
   digest.add_file(view.image).add(camera.width).add(camera.height);
   for (const double value : {camera.fx, camera.fy, camera.cx, camera.cy}) digest.add(value);
   digest.add(camera.cam_from_world_rotation).add(camera.cam_from_world_translation);
+  digest.add(view.lens.model).add(view.lens.width).add(view.lens.height).add(view.lens.parameters);
+  digest.add(view.orientation).add(view.black_rim).add(view.mask.has_value());
   if (view.mask) digest.add_file(*view.mask);
   return digest.value();
 }
@@ -114,6 +114,14 @@ class LumaCache {
   std::size_t bytes_ = 0;
 };
 
+// Whether a file is named as those of the work: by the number of its photograph.
+bool is_plane_file(const fs::path& file) {
+  const fs::path ending = file.extension();
+  const std::string stem = file.stem().string();
+  return (ending == kFirstEnding || ending == kSecondEnding) && !stem.empty() &&
+         stem.find_first_not_of("0123456789") == std::string::npos;
+}
+
 std::vector<Camera> cameras_of(const std::vector<SceneView>& views) {
   std::vector<Camera> cameras;
   for (const SceneView& view : views) cameras.push_back(view.camera);
@@ -133,9 +141,6 @@ class SceneStereo::Work {
       confirming_.push_back(plan.neighbors);
       plan.neighbors.resize(std::min(plan.neighbors.size(), options.neighbors));
     }
-    std::error_code error;
-    fs::create_directories(folder_, error);
-    if (error) throw InputError(folder_.string() + ": cannot be made: " + error.message());
     for (std::size_t view = 0; view < views_.size(); ++view) first_inputs_.push_back(inputs_of_first(view));
     for (std::size_t view = 0; view < views_.size(); ++view) second_inputs_.push_back(inputs_of_second(view));
   }
@@ -146,6 +151,9 @@ class SceneStereo::Work {
   [[nodiscard]] Camera camera(std::size_t view) const { return views_[view].camera.shrunk_to(options_.longest_px); }
 
   void match(const std::function<void(std::size_t)>& progress) {
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw InputError(folder_.string() + ": cannot be made: " + error.message());
     LumaCache cache(views_, options_.longest_px);
     for (std::size_t view = 0; view < views_.size(); ++view) {
       if (!plans_[view].neighbors.empty() && !read_planes(first_file(view), first_inputs_[view])) {
@@ -271,10 +279,10 @@ StereoDepth SceneStereo::depth(std::size_t view) const {
 
 void remove_stereo_work(const fs::path& folder) {
   std::error_code ignored;
+  if (!fs::is_directory(fs::symlink_status(folder, ignored))) return;
   std::vector<fs::path> files;
   for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end; entry.increment(ignored)) {
-    const fs::path ending = entry->path().extension();
-    if (ending == kFirstEnding || ending == kSecondEnding) files.push_back(entry->path());
+    if (is_plane_file(entry->path())) files.push_back(entry->path());
   }
   for (const fs::path& file : files) fs::remove(file, ignored);
   fs::remove(folder, ignored);  // does nothing where something is left

@@ -28,8 +28,9 @@ void check(const StereoOptions& options);
 class SceneStereo {
  public:
   // `views` and `points` (positions and views; none are needed) in one frame. The work is kept in `folder`, which is
-  // made: a file a photograph, from which work that was stopped goes on, and which counts for nothing once a
-  // photograph, its pose or its neighbors have changed. Memory holds a few photographs at a time.
+  // made: two files a photograph of 16 bytes a compared pixel each, from which work that was stopped goes on, and which
+  // count for nothing once a photograph, its pose, its lens or its neighbors have changed. Memory holds a few
+  // photographs at a time.
   SceneStereo(std::vector<SceneView> views, const ScenePoints& points, const StereoOptions& options,
               std::filesystem::path folder);
   ~SceneStereo();

@@ -17,12 +17,14 @@ namespace lumatlas {
 namespace {
 
 constexpr double kBestAngle = 8, kSigmaBelow = 4, kSigmaAbove = 15;  // degrees
+constexpr double kLeastAngle = 0.2;                                  // degrees: below, any depth shows the same
 constexpr std::size_t kMostPoints = 100'000;                         // that neighbors are chosen by
 constexpr std::size_t kFewPoints = 20;                               // that say nothing of how far to look
 constexpr double kNearerThanPoints = 1.6, kFartherThanPoints = 4;    // than the nearest and farthest of a camera's
 constexpr double kDegrees = 57.29577951308232;
 
 double angle_weight(double degrees) {
+  if (degrees < kLeastAngle) return 0;
   const double away = (degrees - kBestAngle) / (degrees < kBestAngle ? kSigmaBelow : kSigmaAbove);
   return std::exp(-0.5 * away * away);
 }
@@ -113,9 +115,10 @@ class Planner {
   [[nodiscard]] double benefit(std::size_t camera, std::size_t other, const glm::dvec3& point) const {
     const glm::dvec3 here = centers_[camera] - point, there = centers_[other] - point;
     const double cosine = glm::dot(glm::normalize(here), glm::normalize(there));
-    const double ratio = sharpness(cameras_[camera], cameras_[camera].cam_from_world(point).z) /
-                         sharpness(cameras_[other], cameras_[other].cam_from_world(point).z);
-    if (!(ratio > 0)) return 0;
+    const double depth = cameras_[camera].cam_from_world(point).z,
+                 other_depth = cameras_[other].cam_from_world(point).z;
+    if (!(depth > 0 && other_depth > 0)) return 0;
+    const double ratio = sharpness(cameras_[camera], depth) / sharpness(cameras_[other], other_depth);
     return angle_weight(kDegrees * std::acos(std::clamp(cosine, -1.0, 1.0))) * std::min(ratio, 1 / ratio);
   }
 

@@ -108,10 +108,34 @@ TEST_CASE("a given mesh is kept and gets what it lacks") {
   CHECK_THROWS_AS(scene.mesh(), InputError);
 }
 
+TEST_CASE("photographs that show nothing in common are refused in one sentence") {
+  const WallScene scene(glm::dvec3(0), false);
+  for (int i = 0; i < 5; ++i) {
+    const Photograph white{240, 180, std::vector<std::uint8_t>(3 * 240 * 180, 255), {}};
+    write_image(scene.folder / "images" / (std::to_string(i) + ".png"), white);
+  }
+  CHECK_THROWS_WITH(scene.mesh(), Catch::EndsWith("its 5 photographs show too little of the same to take depths from"));
+}
+
+TEST_CASE("a point behind a camera that is said to have seen it does no harm") {
+  WallScene scene;
+  std::vector<WrittenView> written;
+  std::vector<TrackedPoint> tracked;
+  for (int i = 0; i < 5; ++i) written.push_back({std::to_string(i) + ".png", camera_on_arc(6.0 * i - 12)});
+  const Relief relief;
+  for (const glm::dvec3& point : relief.points(camera_on_arc(0), 8, 6)) {
+    tracked.push_back({point, {0, 0, 0}, {{0, {1, 1}}, {1, {1, 1}}, {2, {1, 1}}}});
+  }
+  tracked.push_back({written[2].camera.center(), {0, 0, 0}, {{2, {1, 1}}, {3, {1, 1}}}});
+  tracked.push_back({{0, 0, -4}, {0, 0, 0}, {{0, {1, 1}}, {1, {1, 1}}}});
+  write_colmap_model(scene.folder / "sparse", written, tracked);
+  CHECK(scene.share_on_wall(scene.mesh()) > 0.85);
+}
+
 TEST_CASE("one photograph makes no mesh, and a scene without depth images none of these") {
   WallScene scene;
   scene.options.hold_out = HoldOut{2, 4};
-  CHECK_THROWS_WITH(scene.mesh(), Catch::EndsWith("has 1 photograph to take depths from, at least two are needed"));
+  CHECK_THROWS_WITH(scene.mesh(), Catch::EndsWith("to take depths from, there are 1 beside those held out"));
   scene.options.hold_out.reset();
   scene.options.from = MeshSource::depth_images;
   CHECK_THROWS_WITH(scene.mesh(), Catch::EndsWith("has no depth images to make a mesh of"));

@@ -80,7 +80,14 @@ TEST_CASE("planes of a photograph that has changed are found again") {
   scene.views[3].camera.cam_from_world_translation.x += 0.05;
   SceneStereo after = scene.stereo("work");
   after.match([](std::size_t) {});
-  CHECK(files_of(scene.folder / "work")[3] != old[3]);
+  const std::vector<std::string> moved = files_of(scene.folder / "work");
+  CHECK(moved[3] != old[3]);
+  // A lens that undistorts otherwise, to the same pinhole camera.
+  scene.views[3].lens.model = LensModel::kOpenCv;
+  scene.views[3].lens.parameters[4] = -0.05;
+  SceneStereo undistorted = scene.stereo("work");
+  undistorted.match([](std::size_t) {});
+  CHECK(files_of(scene.folder / "work")[3] != moved[3]);
 }
 
 TEST_CASE("points lie on the wall, are seen by several, and no two photographs give the same") {
@@ -137,6 +144,13 @@ TEST_CASE("what the work left is removed, and nothing else") {
   remove_stereo_work(scene.folder / "work");
   CHECK_FALSE(std::filesystem::exists(scene.folder / "work"));
   remove_stereo_work(scene.folder / "nowhere");
+  const std::filesystem::path file = scene.folder.with_file("file", "mine");
+  remove_stereo_work(file);
+  CHECK(std::filesystem::exists(file));
+  std::filesystem::create_directory(scene.folder / "other");
+  (void)scene.folder.with_file("other/notes.planes", "mine");
+  remove_stereo_work(scene.folder / "other");
+  CHECK(std::filesystem::exists(scene.folder / "other/notes.planes"));
 }
 
 TEST_CASE("points of some views are numbered by these") {
