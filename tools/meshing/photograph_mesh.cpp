@@ -72,6 +72,7 @@ SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const Scen
                      std::to_string(ranks.size()) + (options.hold_out ? " beside those held out" : ""));
   }
   std::vector<SceneView> views;
+  views.reserve(ranks.size());
   for (const std::size_t rank : ranks) views.push_back(scene.views[rank]);
   const ScenePoints sparse = points_of_views(std::move(points), ranks);
   SceneStereo stereo(views, sparse, options.stereo, options.stereo_folder);

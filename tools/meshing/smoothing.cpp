@@ -29,7 +29,7 @@ Neighbours neighbours_of(const TriangleSoup& surface) {
   std::vector<Edge> sides;
   sides.reserve(3 * surface.faces.size());
   for (const glm::uvec3& face : surface.faces) {
-    for (int i = 0; i < 3; ++i) sides.push_back(std::minmax(face[i], face[(i + 1) % 3]));
+    for (int i = 0; i < 3; ++i) sides.emplace_back(std::minmax(face[i], face[(i + 1) % 3]));
   }
   std::sort(sides.begin(), sides.end());
   result.is_border.assign(surface.positions.size(), false);

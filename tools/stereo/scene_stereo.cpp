@@ -124,6 +124,7 @@ bool is_plane_file(const fs::path& file) {
 
 std::vector<Camera> cameras_of(const std::vector<SceneView>& views) {
   std::vector<Camera> cameras;
+  cameras.reserve(views.size());
   for (const SceneView& view : views) cameras.push_back(view.camera);
   return cameras;
 }
@@ -228,6 +229,7 @@ class SceneStereo::Work {
       maps.push_back(planes_of(first_file(other), other, first_inputs_[other]));
     }
     std::vector<const PlaneMap*> others;
+    others.reserve(maps.size());
     for (const PlaneMap& map : maps) others.push_back(&map);
     return match_consistently(matched(cache, view), plans_[view].range,
                               planes_of(first_file(view), view, first_inputs_[view]), others);

@@ -78,8 +78,8 @@ StereoPoints stereo_points(const SceneStereo& stereo, std::uint32_t block_px,
         if (blocks[view].is_taken(column, row)) continue;
         const std::optional<std::size_t> pixel = surest_pixel(depth, column, row, block_px);
         if (!pixel) continue;
-        const glm::dvec2 middle(static_cast<double>(*pixel % camera.width) + 0.5,
-                                static_cast<double>(*pixel / camera.width) + 0.5);
+        const std::size_t x = *pixel % camera.width, y = *pixel / camera.width;
+        const glm::dvec2 middle(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
         const glm::dvec3 position = camera.center() + double{depth.depth[*pixel]} * camera.ray(middle);
         std::vector<std::uint32_t> seen_by{static_cast<std::uint32_t>(view)};
         for (std::size_t i = 0; i < stereo.confirming(view).size(); ++i) {

@@ -10,13 +10,14 @@
 namespace lumatlas {
 namespace {
 
-// A flat wall of 2 * half squares across, 40 a unit, at depth z before the arc's cameras, without what `leaves_out`.
+// A flat wall of 60 x 60 squares, ten a unit, at depth z before the arc's cameras, without what `leaves_out` says.
 template <typename LeavesOut>
 TriangleSoup wall(double z, const LeavesOut& leaves_out) {
   constexpr std::uint32_t kSide = 61;
   TriangleSoup soup;
-  for (std::uint32_t i = 0; i < kSide * kSide; ++i)
-    soup.positions.emplace_back(0.1 * (i % kSide) - 3, 0.1 * (i / kSide) - 3, z);
+  for (std::uint32_t y = 0; y < kSide; ++y) {
+    for (std::uint32_t x = 0; x < kSide; ++x) soup.positions.emplace_back(0.1 * x - 3, 0.1 * y - 3, z);
+  }
   for (std::uint32_t y = 0; y + 1 < kSide; ++y) {
     for (std::uint32_t x = 0; x + 1 < kSide; ++x) {
       const std::uint32_t a = kSide * y + x;

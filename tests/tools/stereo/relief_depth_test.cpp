@@ -73,7 +73,8 @@ struct Errors {
       ++of;
       if (!(found.depth[i] > 0)) continue;
       ++known;
-      const glm::vec2 pixel(static_cast<float>(i % 240) + 0.5F, static_cast<float>(i / 240) + 0.5F);
+      const std::size_t x = i % 240, y = i / 240;
+      const glm::vec2 pixel(static_cast<float>(x) + 0.5F, static_cast<float>(y) + 0.5F);
       const auto place = [&](float depth) {
         const glm::vec3 at = transfer.homogeneous(pixel, 1 / depth);
         return glm::vec2(at) / at.z;
