@@ -214,6 +214,9 @@ void add_mesh_command(CLI::App& program) {
   command->add_option("--neighbors", flags->options.stereo.neighbors, "That each photograph is compared with")
       ->type_name("N")
       ->transform(whole_number(1, 16));
+  command->add_option("--most-photographs", flags->options.most_photographs, "Of more, so many, evenly by name")
+      ->type_name("N")
+      ->transform(whole_number(2, 1'000'000));
   flags->hold_out.add_to(*command, "Leave out every H-th photograph, as validate does");
   begin_group(*command, "Of depth images");
   command
@@ -245,7 +248,7 @@ void add_mesh_command(CLI::App& program) {
     for (const char* name : names) some.options.push_back(command->get_option(name));
     flags->of_some.push_back(std::move(some));
   };
-  only_of({MeshSource::photographs}, {"--match-size", "--neighbors", "--hold"});
+  only_of({MeshSource::photographs}, {"--match-size", "--neighbors", "--most-photographs", "--hold"});
   only_of({MeshSource::depth_images}, {"--depth-unit", "--voxel", "--most-faces"});
   only_of({MeshSource::points}, {"--noise"});
   only_of({MeshSource::points, MeshSource::photographs},

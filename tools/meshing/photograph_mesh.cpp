@@ -17,6 +17,14 @@
 namespace lumatlas {
 namespace {
 
+std::vector<std::size_t> evenly(const std::vector<std::size_t>& ranks, std::size_t most) {
+  if (ranks.size() <= most) return ranks;
+  std::vector<std::size_t> some;
+  some.reserve(most);
+  for (std::size_t i = 0; i < most; ++i) some.push_back(ranks[i * ranks.size() / most]);
+  return some;
+}
+
 std::vector<std::size_t> ranks_to_match(const SceneViews& scene, const SceneMeshOptions& options) {
   std::vector<std::size_t> ranks;
   if (options.hold_out) {
@@ -25,7 +33,7 @@ std::vector<std::size_t> ranks_to_match(const SceneViews& scene, const SceneMesh
     for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
   }
   leave_out_bad(scene, ranks);
-  return ranks;
+  return evenly(ranks, options.most_photographs);
 }
 
 // The standard deviation of a point that the scene has, in pixels of the nearest photograph that saw it.

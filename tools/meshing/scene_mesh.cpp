@@ -193,6 +193,10 @@ void check(const SceneMeshOptions& options) {
     throw std::invalid_argument("most_faces: " + std::to_string(options.most_faces) + ", must be 100 or more");
   }
   check_field("block_px", options.block_px, 1, 64);
+  if (options.most_photographs < 2) {
+    throw std::invalid_argument("most_photographs: " + std::to_string(options.most_photographs) +
+                                ", must be 2 or more");
+  }
   check(options.cut);
   check(options.stereo);
   if (options.hold_out) check(*options.hold_out);

@@ -45,6 +45,7 @@ struct SceneMeshOptions {
   std::uint32_t block_px = 2;           // a point for each square of so many pixels as they are compared, [1, 64];
                                         // more where that makes far more points than most_points
   std::filesystem::path stereo_folder;  // where their planes are kept, see SceneStereo; made if need be
+  std::size_t most_photographs = 200;   // of more, so many are matched, evenly by name; >= 2
   std::optional<HoldOut> hold_out;      // those that are held out to be scored give no depths
 };
 

@@ -78,11 +78,16 @@ TEST_CASE("photographs become the surface that they show, far from the origin to
   }
 }
 
-TEST_CASE("photographs that are held out give no depths") {
+TEST_CASE("photographs that are held out, or too many, give no depths") {
   WallScene scene;
   scene.options.hold_out = HoldOut{2, 1};
   CHECK(scene.mesh().matched == 2);
   scene.options.hold_out.reset();
+  scene.options.most_photographs = 3;
+  CHECK(scene.mesh().matched == 3);
+  scene.options.most_photographs = 1;
+  CHECK_THROWS_WITH(scene.mesh(), "most_photographs: 1, must be 2 or more");
+  scene.options.most_photographs = 200;
   fs::remove(scene.folder / "images/0.png");
   CHECK_THROWS_AS(scene.mesh(), InputError);
 }
