@@ -29,7 +29,7 @@ namespace {
 
 using nlohmann::json;
 
-// Options that are meant for some sources alone.
+// Options, and the sources that use them.
 struct SourceOptions {
   std::vector<const CLI::Option*> options;
   std::vector<MeshSource> sources;
@@ -199,22 +199,28 @@ void add_mesh_command(CLI::App& program) {
       "what has been matched until the mesh is there")
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
-           "PLY of points to make it of; with --from photographs they say how far to look");
+           "PLY of points for the mesh; with --from photographs they bound the depths");
   add_file(*command, "--complete", flags->complete, "MESH",
-           "Keep this mesh, and add what photographs show in its holes and beyond its ends");
+           "Keep this mesh; add what photographs show in holes and beyond its ends");
   flags->pictures.add_to(*command);
   add_choice(
       *command, "--from", flags->options.from,
       {{"photographs", MeshSource::photographs}, {"depth", MeshSource::depth_images}, {"points", MeshSource::points}},
       "Without it depth images, else dense points (fused.ply in SCENE or dense/), else photographs");
   begin_group(*command, "Of photographs");
-  command->add_option("--match-size", flags->options.stereo.longest_px, "Photographs are compared at this size")
+  command
+      ->add_option("--match-size", flags->options.stereo.longest_px,
+                   "Longer side of a photograph, in pixels, as it is matched")
       ->type_name("PX")
       ->transform(whole_number(64, 8192));
-  command->add_option("--neighbors", flags->options.stereo.neighbors, "That each photograph is compared with")
+  command
+      ->add_option("--neighbors", flags->options.stereo.neighbors,
+                   "Number of photographs that each one is matched with")
       ->type_name("N")
       ->transform(whole_number(1, 16));
-  command->add_option("--most-photographs", flags->options.most_photographs, "Of more, so many, evenly by name")
+  command
+      ->add_option("--most-photographs", flags->options.most_photographs,
+                   "Photographs to match at most, an even sample by name")
       ->type_name("N")
       ->transform(whole_number(2, 1'000'000));
   flags->hold_out.add_to(*command, "Leave out every H-th photograph, as validate does");

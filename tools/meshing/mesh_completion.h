@@ -13,19 +13,21 @@
 
 namespace lumatlas {
 
-inline constexpr std::uint32_t kCompletionPx = 512;  // of a photograph's longer side, as it is looked through
+inline constexpr std::uint32_t kCompletionPx = 512;  // longer side of the views that faces are counted in
 
 struct CompletedMesh {
-  TriangleSoup surface;  // all of the given mesh, and what was added, in the coordinates of both
+  TriangleSoup surface;  // the given mesh, unchanged, followed by the added vertices and faces
   std::size_t added_faces = 0;
-  double covered_before = 0, covered = 0;  // shares of the photographs' pixels that see the given mesh, and this one
+  // Shares of the views' pixels that see the given mesh, and the completed one, [0, 1].
+  double covered_before = 0, covered = 0;
 };
 
-// Adds the faces of `other` where photographs that see them see nothing of `given`: in its holes and beyond its ends.
-// What stands before or behind a surface of `given` is not added, because the two may be inexact. Nor are pieces of
-// fewer than a hundred faces. With colours in `given`, what is added has their mean. `views` in the coordinates of both
-// meshes less `offset`. `progress` is called after each view, from any thread; what it throws ends the work. Throws
-// InputError if one of the meshes has no face.
+// Adds to `given` the faces of `other` that fill its holes and go on beyond its ends. A face is added if most of the
+// pixels that see it, in all views together, see nothing of `given`. A face before or behind a surface of `given` is
+// not added, because either of the two may be inexact. Pieces of fewer than 100 faces are not added. If `given` has
+// colours, the added vertices get their mean. The meshes share one frame; `views` are in that frame less `offset`.
+// `progress` is called after each view; what it throws ends the work. Throws InputError if one of the meshes has no
+// usable face.
 [[nodiscard]] CompletedMesh completed(const TriangleSoup& given, const TriangleSoup& other,
                                       std::span<const Camera> views, const glm::dvec3& offset,
                                       const std::function<void()>& progress);

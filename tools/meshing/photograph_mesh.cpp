@@ -17,6 +17,7 @@
 namespace lumatlas {
 namespace {
 
+// Returns at most `most` of the ranks, at even distances.
 std::vector<std::size_t> evenly(const std::vector<std::size_t>& ranks, std::size_t most) {
   if (ranks.size() <= most) return ranks;
   std::vector<std::size_t> some;
@@ -36,7 +37,7 @@ std::vector<std::size_t> ranks_to_match(const SceneViews& scene, const SceneMesh
   return evenly(ranks, options.most_photographs);
 }
 
-// The standard deviation of a point that the scene has, in pixels of the nearest photograph that saw it.
+// Standard deviation of a structure-from-motion point, in pixels of the nearest view that saw it.
 constexpr double kPointPixels = 3;
 
 void add_points_of_scene(const ScenePoints& sparse, const std::vector<SceneView>& views, ScenePoints& points) {
@@ -47,16 +48,17 @@ void add_points_of_scene(const ScenePoints& sparse, const std::vector<SceneView>
       width = std::min(width, glm::distance(camera.center(), sparse.positions[i]) / std::max(camera.fx, camera.fy));
     }
     const auto deviation = static_cast<float>(kPointPixels * width);
-    if (!(deviation > 0 && std::isfinite(deviation))) continue;  // nobody saw it, or it is where a camera stood
+    if (!(deviation > 0 && std::isfinite(deviation))) continue;  // a point without views, or at a camera's centre
     points.positions.push_back(sparse.positions[i]);
     points.deviations.push_back(deviation);
     points.views.push_back(sparse.views[i]);
   }
 }
 
-// As options.block_px, but so large that there are no more squares than the points that are left of them need.
+// Returns options.block_px, or the least larger size at which all photographs together have at most kSquaresPerPoint
+// squares for each of options.most_points.
 std::uint32_t block_px_of(const SceneStereo& stereo, const SceneMeshOptions& options) {
-  constexpr std::size_t kSquaresPerPoint = 16;  // most show nothing, or what another photograph has shown
+  constexpr std::size_t kSquaresPerPoint = 16;  // most squares have no depth, or one that another photograph has
   std::uint32_t block_px = options.block_px;
   const auto squares = [&] {
     std::size_t sum = 0;

@@ -38,9 +38,15 @@ void check_field(const char* field, double value, double least, double most) {
                               ", " + number_text(most) + "]");
 }
 
-// The middle point by each coordinate: far outliers do not move it.
+std::vector<glm::dvec3> finite(std::vector<glm::dvec3> positions) {
+  std::erase_if(positions, [](const glm::dvec3& position) { return !is_finite(position); });
+  return positions;
+}
+
+// The middle point by each coordinate: far outliers do not move it. The origin if there are none.
 glm::dvec3 median_position(const std::vector<glm::dvec3>& positions) {
-  glm::dvec3 result;
+  glm::dvec3 result(0);
+  if (positions.empty()) return result;
   std::vector<double> values(positions.size());
   for (int axis = 0; axis < 3; ++axis) {
     std::transform(positions.begin(), positions.end(), values.begin(), [&](const glm::dvec3& p) { return p[axis]; });
@@ -264,34 +270,16 @@ SceneMesh mesh_of_scene(const std::filesystem::path& scene, const SceneMeshOptio
   return made;
 }
 
-// Without vertices that are not finite, which no face can use.
-TriangleSoup mesh_to_complete(const std::filesystem::path& file) {
-  const TriangleSoup soup = read_scene_mesh(file);
-  TriangleSoup finite;
-  std::vector<std::uint32_t> place(soup.positions.size(), 0);
-  std::vector<bool> is_kept(soup.positions.size(), false);
-  for (std::size_t i = 0; i < soup.positions.size(); ++i) {
-    if (!is_finite(soup.positions[i])) continue;
-    is_kept[i] = true;
-    place[i] = static_cast<std::uint32_t>(finite.positions.size());
-    finite.positions.push_back(soup.positions[i]);
-    if (!soup.colors.empty()) finite.colors.push_back(soup.colors[i]);
-  }
-  for (const glm::uvec3& face : soup.faces) {
-    if (is_kept[face.x] && is_kept[face.y] && is_kept[face.z]) {
-      finite.faces.emplace_back(place[face.x], place[face.y], place[face.z]);
-    }
-  }
-  if (finite.faces.empty()) throw InputError(file.string() + ": has no usable face to complete");
+// Throws InputError naming the file if no face of the mesh can be used.
+void require_faces(const TriangleSoup& mesh, const std::filesystem::path& file, const glm::dvec3& offset) {
   try {
-    (void)repair(finite, median_position(finite.positions));
+    (void)repair(mesh, offset);
   } catch (const InputError& error) {
     throw InputError(file.string() + ": " + error.what());
   }
-  return finite;
 }
 
-// The photographs that may be looked at, posed less the offset.
+// The cameras whose pixels decide what is added, less the offset: all but those of held-out photographs.
 std::vector<Camera> cameras_to_complete(const std::filesystem::path& scene, const glm::dvec3& offset,
                                         const SceneMeshOptions& options) {
   const SceneViews views = read_scene_views(scene, offset, options.pictures);
@@ -303,9 +291,8 @@ std::vector<Camera> cameras_to_complete(const std::filesystem::path& scene, cons
   return cameras;
 }
 
-void complete(const std::filesystem::path& scene, const TriangleSoup& given, const SceneMeshOptions& options,
-              const StageProgress& progress, SceneMesh& made) {
-  const glm::dvec3 offset = median_position(given.positions);
+void complete(const std::filesystem::path& scene, const TriangleSoup& given, const glm::dvec3& offset,
+              const SceneMeshOptions& options, const StageProgress& progress, SceneMesh& made) {
   const std::vector<Camera> views = cameras_to_complete(scene, offset, options);
   const auto tick = progress("looking for what the mesh lacks", views.size());
   CompletedMesh both = completed(given, made.surface, views, offset, [&] { tick(1); });
@@ -320,10 +307,13 @@ void complete(const std::filesystem::path& scene, const TriangleSoup& given, con
 SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                           const StageProgress& progress, const std::function<void(MeshSource)>& chosen) {
   check(options);
-  std::optional<TriangleSoup> given;  // read first: what is wrong with it is told before the long work
-  if (options.complete) given = mesh_to_complete(*options.complete);
+  if (!options.complete) return mesh_of_scene(scene, options, progress, chosen);
+  // The file is read first: a fault in it is told before the long work.
+  const TriangleSoup given = read_scene_mesh(*options.complete);
+  const glm::dvec3 offset = median_position(finite(given.positions));
+  require_faces(given, *options.complete, offset);
   SceneMesh made = mesh_of_scene(scene, options, progress, chosen);
-  if (given) complete(scene, *given, options, progress, made);
+  complete(scene, given, offset, options, progress, made);
   return made;
 }
 

@@ -24,29 +24,32 @@ enum class MeshSource { points, depth_images, photographs };
 [[nodiscard]] std::string name_of(MeshSource source);  // "points", "depth images" or "photographs"
 
 struct SceneMeshOptions {
-  // A mesh file that is completed by what is made: see tools/meshing/mesh_completion.h. It is not written to.
+  // Mesh file to complete (tools/meshing/mesh_completion.h). The file stays as it is. None: the new mesh stands alone.
   std::optional<std::filesystem::path> complete;
-  std::optional<MeshSource> from;               // none: the best that the scene has, see mesh_from_scene()
-  std::optional<std::filesystem::path> points;  // a PLY file; none: what the scene has, see scene_points.h
-  PictureFolders pictures;                      // photographs, whose sizes are looked at
-  // Points closer together are one, pixels of the nearest view; [0, 1000]. Widened until most_points are left.
-  double spacing_px = 4;
-  std::size_t most_points = 200'000;  // >= 4; time and memory grow with it, 1 GB at the default
-  // Of a face, in median longest edges of all; larger faces are left out; [1, 1e6]. None: 20, and 30 of photographs,
-  // whose points lie so dense where they lie at all that most of what they leave open is flat.
+  std::optional<MeshSource> from;               // source of the surface; none: see mesh_from_scene()
+  std::optional<std::filesystem::path> points;  // PLY file; none: the scene's own points (tools/scene/scene_points.h)
+  PictureFolders pictures;                      // folders of the photographs and their masks
+
+  // Options for points and photographs.
+  double spacing_px = 4;              // points closer than this are merged; pixels of the nearest view, [0, 1000]
+  std::size_t most_points = 200'000;  // spacing_px grows until at most this many points are left, >= 4; 1 GB by default
+  // Longest edge of a face, in medians of all faces' longest edges, [1, 1e6]; the mesh leaves larger faces out. None:
+  // 20 for points and 30 for photographs, whose points are denser.
   std::optional<double> longest_edge;
   CutOptions cut;
-  // Of scenes with depth images, which are fused unless `points` are given:
+
+  // Options for depth images.
   std::optional<double> voxel;       // scene units, > 0; none: 1.5 pixels of a depth image at the middle depth
   std::optional<double> depth_unit;  // scene units that a step of a depth image is, > 0; none: as the scene's form says
-  std::size_t most_faces = 500'000;  // edges are collapsed down to so many, if that can be; >= 100
-  // Of photographs:
+  std::size_t most_faces = 500'000;  // edges are collapsed until at most this many faces are left, >= 100
+
+  // Options for photographs.
   StereoOptions stereo;
-  std::uint32_t block_px = 2;           // a point for each square of so many pixels as they are compared, [1, 64];
-                                        // more where that makes far more points than most_points
-  std::filesystem::path stereo_folder;  // where their planes are kept, see SceneStereo; made if need be
-  std::size_t most_photographs = 200;   // of more, so many are matched, evenly by name; >= 2
-  std::optional<HoldOut> hold_out;      // those that are held out to be scored give no depths
+  std::uint32_t block_px = 2;  // side of the squares that give one point each, pixels of the matched size, [1, 64];
+                               // larger where the squares of all photographs are far more than most_points
+  std::filesystem::path stereo_folder;  // working folder of SceneStereo; mesh_from_scene() makes it
+  std::size_t most_photographs = 200;   // largest number of photographs to match, >= 2; else an even sample
+  std::optional<HoldOut> hold_out;      // protocol whose held-out photographs are not matched
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule.
@@ -63,11 +66,11 @@ struct DepthFacts {
   std::size_t fused_faces = 0;                        // before edges were collapsed
 };
 
-// What was added to a mesh that was given.
+// How the mesh file of SceneMeshOptions::complete was completed.
 struct CompletionFacts {
-  std::filesystem::path file;  // of the mesh that was given
+  std::filesystem::path file;
   std::size_t added_faces = 0;
-  double covered_before = 0, covered = 0;  // shares of the photographs' pixels that see a surface
+  double covered_before = 0, covered = 0;  // shares of the photographs' pixels that see a surface, [0, 1]
 };
 
 struct SceneMesh {
@@ -95,14 +98,15 @@ struct SceneMesh {
 // steps done since the last call, from any thread. What that throws ends the work.
 using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;
 
-// `points` with their views, in the scene's own coordinates.
+// Makes a mesh from points by a visibility cut. Points and poses are in the scene's own coordinates. Throws InputError
+// where the points make no surface.
 [[nodiscard]] SceneMesh mesh_from_points(ScenePoints points, const SceneViews& scene, const SceneMeshOptions& options,
                                          const StageProgress& progress);
 
-// Of what options.from says. Without it: of the points that are given, else of depth images if the scene has them, of
-// dense points that another program has left in it (fused.ply), else of its photographs. The same mesh for the same
-// scene. `chosen`, if there is one, is called with what the mesh is made of before any work is done, and what it throws
-// is thrown on. Throws InputError, also where there is too little to make a surface of.
+// Makes a mesh from the source options.from. Without it, the first of these that there is: options.points, depth
+// images, dense points of another program (fused.ply), photographs. The same scene gives the same mesh. `chosen`, if
+// given, is called with the source before the work begins; what it throws ends the work. Throws InputError, also where
+// the source is too little for a surface.
 [[nodiscard]] SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOptions& options,
                                         const StageProgress& progress,
                                         const std::function<void(MeshSource)>& chosen = {});

@@ -18,7 +18,7 @@ constexpr double kStep = 0.5;  // of the way to the middle of the neighbours
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;  // the lesser vertex first
 
-// Of an edge of two faces both vertices are neighbours; an edge of one is the border.
+// The edges of a surface. A border edge belongs to one face, and its two vertices are border vertices.
 struct Neighbours {
   std::vector<Edge> edges;
   std::vector<bool> is_border;  // by vertex

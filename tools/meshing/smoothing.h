@@ -8,9 +8,9 @@
 
 namespace lumatlas {
 
-// Each vertex moves towards the middle of those that it shares an edge with, some times over, and never farther from
-// where it was than `deviations` says of it (one a vertex, scene units, >= 0). Vertices at a border of the surface
-// stay. Throws std::invalid_argument if there is not a deviation for each vertex.
+// Moves each vertex towards the mean of its edge neighbours, in five rounds. A vertex stays within its deviation of
+// where it was, and border vertices do not move. `deviations`: one per vertex, scene units, >= 0. Throws
+// std::invalid_argument for another number of deviations.
 void smooth(TriangleSoup& surface, std::span<const float> deviations);
 
 }  // namespace lumatlas

@@ -42,12 +42,13 @@ struct CutOptions {
 // Throws std::invalid_argument naming the field, its value and the rule.
 void check(const CutOptions& options);
 
-// Faces, their normals towards the free side, as indices into `points`. Of points at the same place the first counts.
-// `views` of each point are indices into `centers`, where the views stood. `deviations`: sigma of each point along its
-// lines of sight, in the points' unit, > 0; or none. No face where the points lie in one plane, or nobody saw them. The
-// same for the same input. Throws std::invalid_argument for options that break a rule, a view without a center, or as
-// many lists of views, or deviations, as there are no points. `progress` is called with the number of points whose
-// votes have been counted since the last call; what it throws ends the work.
+// Returns the faces of the surface as indices into `points`, with normals towards the free side. `views`: for each
+// point, indices into `centers`, the camera centres. `deviations`: sigma of each point along its lines of sight, in the
+// unit of the points, > 0; empty: options.noise sets one sigma for all points. Of points at one place the first is
+// used. Returns no face for points in one plane and for points without views. The same input gives the same faces.
+// `progress` is called with the number of points counted since its last call; what it throws ends the work. Throws
+// std::invalid_argument for an option out of range, an index without a centre, a list of another length than `points`,
+// or a deviation that is not finite and above 0.
 [[nodiscard]] std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
                                                   std::span<const std::vector<std::uint32_t>> views,
                                                   std::span<const float> deviations,

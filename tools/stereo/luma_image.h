@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// sRGB luma, 0 to 255, of a photograph that its camera's pinhole took.
+// sRGB luma, 0 to 255, of an undistorted photograph.
 struct LumaImage {
   Camera camera;
   // A pixel's luma and those of the pixels to the right, below, and below to the right, from the lowest byte up: what
@@ -25,9 +25,9 @@ struct LumaImage {
 
 using LumaPyramid = std::vector<LumaImage>;  // the finest first, each half as wide and high as the one before
 
-// The first image is at most `longest` pixels on its longer side, never enlarged, the last one has at most `shortest`
-// on it. `photograph` has the camera's size. Throws std::invalid_argument if it does not, or if `shortest` is 0 or
-// above `longest`.
+// Returns the levels of a photograph. The longer side of the first level has at most `longest` pixels, that of the last
+// one at most `shortest`; nothing is enlarged. `photograph` has the camera's size. Throws std::invalid_argument if it
+// does not, or if `shortest` is 0 or above `longest`.
 [[nodiscard]] LumaPyramid luma_pyramid(const Photograph& photograph, const Camera& camera, std::uint32_t longest,
                                        std::uint32_t shortest);
 

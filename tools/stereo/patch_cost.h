@@ -30,7 +30,7 @@ struct SlantedPlane {
 inline constexpr std::size_t kPatchSamples = 32;  // every second pixel of 11 x 11, without the corners
 inline constexpr float kLargestPatchCost = 2;     // 1 - correlation, [0, 2]
 
-// The samples round one pixel of the photograph whose depth is sought.
+// The samples around a pixel of the reference photograph.
 struct ReferencePatch {
   alignas(32) std::array<float, kPatchSamples> weight;         // add up to 1; 0: not valid
   alignas(32) std::array<float, kPatchSamples> weighted_luma;  // weight times luma less its mean
@@ -52,8 +52,9 @@ struct PixelTransfer {
 };
 [[nodiscard]] PixelTransfer pixel_transfer(const Camera& from, const Camera& to);
 
-// 1 - the weighted correlation of the patch with what `other` shows of the plane, kLargestPatchCost where the pixel is
-// not in its picture. Textureless patches cost about 1. The same number on every machine.
+// Returns 1 - the weighted correlation of the patch with `other`, warped by the plane, or kLargestPatchCost if the
+// pixel is outside of `other` or behind its camera. Textureless patches cost about 1. Every machine gives the same
+// number.
 [[nodiscard]] float patch_cost(const ReferencePatch& patch, glm::ivec2 pixel, const SlantedPlane& plane,
                                const PixelTransfer& transfer, const LumaImage& other);
 

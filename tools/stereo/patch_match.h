@@ -26,34 +26,35 @@ struct PlaneMap {
   std::vector<float> costs;
 };
 
-// Of what may be seen: 1 / depth, 1 / scene units, 0 <= least < most.
+// Range of inverse depths to search, 1 / scene units, 0 <= least < most.
 struct InverseDepthRange {
   float least = 0, most = 0;
 };
 
-// A point that is known beforehand.
+// A known surface point, such as one of structure from motion.
 struct DepthSeed {
   glm::vec2 place;  // in shares of the picture's width and height, [0, 1)
   float w = 0;      // 1 / depth
 };
 
-// The photograph that depths are sought for, and those that it is compared with; one or more.
+// The photograph whose depths are estimated, and one or more photographs that it is matched with.
 struct MatchedViews {
   const LumaPyramid* reference = nullptr;
   std::vector<const LumaPyramid*> others;
 };
 
-// Planes of the reference's finest level. The same for any number of threads, and on every machine.
+// Returns planes for the reference's finest level. The result is the same for any number of threads and every machine.
 [[nodiscard]] PlaneMap match_patches(const MatchedViews& views, const InverseDepthRange& range,
                                      std::span<const DepthSeed> seeds);
 
-// `start` improved by what the other photographs' own planes say: a plane costs more where the way to the other
-// photograph and back by its plane ends elsewhere. `other_planes`: one for each of views.others, of its finest level.
+// Returns `start` after more rounds in which a plane's cost grows with its reprojection error there and back, by the
+// planes of the other photographs. `other_planes`: one map for each of views.others, of its finest level.
 [[nodiscard]] PlaneMap match_consistently(const MatchedViews& views, const InverseDepthRange& range, PlaneMap start,
                                           std::span<const PlaneMap* const> other_planes);
 
-// How far from `pixel`, a place in the picture, the way to another photograph by `w` and back by that one's plane ends,
-// pixels; infinite where there is no way.
+// Returns the reprojection error there and back, in pixels: from `pixel`, an image position, to another photograph by
+// the inverse depth `w`, and back by the plane there. Infinite if the point is not in that photograph or it has no
+// plane.
 [[nodiscard]] float way_back_px(glm::vec2 pixel, float w, const PixelTransfer& there, const PixelTransfer& back,
                                 const PlaneMap& other);
 

@@ -10,10 +10,11 @@
 
 namespace lumatlas {
 
-// Written beside its place, then renamed. `inputs` is the digest of what the map was made of. Throws InputError.
+// Writes a plane map beside `file`, then renames it. `inputs`: digest of what the map was made from. Throws InputError.
 void write_planes(const std::filesystem::path& file, std::uint64_t inputs, const PlaneMap& map);
 
-// None: there is no such file, it is not whole, or it was made of other inputs. For this machine's order of bytes.
+// Returns the plane map, or none if the file is missing, damaged, or made from other inputs. The bytes are in the order
+// of the machine that wrote them.
 [[nodiscard]] std::optional<PlaneMap> read_planes(const std::filesystem::path& file, std::uint64_t inputs);
 
 }  // namespace lumatlas

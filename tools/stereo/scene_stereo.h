@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Depths of all photographs of a scene, from each other.
+// Multi-view stereo of a scene: depth maps of its photographs, estimated from each other.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,9 @@
 namespace lumatlas {
 
 struct StereoOptions {
-  std::uint32_t longest_px = 512;  // of a photograph as it is compared, [64, 8192]; time grows with its square
-  std::size_t neighbors = 4;       // photographs that each is compared with, [1, 16]; time grows with it
+  std::uint32_t longest_px =
+      512;                    // longer side of a photograph as it is matched, [64, 8192]; time grows with its square
+  std::size_t neighbors = 4;  // number of photographs that each one is matched with, [1, 16]
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule.
@@ -27,25 +28,24 @@ void check(const StereoOptions& options);
 
 class SceneStereo {
  public:
-  // `views` and `points` (positions and views; none are needed) in one frame. The work is kept in `folder`, which is
-  // made: two files a photograph of 16 bytes a compared pixel each, from which work that was stopped goes on, and which
-  // count for nothing once a photograph, its pose, its lens or its neighbors have changed. Memory holds a few
-  // photographs at a time.
+  // `views` and `points` are in one frame; `points` may be empty, and only positions and views of them are used.
+  // match() makes `folder` and writes two files a photograph there, of 16 bytes a pixel each. A later match() uses the
+  // files again whose photograph, pose, lens and neighbours are the same. Memory holds a few photographs at a time.
   SceneStereo(std::vector<SceneView> views, const ScenePoints& points, const StereoOptions& options,
               std::filesystem::path folder);
   ~SceneStereo();
 
-  // Each photograph is matched by itself, and once more with what its neighbors have found. The same for any number of
-  // threads. `progress` is called after each step of steps(); what it throws ends the work. Throws InputError for a
-  // photograph that cannot be read, or a full disk.
+  // Matches each photograph with its neighbours, then once more with the planes of these (geometric consistency). The
+  // result is the same for any number of threads. `progress` is called after each of steps() steps; what it throws ends
+  // the work. Throws InputError for a photograph that cannot be read and for a folder that cannot be written.
   [[nodiscard]] std::size_t steps() const;
   void match(const std::function<void(std::size_t)>& progress);
 
   [[nodiscard]] const std::vector<SceneView>& views() const;
-  [[nodiscard]] Camera camera(std::size_t view) const;  // of the size that the photograph is compared at
-  // Those whose planes are asked whether they confirm a depth, the best first: its neighbors, and as many again.
+  [[nodiscard]] Camera camera(std::size_t view) const;  // of the size that the photograph is matched at
+  // Views whose planes may confirm a depth of this view, best first: its neighbours, and as many views again.
   [[nodiscard]] const std::vector<std::size_t>& confirming(std::size_t view) const;
-  // After match(). From any thread.
+  // Returns the confirmed depths of a view. Call it after match(); any thread may. Throws InputError if a file is gone.
   [[nodiscard]] StereoDepth depth(std::size_t view) const;
 
  private:
@@ -53,10 +53,10 @@ class SceneStereo {
   std::unique_ptr<Work> work_;
 };
 
-// Removes what the work on a scene has left in `folder`, and the folder if nothing else is in it. Never throws.
+// Removes the files that SceneStereo has written to `folder`, and the folder if it is then empty. Never throws.
 void remove_stereo_work(const std::filesystem::path& folder);
 
-// The points as the views of these ranks see them: views are numbered by their places in `ranks`, which ascend.
+// Returns the points with `views` renumbered: rank ranks[i] becomes i, and other ranks are left out. `ranks` ascend.
 [[nodiscard]] ScenePoints points_of_views(ScenePoints points, std::span<const std::size_t> ranks);
 
 }  // namespace lumatlas

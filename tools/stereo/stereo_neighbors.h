@@ -19,10 +19,10 @@ struct StereoPlan {
   std::vector<DepthSeed> seeds;        // the points that the photograph has seen
 };
 
-// One plan a camera. The best neighbors see the same points from some 8 degrees aside, at a like resolution: nearer
-// ones tell little of depth, farther ones look different. `views` of each point are the cameras that saw it; where
-// nobody has noted that down (all are empty), a point counts as seen by every camera whose picture it is in. Without
-// points the space before each camera is probed instead. Cameras and points in one frame.
+// Returns one plan a camera. The best neighbours see the same points at a triangulation angle of about 8 degrees and a
+// similar resolution: smaller angles give inexact depths, larger ones different appearance. `views`: for each point,
+// the indices of the cameras that saw it; if all lists are empty, a point counts as seen by every camera whose image it
+// falls into. Without points, a grid in front of each camera takes their place. Cameras and points share one frame.
 [[nodiscard]] std::vector<StereoPlan> plan_stereo(std::span<const Camera> cameras, std::span<const glm::dvec3> points,
                                                   std::span<const std::vector<std::uint32_t>> views,
                                                   std::size_t most_neighbors);

@@ -19,9 +19,9 @@ struct StereoPoints {
   std::vector<std::vector<std::uint32_t>> views;  // that saw it, by their places in SceneStereo::views(), ascending
 };
 
-// One point for each square of `block_px` pixels of a photograph as it was compared, where it has a depth there that no
-// photograph before it has taken for one of its points. `progress` is called after each photograph; what it throws ends
-// the work.
+// Returns at most one point for each square of `block_px` pixels of a matched photograph, >= 1. A square that a point
+// of an earlier photograph falls into, and confirms, gives none. Call it after stereo.match(). `progress` is called
+// after each photograph; what it throws ends the work. Throws InputError as SceneStereo::depth().
 [[nodiscard]] StereoPoints stereo_points(const SceneStereo& stereo, std::uint32_t block_px,
                                          const std::function<void(std::size_t)>& progress);
 

@@ -107,7 +107,7 @@ TEST_CASE("nearly all depths of a textured wall are found within half a pixel, a
   CHECK(errors.share(errors.within_2) > 0.85);
 }
 
-TEST_CASE("masked pixels have no depth, and nobody is asked there") {
+TEST_CASE("masked pixels have no depth") {
   const MatchedRelief relief(true);
   const StereoDepth found = relief.depth_of_middle();
   std::size_t masked = 0, known = 0;

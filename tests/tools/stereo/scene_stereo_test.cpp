@@ -110,7 +110,7 @@ TEST_CASE("points lie on the wall, are seen by several, and no two photographs g
   CHECK(static_cast<double>(near) > 0.9 * static_cast<double>(points.positions.size()));
 }
 
-TEST_CASE("a photograph that has no neighbour has no depth, and harms nobody") {
+TEST_CASE("a photograph without a neighbour has no depth, and the others are matched") {
   ReliefScene scene;
   SceneView away = scene.views[0];
   away.camera = relief_camera({0, 0, 0}, {0, 0, -4});
