@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The far sphere: a surface so far behind the scene that it has no parallax between its cameras. Photographs of sky and
+// distant surroundings are blended on it.
+#pragma once
+
+#include <glm/vec3.hpp>
+#include <span>
+
+#include "mesh/camera.h"
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+// Where the sphere is, scene units.
+struct SphereShape {
+  glm::dvec3 center{0.0};
+  double radius = 0;
+};
+
+// The sphere around cameras and a mesh. Its centre is the median of the cameras' places by each axis. Its radius is 300
+// times the distance that nine tenths of the cameras are within, at least ten times that of the bulk of the mesh.
+// Between two of these cameras a point on it moves by less than 0.4 degrees against what is infinitely far. Few cameras
+// and faces that lie elsewhere do not change it. Throws std::invalid_argument for no camera or a mesh without faces.
+[[nodiscard]] SphereShape far_sphere_shape(std::span<const Camera> cameras, const Mesh& mesh);
+
+// A triangle mesh of a sphere, seen from inside: its faces turn towards the centre. No edge is longer than
+// `longest_edge` radii, (0, 1] (std::invalid_argument).
+[[nodiscard]] Mesh far_sphere(const SphereShape& shape, double longest_edge);
+
+}  // namespace lumatlas
