@@ -8,6 +8,8 @@
 #include <limits>
 #include <vector>
 
+#include "mesh/base/median.h"
+
 namespace lumatlas {
 
 namespace {
@@ -257,7 +259,15 @@ DepthBlock packed_pair(Planes planes, const Pixels& pixels) {
 }  // namespace
 
 float depth_scale(const StoredView& view) {
-  const float depth = median_depth(view);
+  // Near the smallest, for the far sphere may be most of what a view sees: halves hold shares from 2^-24 to 2^16.
+  constexpr double kShare = 0.05;
+  constexpr std::size_t kStride = 16;
+  std::vector<double> depths;
+  std::size_t finite = 0;
+  for (const float each : view.depth) {
+    if (std::isfinite(each) && each > 0 && finite++ % kStride == 0) depths.push_back(static_cast<double>(each));
+  }
+  const float depth = depths.empty() ? 0 : static_cast<float>(percentile(depths, kShare));
   return depth > 0 ? std::exp2(std::floor(std::log2(depth))) : 1;
 }
 

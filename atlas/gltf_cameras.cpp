@@ -81,7 +81,7 @@ glm::dmat3 gltf_from_scene(const Snapshot& snapshot) {
 
 void add_cameras(json& document, const Snapshot& snapshot, const glm::dmat3& file_from_scene) {
   document["nodes"][0]["rotation"] = rotation_json(file_from_scene);
-  const double near = near_plane(snapshot.surface->mesh);
+  const double near = near_plane(near_surface(*snapshot.surface).mesh);
   for (const auto& view : snapshot.views) {
     if (!view) continue;
     const std::size_t camera = document["cameras"].size();  // of null, 0

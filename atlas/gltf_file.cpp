@@ -268,17 +268,19 @@ const GltfFile::Object& GltfFile::extension(const char* name) const {
   return found->second;
 }
 
-const tinygltf::Primitive& GltfFile::triangles() const {
-  if (model_.meshes.empty() || model_.meshes[0].primitives.empty()) refuse("holds no mesh");
-  const tinygltf::Primitive& primitive = model_.meshes[0].primitives[0];
+const tinygltf::Primitive& GltfFile::triangles(std::size_t mesh) const {
+  if (mesh >= model_.meshes.size() || model_.meshes[mesh].primitives.empty()) {
+    refuse("holds no mesh" + (mesh == 0 ? "" : " " + std::to_string(mesh)));
+  }
+  const tinygltf::Primitive& primitive = model_.meshes[mesh].primitives[0];
   if (primitive.mode != TINYGLTF_MODE_TRIANGLES) {
     refuse("its mesh has mode " + std::to_string(primitive.mode) + ", must be a list of triangles, mode 4");
   }
   return primitive;
 }
 
-int GltfFile::attribute(const char* name) const {
-  const auto& attributes = triangles().attributes;
+int GltfFile::attribute(const char* name, std::size_t mesh) const {
+  const auto& attributes = triangles(mesh).attributes;
   const auto found = attributes.find(name);
   if (found == attributes.end()) refuse(std::string("its mesh has no ") + name);
   return found->second;

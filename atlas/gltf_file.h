@@ -53,9 +53,9 @@ class GltfFile {
 
   [[noreturn]] void refuse(const std::string& why) const;
 
-  [[nodiscard]] const Object& extension(const char* name) const;  // refuses if there is none
-  [[nodiscard]] const tinygltf::Primitive& triangles() const;     // the first primitive of the first mesh
-  [[nodiscard]] int attribute(const char* name) const;            // of triangles(): the accessor's number
+  [[nodiscard]] const Object& extension(const char* name) const;                   // refuses if there is none
+  [[nodiscard]] const tinygltf::Primitive& triangles(std::size_t mesh = 0) const;  // the first primitive of the mesh
+  [[nodiscard]] int attribute(const char* name, std::size_t mesh = 0) const;       // of triangles(): accessor's number
 
   [[nodiscard]] const tinygltf::Model& contents() const { return model_; }  // with no check but of what is read below
   [[nodiscard]] std::uint64_t buffer_bytes() const;

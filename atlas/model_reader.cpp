@@ -64,7 +64,13 @@ struct ViewEntry {
 // Of a file with a base texture the last vertices are copies for it, which are left out of the surface.
 struct ReadSurface {
   std::shared_ptr<const Surface> surface;
-  std::size_t vertices = 0, copies = 0;  // in the file, and how many of them are copies
+  std::size_t vertices = 0, copies = 0;  // of the first mesh in the file, and how many of them are copies
+};
+
+// The mesh of the far sphere in a file, by its number, and how many cells it has. None is 0.
+struct FarPart {
+  std::size_t mesh = 0;
+  std::uint32_t cells = 0;
 };
 
 // The lumigraph in a glTF file, part by part, each checked against the parts before it.
@@ -87,13 +93,20 @@ class ModelReader {
  private:
   [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
   [[nodiscard]] std::vector<std::uint8_t> cells_seen() const;
-  [[nodiscard]] Mesh written_mesh() const;
+  [[nodiscard]] FarPart far_part(std::size_t cells) const;
+  [[nodiscard]] FarSphere far_sphere(const FarPart& part, std::size_t cells, double cell_size) const;
+  [[nodiscard]] Mesh written_mesh(std::size_t number = 0) const;
   [[nodiscard]] std::vector<std::uint32_t> copies(const Mesh& written) const;
-  [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t count) const;
-  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& written, std::size_t count) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
+                                                          std::size_t mesh) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
+                                                        std::size_t mesh) const;
+  void require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first, std::size_t count) const;
   [[nodiscard]] Cells cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const;
   [[nodiscard]] ReadSurface surface() const;
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(const ReadSurface& of) const;
+  void add_colors(const char* name, std::size_t mesh, std::size_t vertices, std::size_t copies,
+                  std::vector<glm::u8vec3>& colors) const;
   [[nodiscard]] int texture_number() const;
   [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
@@ -131,10 +144,10 @@ std::vector<std::uint32_t> ModelReader::whole_numbers(const char* name) const {
   return file_.values<std::uint32_t>(file_.accessor(lumigraph_, kLumigraphExtension, name), name, kWholeNumbers);
 }
 
-Mesh ModelReader::written_mesh() const {
+Mesh ModelReader::written_mesh(std::size_t number) const {
   Mesh mesh;
-  mesh.positions = file_.values<glm::vec3>(file_.attribute("POSITION"), "POSITION", kPositions);
-  mesh.faces = file_.values<glm::uvec3>(file_.triangles().indices, "indices", kTriangles);
+  mesh.positions = file_.values<glm::vec3>(file_.attribute("POSITION", number), "POSITION", kPositions);
+  mesh.faces = file_.values<glm::uvec3>(file_.triangles(number).indices, "indices", kTriangles);
   if (mesh.faces.empty()) file_.refuse("its mesh has no faces");
   for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
     for (int corner = 0; corner < 3; ++corner) {
@@ -183,31 +196,35 @@ void leave_out(const std::vector<std::uint32_t>& copies, Mesh& mesh) {
   }
 }
 
-// By vertex, in [0, count).
-std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t count) const {
-  const auto numbers = file_.values<float>(file_.attribute(kCellAttribute), kCellAttribute, kNumbers);
+// By vertex of a mesh, the cell's number beyond `first`, in [0, count).
+std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
+                                                       std::size_t mesh) const {
+  const auto numbers = file_.values<float>(file_.attribute(kCellAttribute, mesh), kCellAttribute, kNumbers);
   if (numbers.size() != vertices) {
     file_.refuse(std::string(kCellAttribute) + " has " + std::to_string(numbers.size()) + " cells for " +
                  std::to_string(vertices) + " vertices");
   }
+  const auto least = static_cast<float>(first), end = static_cast<float>(first + count);
   std::vector<std::uint32_t> cells;
   cells.reserve(vertices);
   for (const float number : numbers) {
     // Written so that NaN is refused too.
-    if (!(number >= 0 && number < static_cast<float>(count) && number == std::floor(number))) {
-      file_.refuse("vertex " + std::to_string(cells.size()) + " is in cell " + number_text(number) + " of " +
-                   std::to_string(count));
+    if (!(number >= least && number < end && number == std::floor(number))) {
+      file_.refuse("vertex " + std::to_string(cells.size()) + (mesh == 0 ? "" : " of mesh " + std::to_string(mesh)) +
+                   " is in cell " + number_text(number) + " of " + std::to_string(count) +
+                   (first == 0 ? "" : " from cell " + std::to_string(first)));
     }
-    cells.push_back(static_cast<std::uint32_t>(number));
+    cells.push_back(static_cast<std::uint32_t>(number) - static_cast<std::uint32_t>(first));
   }
   return cells;
 }
 
-std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::size_t count) const {
-  if (count > kMostCells) {
-    file_.refuse("has " + std::to_string(count) + " cells, must be at most " + std::to_string(kMostCells));
+std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
+                                                     std::size_t mesh) const {
+  if (first + count > kMostCells) {
+    file_.refuse("has " + std::to_string(first + count) + " cells, must be at most " + std::to_string(kMostCells));
   }
-  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(written.positions.size(), count);
+  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(written.positions.size(), first, count, mesh);
   std::vector<std::uint32_t> cells;
   cells.reserve(written.faces.size());
   for (const glm::uvec3& face : written.faces) {
@@ -222,28 +239,59 @@ std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::s
   return cells;
 }
 
-Cells ModelReader::cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const {
-  const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, most_cell_size(mesh));
+FarPart ModelReader::far_part(std::size_t cells) const {
+  if (!lumigraph_.Has("far")) return {};
+  const GltfFile::Object& far = file_.field(lumigraph_, kLumigraphExtension, "far");
+  const auto most = static_cast<std::uint32_t>(std::min<std::size_t>(cells, kMostCells));
+  return {file_.whole_number(far, "far", "mesh", 1, 1'000'000), file_.whole_number(far, "far", "cells", 1, most)};
+}
+
+FarSphere ModelReader::far_sphere(const FarPart& part, std::size_t cells, double cell_size) const {
+  if (part.cells == 0) return {};
+  FarSphere far;
+  far.mesh = written_mesh(part.mesh);
+  std::vector<std::uint32_t> of_face = cell_of_face(far.mesh, cells - part.cells, part.cells, part.mesh);
+  require_no_empty_cell(of_face, cells - part.cells, part.cells);
+  far.cells = measure_cells(far.mesh, std::move(of_face), cell_size);
+  return far;
+}
+
+// `of_face` numbers the cells beyond `first`.
+void ModelReader::require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first,
+                                        std::size_t count) const {
   std::vector<std::uint8_t> used(count, 0);
   for (const std::uint32_t cell : of_face) used[cell] = 1;
   const auto empty = std::find(used.begin(), used.end(), 0);
-  if (empty != used.end()) file_.refuse("cell " + std::to_string(empty - used.begin()) + " has no faces");
+  if (empty == used.end()) return;
+  file_.refuse("cell " + std::to_string(first + static_cast<std::size_t>(empty - used.begin())) + " has no faces");
+}
+
+Cells ModelReader::cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const {
+  const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, most_cell_size(mesh));
+  require_no_empty_cell(of_face, 0, count);
   return measure_cells(mesh, std::move(of_face), size);
 }
 
-std::vector<glm::u8vec3> ModelReader::vertex_colors(const ReadSurface& of) const {
-  const char* const name = textured_ ? kTexturedColorAttribute : kColorAttribute;
-  const auto linear = file_.values<glm::u16vec4>(file_.attribute(name), name, kColors);
-  if (linear.size() != of.vertices) {
+// Adds the colours of a mesh to `colors`, without those of the last vertices, which are copies.
+void ModelReader::add_colors(const char* name, std::size_t mesh, std::size_t vertices, std::size_t copies,
+                             std::vector<glm::u8vec3>& colors) const {
+  const auto linear = file_.values<glm::u16vec4>(file_.attribute(name, mesh), name, kColors);
+  if (linear.size() != vertices) {
     file_.refuse(std::string(name) + " has " + std::to_string(linear.size()) + " colours for " +
-                 std::to_string(of.vertices) + " vertices");
+                 std::to_string(vertices) + " vertices");
   }
-  std::vector<glm::u8vec3> colors;
-  colors.reserve(of.vertices - of.copies);
-  for (const glm::u16vec4& c : std::span(linear).first(of.vertices - of.copies)) {
+  for (const glm::u16vec4& c : std::span(linear).first(vertices - copies)) {
     colors.emplace_back(srgb8_from_linear(c.r / 65535.0), srgb8_from_linear(c.g / 65535.0),
                         srgb8_from_linear(c.b / 65535.0));
   }
+}
+
+std::vector<glm::u8vec3> ModelReader::vertex_colors(const ReadSurface& of) const {
+  std::vector<glm::u8vec3> colors;
+  colors.reserve(of.surface->mesh.positions.size());
+  add_colors(textured_ ? kTexturedColorAttribute : kColorAttribute, 0, of.vertices, of.copies, colors);
+  const FarPart far = far_part(of.surface->cells.cells.size());
+  if (far.cells > 0) add_colors(kColorAttribute, far.mesh, of.surface->far_vertices, 0, colors);
   return colors;
 }
 
@@ -531,12 +579,15 @@ ReadSurface ModelReader::surface() const {
   const std::vector<double> offset =
       file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3, -kMostOffset, kMostOffset);
   surface->offset = {offset[0], offset[1], offset[2]};
-  const std::size_t count = cells_seen().size();
-  std::vector<std::uint32_t> of_face = cell_of_face(surface->mesh, count);
+  const std::size_t all_cells = cells_seen().size();
+  const FarPart far = far_part(all_cells);
+  const std::size_t count = all_cells - far.cells;
+  std::vector<std::uint32_t> of_face = cell_of_face(surface->mesh, 0, count, 0);
   const std::vector<std::uint32_t> left_out = copies(surface->mesh);
   ReadSurface read{surface, surface->mesh.positions.size(), left_out.size()};
   leave_out(left_out, surface->mesh);
   surface->cells = cells(surface->mesh, std::move(of_face), count);
+  if (far.cells > 0) *surface = with_far_sphere(*surface, far_sphere(far, all_cells, surface->cells.size));
   return read;
 }
 
@@ -619,8 +670,9 @@ ModelFacts ModelReader::facts() const {
   }
   facts.json_bytes = read_model_json(path_).size();
   facts.texture_bytes = bytes_of(texture(read.vertices));
-  facts.mesh_bytes = read.vertices * sizeof(glm::vec3) + read.surface->mesh.faces.size() * sizeof(glm::uvec3);
-  facts.vertex_bytes = read.vertices * (sizeof(glm::u16vec4) + sizeof(float)) + read.copies * sizeof(std::uint32_t) +
+  const std::size_t vertices = read.vertices + read.surface->far_vertices;
+  facts.mesh_bytes = vertices * sizeof(glm::vec3) + read.surface->mesh.faces.size() * sizeof(glm::uvec3);
+  facts.vertex_bytes = vertices * (sizeof(glm::u16vec4) + sizeof(float)) + read.copies * sizeof(std::uint32_t) +
                        (textured_ ? read.vertices * sizeof(glm::u16vec2) : 0);
   facts.table_bytes = cells + facts.tiles.slots.size() + sizeof(float) * cell_coverage(cells).size() +
                       sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());

@@ -195,14 +195,16 @@ WrittenMesh written_mesh(const Surface& surface, const BaseTexture* texture) {
   return written;
 }
 
-tinygltf::Primitive add_triangles(tinygltf::Model& model, const Snapshot& snapshot, const WrittenMesh& mesh) {
+// `colors`: one for each vertex of `given`, which is the mesh that is written.
+tinygltf::Primitive add_triangles(tinygltf::Model& model, const Mesh& given, const std::vector<glm::u8vec3>& colors,
+                                  const WrittenMesh& mesh) {
   const bool textured = !mesh.places.empty();
   tinygltf::Primitive primitive;
   primitive.mode = TINYGLTF_MODE_TRIANGLES;
   primitive.material = add_unlit_material(model, textured);
-  primitive.attributes["POSITION"] = add_positions(model, snapshot.surface->mesh, mesh.with_copies(mesh.cells.source));
+  primitive.attributes["POSITION"] = add_positions(model, given, mesh.with_copies(mesh.cells.source));
   primitive.attributes[textured ? kTexturedColorAttribute : kColorAttribute] =
-      add_colors(model, mesh.with_copies(repeated(snapshot.vertex_colors, mesh.cells.source)));
+      add_colors(model, mesh.with_copies(repeated(colors, mesh.cells.source)));
   primitive.attributes[kCellAttribute] = add_cells(model, mesh.with_copies(mesh.cells.values));
   if (textured) primitive.attributes[kPlaceAttribute] = add_places(model, mesh.places);
   primitive.indices = add_accessor(model, mesh.faces, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR,
@@ -211,10 +213,29 @@ tinygltf::Primitive add_triangles(tinygltf::Model& model, const Snapshot& snapsh
   return primitive;
 }
 
-void add_mesh(tinygltf::Model& model, const Snapshot& snapshot, const WrittenMesh& mesh) {
+void add_mesh(tinygltf::Model& model, const Mesh& given, const std::vector<glm::u8vec3>& colors,
+              const WrittenMesh& mesh) {
   tinygltf::Mesh gltf_mesh;
-  gltf_mesh.primitives.push_back(add_triangles(model, snapshot, mesh));
+  gltf_mesh.primitives.push_back(add_triangles(model, given, colors, mesh));
   model.meshes.push_back(std::move(gltf_mesh));
+}
+
+// As a mesh that no node shows: other programs would take it for a part of the scene.
+void add_far_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
+  const Surface& surface = *snapshot.surface;
+  if (surface.far_faces == 0) return;
+  const FarSphere far = far_sphere_of(surface);
+  const auto near_cells = static_cast<std::uint32_t>(surface.near_cells());
+  WrittenMesh written;
+  written.cells = split_vertices(far.mesh.faces, far.mesh.positions.size(),
+                                 [&](std::size_t face, int) { return near_cells + far.cells.cell_of_face[face]; });
+  written.faces = std::move(written.cells.faces);
+  const auto first = snapshot.vertex_colors.end() - static_cast<std::ptrdiff_t>(far.mesh.positions.size());
+  add_mesh(model, far.mesh, {first, snapshot.vertex_colors.end()}, written);
+}
+
+// Shows the first mesh.
+void add_scene(tinygltf::Model& model) {
   tinygltf::Node node;
   node.mesh = 0;
   model.nodes.push_back(std::move(node));
@@ -287,11 +308,14 @@ Json tiles_json(tinygltf::Model& model, const Snapshot& snapshot) {
 
 void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const WrittenMesh& mesh,
                    const std::vector<ModelImage>& images, const ValidityOptions& validity) {
-  const Cells& cells = snapshot.surface->cells;
+  const Surface& surface = *snapshot.surface;
   Json::Object extension;
   extension["version"] = Json(mesh.places.empty() ? kLumigraphVersion : kTexturedLumigraphVersion);
-  extension["offset"] = array_of(snapshot.surface->offset);
-  extension["cellSize"] = Json(std::min(cells.size, most_cell_size(snapshot.surface->mesh)));
+  extension["offset"] = array_of(surface.offset);
+  extension["cellSize"] = Json(std::min(surface.cells.size, most_cell_size(near_surface(surface).mesh)));
+  if (surface.far_faces > 0) {
+    extension["far"] = Json(Json::Object{{"mesh", Json(1)}, {"cells", Json(static_cast<int>(surface.far_cells))}});
+  }
   if (!mesh.copies.empty()) extension["vertexCopies"] = Json(add_scalars(model, mesh.copies));
   extension["cellSeen"] =
       Json(add_accessor(model, snapshot.cell_seen, TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR));
@@ -514,8 +538,11 @@ tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>
   model.asset.version = "2.0";
   model.asset.generator = "lumatlas";
   model.buffers.emplace_back();
-  const WrittenMesh mesh = written_mesh(*snapshot.surface, texture);
-  add_mesh(model, snapshot, mesh);
+  const Surface near = near_surface(*snapshot.surface);
+  const WrittenMesh mesh = written_mesh(near, texture);
+  add_mesh(model, near.mesh, snapshot.vertex_colors, mesh);
+  add_far_mesh(model, snapshot);
+  add_scene(model);
   if (texture) add_texture(model, images.size());
   add_lumigraph(model, snapshot, mesh, images, validity);
   return model;
@@ -584,7 +611,7 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   check(validity);
   check(photographs);
   const Snapshot snapshot = checked(given);
-  if (texture) check(*texture, snapshot.surface->mesh.faces.size());
+  if (texture) check(*texture, snapshot.surface->near_faces());
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
   std::vector<ModelFileName> names;
   for (const ModelImage& image : images) names.push_back(image.name);
@@ -618,7 +645,7 @@ void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions&
   check(validity);
   check(photographs);
   const Snapshot snapshot = checked(given);
-  if (texture) check(*texture, snapshot.surface->mesh.faces.size());
+  if (texture) check(*texture, snapshot.surface->near_faces());
   const nlohmann::json extras = notes.empty() ? nlohmann::json() : parsed_notes(notes);
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
   tinygltf::Model model = model_of(snapshot, images, validity, texture);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <stdexcept>
 #include <string>
 
@@ -139,6 +140,19 @@ void check_but_surface(const Snapshot& snapshot) {
     refuse_snapshot(entry("cell_coverage", cell) + " is " + number_text(coverage) +
                     ", must be finite and not negative");
   }
+}
+
+Snapshot without_far_sphere(const Snapshot& snapshot) {
+  if (snapshot.surface->far_faces == 0) return snapshot;
+  Snapshot near = snapshot;
+  near.surface = std::make_shared<const Surface>(near_surface(*snapshot.surface));
+  const std::size_t cells = near.surface->cells.cells.size();
+  near.cell_seen.resize(cells);
+  near.references.offsets.resize(cells + 1);
+  near.references.views.resize(near.references.offsets.back());
+  near.vertex_colors.resize(near.surface->mesh.positions.size());
+  if (!near.cell_coverage.empty()) near.cell_coverage.resize(cells);
+  return near;
 }
 
 void leave_out_views_without_tiles(Snapshot& snapshot) {

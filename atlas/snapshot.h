@@ -44,6 +44,9 @@ void check_but_surface(const Snapshot& snapshot);
 // That part of check() which is about the gains.
 void check_gains(const Snapshot& snapshot);
 
+// The snapshot without the far sphere of its surface.
+[[nodiscard]] Snapshot without_far_sphere(const Snapshot& snapshot);
+
 // With tiles, takes away the views that have no resident tile, with the references to them: nothing of them is shown,
 // so that neither memory nor a file need hold their photographs. Slots keep their numbers.
 void leave_out_views_without_tiles(Snapshot& snapshot);

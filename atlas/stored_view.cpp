@@ -54,12 +54,12 @@ void check(const StoredView& view) {
   if (!view.rim.empty()) require_count(view.name, "rim", view.rim.size(), pixels);
 }
 
-float median_depth(const StoredView& view) {
+float median_depth(const StoredView& view, float below) {
   constexpr std::size_t kStride = 16;
   std::vector<float> depths;
   std::size_t finite = 0;
   for (const float depth : view.depth) {
-    if (std::isfinite(depth) && depth > 0 && finite++ % kStride == 0) depths.push_back(depth);
+    if (std::isfinite(depth) && depth > 0 && depth < below && finite++ % kStride == 0) depths.push_back(depth);
   }
   return depths.empty() ? 0 : upper_median(depths);
 }

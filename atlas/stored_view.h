@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -35,8 +36,9 @@ void require_photograph_of(const std::string& view, const Camera& camera, const 
 // every list has one value per pixel (`trust` and `rim`: or none).
 void check(const StoredView& view);
 
-// Of the view's finite depths, of every 16th pixel that has one; scene units, 0 if none has.
-[[nodiscard]] float median_depth(const StoredView& view);
+// Returns the median of the view's depths that are smaller than `below`, from every 16th pixel that has one; scene
+// units, 0 if none has.
+[[nodiscard]] float median_depth(const StoredView& view, float below = std::numeric_limits<float>::infinity());
 
 // Completes a view with its depth and its mask. `visible` is what the camera sees at its own resolution. Throws
 // std::invalid_argument unless camera, photograph, `visible` and `trust` (as in StoredView) are of one size and the

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "atlas/model_file.h"
+#include "tests/support/far_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
@@ -105,6 +106,7 @@ TEST_CASE("what is written passes the schema") {
   CHECK(checker.errors(written_extension(small_snapshot({}, {8, 2, 0}))).empty());
   CHECK(checker.errors(written_extension(small_snapshot(), true)).empty());
   CHECK(checker.errors(written_extension(Atlas(wall_and_panel(), 2).snapshot())).empty());
+  CHECK(checker.errors(written_extension(far_snapshot())).empty());
 }
 
 // Names of properties of an object and of the objects in it.
@@ -124,9 +126,10 @@ TEST_CASE("every property of the schema is written, but for glTF's own") {
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
   snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);
   names_in(written_extension(snapshot, true), written);
+  names_in(written_extension(far_snapshot()), written);
   const json rules = schema();
-  for (const json& object :
-       {rules, rules["$defs"]["view"], rules["properties"]["tiles"], rules["properties"]["validity"]}) {
+  for (const json& object : {rules, rules["$defs"]["view"], rules["properties"]["tiles"],
+                             rules["properties"]["validity"], rules["properties"]["far"]}) {
     for (const auto& [name, part] : object.at("properties").items()) listed.push_back(name);
   }
   for (const std::string& name : listed) {
