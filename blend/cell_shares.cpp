@@ -339,6 +339,21 @@ glm::vec4 joined_shares(const glm::vec4& shares, const std::array<int, kCellsPer
   return sums;
 }
 
+// Shrinks the far sphere so that its cells have the target size of the other cells: the same width then fades them.
+void shrink_far_sphere(Surface& surface) {
+  if (surface.far_cells == 0) return;
+  double area = 0;
+  for (std::size_t cell = surface.near_cells(); cell < surface.cells.cells.size(); ++cell) {
+    area += surface.cells.cells[cell].area;
+  }
+  const double scale = surface.cells.size / std::sqrt(area / surface.far_cells);
+  if (!(std::isfinite(scale) && scale > 0)) return;  // cells without area, in a file of another program
+  std::vector<glm::vec3>& positions = surface.mesh.positions;
+  for (std::size_t i = positions.size() - surface.far_vertices; i < positions.size(); ++i) {
+    positions[i] *= static_cast<float>(scale);
+  }
+}
+
 }  // namespace
 
 CellShares share_cells(const Surface& surface, double width) {
@@ -348,6 +363,7 @@ CellShares share_cells(const Surface& surface, double width) {
   if (width == 0) return own_cells(surface.cells);
   Surface joined = surface;
   joined.mesh.faces = joined_faces(surface.mesh);
+  shrink_far_sphere(joined);
   const Mesh& mesh = joined.mesh;
   VertexShares vertices = shares_of_vertices(joined, width);
   limit_cells(joined, vertices);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <limits>
 
 #include "mesh/base/median.h"
 
@@ -19,21 +20,22 @@ constexpr double kSamePlace = 0.01;
 // Enough for a median; odd strides below, so that they do not fall on the same columns of every row.
 constexpr std::size_t kDepthSamples = 1024;
 
-std::vector<double> sparse_depths(const StoredView& view) {
+std::vector<double> sparse_depths(const StoredView& view, float below) {
   const std::size_t stride = (view.depth.size() / kDepthSamples) | 1;
   std::vector<double> depths;
   for (std::size_t pixel = 0; pixel < view.depth.size(); pixel += stride) {
-    if (std::isfinite(view.depth[pixel])) depths.push_back(view.depth[pixel]);
+    if (view.depth[pixel] < below) depths.push_back(view.depth[pixel]);
   }
   return depths;
 }
 
 // 1 / D; 0 if no view sees a surface.
 double inverse_depth(const Snapshot& snapshot) {
+  const float below = snapshot.surface ? depth_before_far(*snapshot.surface) : std::numeric_limits<float>::infinity();
   std::vector<double> medians;
   for (const auto& view : snapshot.views) {
     if (!view) continue;
-    std::vector<double> depths = sparse_depths(*view);
+    std::vector<double> depths = sparse_depths(*view, below);
     if (!depths.empty()) medians.push_back(upper_median(depths));
   }
   return medians.empty() ? 0 : 1 / upper_median(medians);
@@ -66,6 +68,11 @@ glm::dvec3 NearbyExposure::at(const Camera& camera) const {
   }
   // From so far away that no weight is left, no view is nearer than another.
   return total > 0 ? glm::exp(-sum / total) : glm::dvec3(1);
+}
+
+glm::dvec3 shown_gain(const glm::dvec3& gain, const glm::dvec3& color, const glm::dvec3& exposure) {
+  const glm::dvec3 clipped = glm::smoothstep(glm::dvec3(kClippedFrom), glm::dvec3(1), color);
+  return glm::mix(gain, glm::max(gain, 1.0 / exposure), clipped);
 }
 
 glm::dvec3 picture_exposure(const NearbyExposure& nearby, const Camera& camera, const BlendOptions& options) {

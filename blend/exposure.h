@@ -52,4 +52,13 @@ class NearbyExposure {
 [[nodiscard]] glm::dvec3 picture_exposure(const NearbyExposure& nearby, const Camera& camera,
                                           const BlendOptions& options);
 
+// Linear light from which on a channel of a photograph counts as clipped, the more the nearer it is to 1: sRGB 250.
+// Shared with the shader.
+inline constexpr double kClippedFrom = 0.955;
+
+// Returns the factor from a photograph's linear colour to the model's exposure, for a picture that is shown in
+// `exposure`: the photograph's gain, and where it is clipped at least what makes the picture white. A white sky stays
+// white where the photograph was exposed longer than the picture.
+[[nodiscard]] glm::dvec3 shown_gain(const glm::dvec3& gain, const glm::dvec3& color, const glm::dvec3& exposure);
+
 }  // namespace lumatlas

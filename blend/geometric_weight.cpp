@@ -28,9 +28,9 @@ double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const 
   return glm::smoothstep(std::cos(glm::radians(kRimFarDegrees)), std::cos(glm::radians(kRimNearDegrees)), cosine);
 }
 
-double frame_share(const glm::dvec2& image, const glm::dvec2& size, const BlendOptions& options) {
-  if (!(options.frame_fade > 0)) return 1;
-  const double band = options.frame_fade * std::min(size.x, size.y);
+double frame_share(const glm::dvec2& image, const glm::dvec2& size, double fade) {
+  if (!(fade > 0)) return 1;
+  const double band = fade * std::min(size.x, size.y);
   const glm::dvec2 share = glm::smoothstep(glm::dvec2(0), glm::dvec2(band), glm::min(image, size - image));
   return share.x * share.y;
 }

@@ -19,6 +19,12 @@ inline constexpr double kFramePenalty = 0.01;
 // valid. In most of the band above that of contradicted pixels, 1 / 255; far below other views. Shared with the shader.
 inline constexpr double kLeastInFrame = 0.05;
 
+// Width of the band on the far sphere, as a share of the photograph's shorter side: the band is the whole photograph.
+// All photographs see the far sphere from nearly the same direction, so the band decides between them: a point comes
+// mostly from the photograph that has it nearest to the middle. What photographs disagree about, such as clouds, fades
+// widely. Shared with the shader.
+inline constexpr double kFarFrameFade = 0.5;
+
 // lambda w_dir + (1 - lambda) w_pos of blend_options.h, in [0, 1]; 0 at the place of either camera.
 [[nodiscard]] double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
                                       const glm::dvec3& stored_center, const BlendOptions& options);
@@ -30,8 +36,9 @@ inline constexpr double kLeastInFrame = 0.05;
                                const BlendOptions& options);
 
 // The share that is left of a photograph of that size at a pixel of it, in [0, 1]: 0 at its border, 1 where the border
-// is farther than the band of options.frame_fade, smooth between; 1 everywhere without a band.
-[[nodiscard]] double frame_share(const glm::dvec2& image, const glm::dvec2& size, const BlendOptions& options);
+// is farther than the band, smooth between; 1 everywhere without a band. `fade`: the band's width, a share of the
+// photograph's shorter side, options.frame_fade or kFarFrameFade.
+[[nodiscard]] double frame_share(const glm::dvec2& image, const glm::dvec2& size, double fade);
 
 // The weight of a view where `frame` is the share that is left of its photograph: continuous in both, at most `weight`,
 // equal to it where `frame` is 1, and 0 where `frame` is 0. The view first ranks as a worse one, so that the next best

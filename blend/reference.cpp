@@ -44,12 +44,18 @@ struct Source {
   const Snapshot& snapshot;
   std::vector<std::vector<ImageLevel>> levels;
   std::vector<std::vector<BlockPixel>> depths;
+  double before_far;    // depth_before_far() of the surface
+  glm::dvec3 exposure;  // of the picture
 
-  Source(const Snapshot& from, const BlendOptions& options);
+  Source(const Snapshot& from, const BlendOptions& options, const glm::dvec3& shown_in);
 };
 
-Source::Source(const Snapshot& from, const BlendOptions& options)
-    : snapshot(from), levels(from.views.size()), depths(from.views.size()) {
+Source::Source(const Snapshot& from, const BlendOptions& options, const glm::dvec3& shown_in)
+    : snapshot(from),
+      levels(from.views.size()),
+      depths(from.views.size()),
+      before_far(static_cast<double>(depth_before_far(*from.surface))),
+      exposure(shown_in) {
   const std::uint32_t count = options.prefilter ? levels_of(snapshot.tiles.options) : 1;
   tbb::parallel_for(std::size_t{0}, levels.size(), [&](std::size_t slot) {
     if (!snapshot.views[slot]) return;
@@ -141,8 +147,10 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
   const double share = shown.at_rim ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
   const double valid = sample.validity * share;
-  const double in_frame = weight_in_frame(weight, frame_share(image, size, options));
-  return {in_frame * valid, snapshot.gains[slot] * sample.color, valid > 0};
+  const double fade = cam.z > source.before_far ? kFarFrameFade : options.frame_fade;
+  const double in_frame = weight_in_frame(weight, frame_share(image, size, fade));
+  const glm::dvec3 gain = shown_gain(snapshot.gains[slot], sample.color, source.exposure);
+  return {in_frame * valid, gain * sample.color, valid > 0};
 }
 
 // What a view of this weight counts in a pixel, up to a factor that all views have in common.
@@ -214,7 +222,6 @@ struct Picture {
   const Camera& camera;
   const VisibilityBuffer& visible;
   const BlendOptions& options;
-  glm::dvec3 exposure;
   const CellShares& shares;
 };
 
@@ -271,7 +278,7 @@ Shaded shade(const Picture& picture, std::size_t pixel) {
     const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
     shaded.state = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
   }
-  shaded.color *= picture.exposure;
+  shaded.color *= picture.source.exposure;
   return shaded;
 }
 
@@ -365,7 +372,7 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
   of_own_cell.border_width = 0;
   Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, of_own_cell).state, {}};
   diagnosis.pixels.resize(diagnosis.state.size());
-  const Source source(snapshot, options);
+  const Source source(snapshot, options, glm::dvec3(1));
   tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
     const std::uint32_t face = visible.face[pixel];
     if (face == kNoFace) return;
@@ -386,10 +393,9 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   check(camera);
   check(snapshot);
   require_buffer_of(camera, visible, snapshot.surface->mesh.faces.size());
-  const Source source(snapshot, options);
-  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
+  const Source source(snapshot, options, picture_exposure(NearbyExposure(snapshot), camera, options));
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
-  return rounded(camera, shade_all({source, camera, visible, at_middle(options), exposure, shares}));
+  return rounded(camera, shade_all({source, camera, visible, at_middle(options), shares}));
 }
 
 Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
@@ -397,18 +403,17 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   check(options);
   check(camera);
   check(snapshot);
-  const Source source(snapshot, options);
-  const glm::dvec3 exposure = picture_exposure(NearbyExposure(snapshot), camera, options);
+  const Source source(snapshot, options, picture_exposure(NearbyExposure(snapshot), camera, options));
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
   const VisibilityBuffer visible = visibility.trace(camera);
-  std::vector<Shaded> pixels = shade_all({source, camera, visible, at_middle(options), exposure, shares});
+  std::vector<Shaded> pixels = shade_all({source, camera, visible, at_middle(options), shares});
   if (options.supersample == 1) return rounded(camera, pixels);
   const std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
                                                 ? std::vector<std::uint8_t>(pixels.size(), 1)
                                                 : silhouettes(camera, visible);
   std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // of colour, and of how many see the surface
   for (const Camera& sample : sample_cameras(camera, options.supersample)) {
-    add_seen(shade({source, sample, visibility.trace(sample), options, exposure, shares}, sampled), sums);
+    add_seen(shade({source, sample, visibility.trace(sample), options, shares}, sampled), sums);
   }
   take_means(sums, pixels);
   return rounded(camera, pixels);

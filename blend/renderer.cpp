@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <glm/glm.hpp>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <optional>
 #include <span>
 #include <stdexcept>
@@ -99,6 +100,7 @@ struct Renderer::State {
   PhotographArray photographs;
   std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // of faces for each shader, one after the other
   double near_depth = 0;
+  double before_far = 0;  // depth_before_far() of the surface, as large as a float can be without a far sphere
   NearbyExposure nearby_exposure;
   // What load_zones() needs again for another width.
   std::shared_ptr<const Surface> surface;
@@ -231,7 +233,7 @@ void Renderer::State::describe(const Camera& camera, const BlendOptions& options
   block.clip_from_cam = clip_from_cam(camera);
   block.center = glm::dvec4(camera.center(), camera.height);
   block.exposure = glm::dvec4(picture_exposure(nearby_exposure, camera, options), near_depth);
-  block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, options.frame_fade, 0);
+  block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, options.frame_fade, before_far);
   block.departures = {options.position == BlendOptions::Position::printed, options.rims, options.fade_last,
                       options.consistent};
   const ArrayShape& shape = photographs.shape();
@@ -417,8 +419,10 @@ void Renderer::load(const Snapshot& snapshot) {
   State& state = *state_;
   state.loaded = false;
   if (!same_surface) {
-    const Bounds box = bounds(snapshot.surface->mesh);
+    const Bounds box = bounds(near_surface(*snapshot.surface).mesh);
     state.near_depth = kNearShare * glm::length(box.max - box.min);
+    state.before_far =
+        static_cast<double>(std::min(depth_before_far(*snapshot.surface), std::numeric_limits<float>::max()));
   }
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);

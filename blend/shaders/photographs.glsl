@@ -63,10 +63,12 @@ float footprint_of(float focal_length, float z, float depth) {
   return z * focal_length / (SAMPLES_ACROSS * intrinsics.x * depth);
 }
 
-// The share that is left of a photograph of that size at a pixel of it: see blend/geometric_weight.h.
-float frame_share(vec2 image, vec2 size) {
-  if (!(weights.z > 0.0)) return 1.0;
-  vec2 share = smoothstep(0.0, weights.z * min(size.x, size.y), min(image, size - image));
+// The share that is left of a photograph at one of its pixels, by the depth of the point that the pixel shows: see
+// blend/geometric_weight.h.
+float frame_share(vec2 image, vec2 size, float depth) {
+  float fade = depth > weights.w ? FAR_FRAME_FADE : weights.z;
+  if (!(fade > 0.0)) return 1.0;
+  vec2 share = smoothstep(0.0, fade * min(size.x, size.y), min(image, size - image));
   return share.x * share.y;
 }
 
@@ -85,7 +87,7 @@ float validity(uint view, vec3 away, float z, float depth_scale, out bool rim, o
   ivec3 pixel;
   if (!locate(size, image, texel, pixel)) return 0.0;
   if (depth * reciprocal_at(pixel, rim) > depth_scale * weights.y) return 0.0;
-  frame = frame_share(image, size.xy);
+  frame = frame_share(image, size.xy, depth);
   float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 2u).w, z, depth)) : 0.0;
   return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
 }
@@ -137,6 +139,11 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
   return max(sum, vec3(0.0));  // beside bright detail it may fall below
 }
 
+// What a colour of a photograph with this gain is multiplied with: see blend/exposure.h.
+vec3 shown_gain(vec3 gain, vec3 color) {
+  return mix(gain, max(gain, 1.0 / exposure.rgb), smoothstep(CLIPPED_FROM, 1.0, color));
+}
+
 // Of a view that is valid here.
 vec3 color_in(uint view, vec3 world, float z) {
   vec2 image;
@@ -158,5 +165,5 @@ vec3 color_in(uint view, vec3 world, float z) {
     part = left;
     ++next;
   } while (left > 0.0);
-  return color * view_texel(view, 5u).rgb;
+  return color * shown_gain(view_texel(view, 5u).rgb, color);
 }

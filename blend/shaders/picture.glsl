@@ -13,7 +13,7 @@ layout(std140) uniform Picture {
   vec4 clip_from_cam;      // scale x, scale y, shift x, shift y, of x / z and y / z
   vec4 center;             // of the camera in the world; height of the picture in pixels
   vec4 exposure;           // linear light of the model times this is shown; depth of the nearest surface drawn
-  vec4 weights;            // lambda; 1 + occlusion tolerance; frame fade; -
+  vec4 weights;            // lambda; 1 + occlusion tolerance; frame fade; depth before the far sphere
   ivec4 departures;        // 1 or 0: printed position, rims, fade last, consistent
   ivec4 sampling;          // levels with cubic sampling, levels; 1 or 0: prefilter, skip losers
   ivec4 tiles;             // width and height in pixels without the gutter, gutter, columns of slots in a page

@@ -150,7 +150,7 @@ TEST_CASE("the share of a photograph rises from 0 at its border to 1 at the band
   BlendOptions options;
   options.frame_fade = 0.1;
   const glm::dvec2 size(300, 200);
-  const auto share = [&](double x, double y) { return frame_share({x, y}, size, options); };
+  const auto share = [&](double x, double y) { return frame_share({x, y}, size, options.frame_fade); };
   CHECK(share(0, 100) == 0);
   CHECK(share(10, 100) == Approx(0.5));
   CHECK(share(290, 100) == Approx(0.5));

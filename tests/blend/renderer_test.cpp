@@ -212,7 +212,7 @@ double share_not_shown(const StoredView& view, const Snapshot& snapshot, const R
     if (view.validity[pixel] != 255 || at_silhouette[pixel]) continue;
     const std::size_t column = pixel % view.camera.width, row = pixel / view.camera.width;
     const glm::dvec2 image(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
-    if (frame_share(image, size, options) < 1) continue;
+    if (frame_share(image, size, options.frame_fade) < 1) continue;
     ++compared;
     bool differs = false;
     for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value) {

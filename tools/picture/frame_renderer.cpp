@@ -40,7 +40,7 @@ FrameRenderer::FrameRenderer(const Snapshot& snapshot, const FrameOptions& optio
     : snapshot_(snapshot), options_(options), renderer_(renderer) {
   value_of_cell_ = values_of_cells(snapshot, options.mode);
   if (options.mode != Mode::picture) colors_.emplace(snapshot, options.mode, options.range);
-  if (needs_visibility(options.mode)) visibility_ = make_ray_visibility(snapshot.surface->mesh);
+  if (needs_visibility(options.mode)) visibility_ = make_ray_visibility(near_surface(*snapshot.surface).mesh);
 }
 
 // Scored as `lumatlas validate` scores its fitted figure.

@@ -8,7 +8,7 @@
 
 namespace lumatlas {
 
-// Depth z of about a hundredth of the pixels of each stored view that have a surface, scene units; in no order.
+// Depth z of about a hundredth of the pixels of each stored view that show the mesh, scene units; in no order.
 [[nodiscard]] std::vector<double> sampled_depths(const Snapshot& snapshot);
 
 }  // namespace lumatlas

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <glm/glm.hpp>
 #include <iterator>
+#include <limits>
 #include <ostream>
 #include <span>
 #include <stdexcept>
@@ -255,7 +256,7 @@ json SiteWriter::view_json(std::size_t slot) const {
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
   }
-  const double depth = median_depth(view);
+  const double depth = median_depth(view, depth_before_far(*snapshot_.surface));
   const ViewNames names = history_ ? version_names(slot) : views_[slot];
   return {{"name", view.name},
           {"photograph", names.photograph},
@@ -437,9 +438,9 @@ std::vector<std::string> SiteWriter::write_version() {
 }
 
 SiteFile SiteWriter::scene_file(const Described& described) const {
-  const Surface& surface = *snapshot_.surface;
-  const Bounds box = bounds(surface.mesh);
-  const SceneExtent extent = scene_extent(surface.mesh);
+  const Mesh near = near_surface(*snapshot_.surface).mesh;
+  const Bounds box = bounds(near);
+  const SceneExtent extent = scene_extent(near);
   const std::vector<Camera> cameras = cameras_of(snapshot_);
   json views = json::array();
   for (std::size_t slot = 0; slot < snapshot_.views.size(); ++slot) views.push_back(view_json(slot));
@@ -457,6 +458,7 @@ SiteFile SiteWriter::scene_file(const Described& described) const {
       {"tile", scaled_tile_px_},
       {"levels", levels_of(tiles)},
       {"cubic_levels", cubic_levels(tiles)},
+      {"depth_before_far", std::min(depth_before_far(*snapshot_.surface), std::numeric_limits<float>::max())},
       {"near_depth", kNearShare * glm::length(box.max - box.min)},
       {"inverse_depth", NearbyExposure(snapshot_).per_depth()},
       {"up", json_of(upward(cameras))},

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kStepsPerPixel = 64;
 constexpr double kStepsPerCell = 100;
-constexpr double kMostSteps = 1 << 24;
+constexpr double kMostSteps = 1 << 30;
 
 // The corners of the faces, one after the other.
 std::vector<std::uint32_t> corners_of(const std::vector<glm::uvec3>& faces) {
@@ -90,7 +90,7 @@ PositionGrid position_grid(const Snapshot& snapshot) {
   double step = snapshot.surface->cells.size / kStepsPerCell;
   for (const auto& view : snapshot.views) {
     if (!view) continue;
-    const double depth = median_depth(*view);
+    const double depth = median_depth(*view, depth_before_far(*snapshot.surface));
     if (depth > 0) step = std::min(step, depth / (std::max(view->camera.fx, view->camera.fy) * kStepsPerPixel));
   }
   step = std::max(step, longest / kMostSteps);
@@ -123,9 +123,10 @@ PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid) {
 
 ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces) {
   constexpr float kMostError = 0.02F;  // of the mesh's extent
-  const Mesh& mesh = snapshot.surface->mesh;
+  const Mesh mesh = near_surface(*snapshot.surface).mesh;
   if (mesh.faces.size() <= 2 * faces) return {};
-  const Mesh colored{mesh.positions, snapshot.vertex_colors, mesh.faces};
+  const auto colors = snapshot.vertex_colors.begin();
+  const Mesh colored{mesh.positions, {colors, colors + static_cast<std::ptrdiff_t>(mesh.positions.size())}, mesh.faces};
   const Bounds box = bounds(mesh);
   const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
   const Mesh few = simplified(colored, {kMostError * extent, faces}).mesh;

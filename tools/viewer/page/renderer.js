@@ -185,7 +185,7 @@ export class Renderer {
       2 * camera.cx / camera.width - 1, 1 - 2 * camera.cy / camera.height,
       ...[0, 1, 2].map((i) => -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2])), camera.height,
       ...exposure, scene.near_depth,
-      scene.blend.lambda, 1 + scene.blend.occlusion_tolerance, scene.blend.frame_fade, 0,
+      scene.blend.lambda, 1 + scene.blend.occlusion_tolerance, scene.blend.frame_fade, scene.depth_before_far,
     ]);
     numbers.set([
       scene.blend.printed_position, scene.blend.rims, scene.blend.fade_last, scene.blend.consistent,

@@ -84,6 +84,7 @@ export interface Scene {
   levels: number;
   cubic_levels: number;
   near_depth: number;
+  depth_before_far: number;
   inverse_depth: number;
   up: Vector;
   photographed: {cosine: number; enlargement: number; share: number};

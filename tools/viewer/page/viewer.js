@@ -719,7 +719,7 @@ export class Viewer {
     this.stale ||= this.mode === 'picture' && this.shown.pictures;  // the first photograph came
   }
 
-  // Depth of the surface at a place of the canvas, in CSS pixels; 0: there is none.
+  // Depth of the surface at a point of the canvas, in CSS pixels; 0: there is none, or only what is far.
   /** @param {number} x @param {number} y */
   pick(x, y) {
     const {target} = this;
@@ -727,7 +727,9 @@ export class Viewer {
     const box = this.canvas.getBoundingClientRect();
     const inside = (/** @type {number} */ v, /** @type {number} */ size, /** @type {number} */ pixels) =>
         Math.max(0, Math.min(pixels - 1, v / size * pixels));
-    return this.renderer.depthAt(target, inside(x, box.width, target.width), inside(y, box.height, target.height));
+    const {renderer} = this;
+    const depth = renderer.depthAt(target, inside(x, box.width, target.width), inside(y, box.height, target.height));
+    return depth < renderer.scene.depth_before_far ? depth : 0;
   }
 
   // A camera's picture as `lumatlas render` draws it: RGBA, row by row from the top, with alpha 0 where there is no

@@ -38,7 +38,7 @@ float frame_at(uint view, vec3 away) {
   float depth;
   bool inside = size.x > 0.0 && image_in(view, away, image, depth) && all(greaterThanEqual(image, vec2(0.0))) &&
                 all(lessThan(image, size.xy));
-  return inside ? frame_share(image, size.xy) : 0.0;
+  return inside ? frame_share(image, size.xy, depth) : 0.0;
 }
 
 void main() {
