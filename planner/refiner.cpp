@@ -173,7 +173,7 @@ Camera Refiner::sampling_camera(const Camera& camera) const {
 }
 
 std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyramid& photograph) const {
-  return choose_surface_samples(camera, photograph, visibility_->trace(sampling_camera(camera)), options_.samples);
+  return choose_surface_samples(camera, photograph, near_sight(sampling_camera(camera)), options_.samples);
 }
 
 std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
@@ -186,8 +186,18 @@ std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
 // else by rays.
 VisibilityBuffer Refiner::sight_of(std::uint32_t slot, const Camera& camera) const {
   const StoredView& view = *views_[slot]->view;
-  if (seen_[slot].empty()) return visibility_->trace(camera);
-  return seen_nearby(view, FaceLookup(seen_[slot], view.camera.width, view.camera.height), camera);
+  if (seen_[slot].empty()) return near_sight(camera);
+  VisibilityBuffer visible = seen_nearby(view, FaceLookup(seen_[slot], view.camera.width, view.camera.height), camera);
+  leave_out_far(*atlas_.surface(), visible);
+  return visible;
+}
+
+// Returns what a camera sees of the surface without the far sphere. Photographs are not compared on the far sphere,
+// because clouds move, and a near surface that the mesh lacks is at another point of it in each photograph.
+VisibilityBuffer Refiner::near_sight(const Camera& camera) const {
+  VisibilityBuffer visible = visibility_->trace(camera);
+  leave_out_far(*atlas_.surface(), visible);
+  return visible;
 }
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
@@ -297,7 +307,7 @@ void Refiner::replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const
 // See kDepthStandsPx.
 bool Refiner::depth_stands(std::uint32_t slot) const {
   const StoredView& view = *views_[slot]->view;
-  const auto depth = static_cast<double>(lumatlas::median_depth(view));
+  const auto depth = static_cast<double>(lumatlas::median_depth(view, depth_before_far(*atlas_.surface())));
   return shift_px(view.camera, views_[slot]->camera, depth) < kDepthStandsPx;
 }
 
@@ -342,11 +352,12 @@ void Refiner::settle(const ValidityOptions& validity) {
 // The median depth of the surface that the stored views see, from every 997th pixel of each.
 double Refiner::median_depth() const {
   constexpr std::size_t kStride = 997;
+  const float below = depth_before_far(*atlas_.surface());
   std::vector<float> depths;
   for (const std::optional<ComparedView>& view : views_) {
     if (!view) continue;
     for (std::size_t pixel = 0; pixel < view->view->depth.size(); pixel += kStride) {
-      if (std::isfinite(view->view->depth[pixel])) depths.push_back(view->view->depth[pixel]);
+      if (view->view->depth[pixel] < below) depths.push_back(view->view->depth[pixel]);
     }
   }
   if (depths.empty()) return 1;

@@ -156,6 +156,7 @@ class Refiner {
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
   [[nodiscard]] std::vector<SurfaceSample> samples_of(std::uint32_t slot) const;
   [[nodiscard]] VisibilityBuffer sight_of(std::uint32_t slot, const Camera& camera) const;
+  [[nodiscard]] VisibilityBuffer near_sight(const Camera& camera) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
