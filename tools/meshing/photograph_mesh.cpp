@@ -86,7 +86,7 @@ SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const Scen
   for (const std::size_t rank : ranks) views.push_back(scene.views[rank]);
   const ScenePoints sparse = points_of_views(std::move(points), ranks);
   SceneStereo stereo(views, sparse, options.stereo, options.stereo_folder);
-  stereo.match(progress("matching photographs", stereo.steps()));
+  stereo.match(progress(kMatchingStage, stereo.steps()));
   StereoPoints found = stereo_points(stereo, block_px_of(stereo, options), progress("joining depths", views.size()));
   ScenePoints all{scene.root, std::move(found.positions), {}, {}, std::move(found.views), std::move(found.deviations)};
   add_points_of_scene(sparse, views, all);

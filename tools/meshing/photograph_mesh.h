@@ -6,6 +6,8 @@
 
 namespace lumatlas {
 
+inline constexpr const char* kMatchingStage = "matching photographs";  // which takes nearly all of the time
+
 // `scene` and `points` (which may be none) are in the scene's own coordinates. The photographs' depths are found by
 // tools/stereo and become a surface like those of depth images. The same mesh for any number of threads. Throws
 // InputError, also where the photographs show too little of the same.
