@@ -151,7 +151,7 @@ TEST_CASE("a mesh of one face, and cells that each hold the whole scene, are mod
       CHECK(stored_names(result).size() >= 1);
       CHECK(textured_share(pictured(result, camera)) > 0.2);
       CHECK(textured_error(pictured(result, camera), scene->views[0].photograph) < 10);
-      if (size == 1e300) CHECK(result.snapshot.surface->cells.cells.size() == 1);
+      if (size == 1e300) CHECK(result.snapshot.surface->near_cells() == 1);
     }
   }
 }

@@ -195,6 +195,7 @@ std::string spread_text(const json& spread) {
 
 BuildOptions options_to_keep_all() {
   BuildOptions options;
+  options.completion.far_sphere = false;
   options.max_views = 1u << 20;
   options.planner.min_view_gain = 0;
   options.texture_px.reset();

@@ -399,6 +399,7 @@ class Capture {
     step("build", "a model of them", build_inputs(), outputs, [&] {
       ModelOutput output(model_);
       BuildOptions options = options_.build;
+      options.completion.surface = false;  // the mesh is as it was asked for
       options.mesh = work_ / "mesh.ply";
       const BuildResult built = build_model(work_, options, listener_.build);
       save_model(built, output, options_.photographs, result_.missed.size());

@@ -28,6 +28,7 @@
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
 #include "tools/pipeline/save_model.h"
+#include "tools/stereo/scene_stereo.h"
 #include "tools/viewer/live_site.h"
 #include "tools/viewer/open_browser.h"
 
@@ -57,6 +58,8 @@ struct BuildFlags {
   ImageCoding photograph_coding;
   bool watch = false;
   std::uint32_t idle_s = 0;  // 0: it ends by Ctrl-C alone
+  bool mesh_as_given = false;
+  bool no_far_sphere = false;
   bool view = false;
   bool no_browser = false;
   ServerOptions server;
@@ -357,6 +360,9 @@ class Shown {
 
 void run(const BuildFlags& flags) {
   BuildOptions options = options_of(flags);
+  const bool as_printed = flags.paper;
+  options.completion = {!flags.mesh_as_given && !as_printed, !flags.no_far_sphere && !as_printed,
+                        stereo_folder_of(flags.output)};
   std::optional<EndRequest> end_request;
   take_end_requests(flags, options, end_request);
   const ImageCoding photographs = flags.image_coding();
@@ -380,6 +386,7 @@ void run(const BuildFlags& flags) {
   if (flags.verbose) std::cerr << refinement_log(result);
   if (!flags.quiet) std::cerr << lenses_text(result.lenses);
   json totals = save_model(result, output, photographs);
+  remove_stereo_work(options.completion.stereo_folder);
   totals["file"] = file_bytes_json(flags.output);
   if (flags.json_output) {
     print_result(totals, flags.output);
@@ -415,6 +422,7 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
   add_model_output(command, flags.output);
   add_file(command, "--mesh", flags.mesh, "FILE",
            "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
+  command.add_flag("--mesh-as-given", flags.mesh_as_given, "Add no surface that photographs show and the mesh lacks");
   add_choice(command, "--image", flags.photograph_coding.format,
              {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
       ->transform(other_name("jpg", "jpeg"));
@@ -449,7 +457,6 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                                "With --budget auto, loss of PSNR against all photographs, as measured while building")
                    ->type_name("DB")
                    ->check(finite_not_negative());
-  flags.coverage.add_references_to(command);
   flags.cells.add_size_to(command);
   command.add_option("--faces", flags.faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
       ->type_name("N")
@@ -484,6 +491,7 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
                   "How many of the stored views that are missed least are considered for replacement; 0: all")
       ->type_name("N")
       ->transform(whole_number(0, 1u << 20));
+  flags.coverage.add_references_to(command);
   begin_experiments(command, "who chooses, and what is seen");
   command.add_flag("--any-mesh", flags.options.any_mesh,
                    "Build also where most photographs see next to nothing of the mesh, rather than refuse");
@@ -504,6 +512,8 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
 
 void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "mesh, cells, texture and tiles");
+  command.add_flag("--no-far-sphere", flags.no_far_sphere,
+                   "Fill sky and distant surroundings like holes, from what is beside them");
   command
       .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
       ->type_name("LENGTH")

@@ -129,14 +129,14 @@ std::string kept_text(const KeptPath& kept, std::size_t frames) {
 // Orbits and Hilbert flights, which know nothing of what is where they lead.
 KeptPath laid_tour(const RenderFlags& flags, const Snapshot& snapshot, const std::vector<Camera>& stored,
                    double depth) {
-  const auto visibility = make_ray_visibility(snapshot.surface->mesh);
+  const auto visibility = make_ray_visibility(near_surface(*snapshot.surface).mesh);
   const PhotographedShare share = [&](const Vantage& vantage) {
     throw_if_interrupted();
     return photographed_share(snapshot, *visibility, camera_at(vantage, flags.width, flags.height));
   };
-  const std::vector<Vantage> laid =
-      flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
-                  : hilbert_flight(snapshot.surface->mesh, stored, flags.hilbert_order, flags.frames, flags.fov_deg);
+  const std::vector<Vantage> laid = flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
+                                                : hilbert_flight(near_surface(*snapshot.surface).mesh, stored,
+                                                                 flags.hilbert_order, flags.frames, flags.fov_deg);
   KeptPath kept = flags.orbit ? kept_orbit(stored, depth, flags.frames, flags.fov_deg, share)
                               : keep_to_photographs(laid, stored, upward(stored), depth, false, share);
   if (!flags.anywhere) return kept;
@@ -205,6 +205,7 @@ void run(const RenderFlags& flags) {
   FirstPicture first(flags.verbose);
   const Model model = read_model(flags.model);
   const Snapshot& snapshot = model.snapshot;
+  const Snapshot drawn = flags.background.empty() ? snapshot : without_far_sphere(snapshot);
   first.has_read(model.times);
   const bool is_laid = flags.orbit || flags.hilbert;
   const KeptPath path = flags.views.empty() ? tour(flags, snapshot) : KeptPath();
@@ -218,10 +219,10 @@ void run(const RenderFlags& flags) {
     context.emplace();
     if (!flags.quiet) std::cerr << "renderer: " << context->description() << '\n';
     renderer.emplace();
-    renderer->load(snapshot);
+    renderer->load(drawn);
   }
   first.has_loaded();
-  FrameRenderer frames(snapshot, options, renderer ? &*renderer : nullptr);
+  FrameRenderer frames(drawn, options, renderer ? &*renderer : nullptr);
   render(flags, shots, frames, output, first);
   output.finish();
   folder.commit(flags.json());

@@ -70,12 +70,12 @@ void RenderFlags::add_mode_to(CLI::App& command) {
       ->expected(2)
       ->default_str("");
   command.add_flag("--no-color-bar", no_color_bar, "Leave out the bar below a mode's picture that says what it means");
-  command.add_option("--background", background, "Where no surface is: blur, alpha, white, #rrggbb")
+  command.add_option("--background", background, "Behind the mesh: blur, alpha, white, #rrggbb")
       ->type_name("NAME")
       ->check([](const std::string& name) {
         return background_named(name) ? std::string() : name + " is none of alpha, blur, black, white or #rrggbb";
       })
-      ->default_str("blur; exr alpha");
+      ->default_str("what is far");
   blend.add_to(command);
 }
 

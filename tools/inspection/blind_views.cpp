@@ -36,8 +36,7 @@ std::string empty_frames_warning(double covered) {
   constexpr double kEnough = 0.75;
   if (covered >= kEnough) return {};
   return "the views see the mesh on only " + percent_text(covered) +
-         " of their pixels, and the rest of a picture is filled from its surroundings: `lumatlas mesh SCENE --complete "
-         "MESH -o NEW.ply` adds what photographs show there";
+         " of their pixels: `lumatlas build` adds what photographs show beside it, unless --mesh-as-given is given";
 }
 
 BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,

@@ -24,8 +24,7 @@ inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image tha
 // The warning that `blind` of `views` are blind, `first` being the name of one; empty where none is.
 [[nodiscard]] std::string blind_views_warning(std::size_t blind, std::size_t views, const std::string& first);
 
-// The warning that the views see the mesh on so small a share of their pixels that much of a picture is filled from its
-// surroundings, with what to do; empty where it is large enough.
+// The warning that the views see the mesh on a small share of their pixels; empty where it is large enough.
 [[nodiscard]] std::string empty_frames_warning(double covered);
 
 struct BlindViews {

@@ -163,8 +163,6 @@ void note_scene(const SceneViews& scene, BuildResult& result) {
 }
 
 void note_surface(const SurfaceInput& input, BuildResult& result) {
-  result.mesh_file = input.mesh_file;
-  result.warnings = input.warnings;
   result.closed_holes = input.closed_holes;
   result.simplified_faces = input.simplified_faces;
   result.simplified_distance = input.simplified_distance;
@@ -172,16 +170,40 @@ void note_surface(const SurfaceInput& input, BuildResult& result) {
 
 // Tells what does not fit. Lenses are then taken as given: what a wrong mesh pretends is no lens. Black borders are
 // left out, before they are painted on the surface or taken for a lens.
-void diagnose(const std::filesystem::path& scene, const SurfaceInput& input, const Visibility& visibility,
+void diagnose(const std::filesystem::path& scene, const MeshInput& mesh, const Visibility& visibility,
               std::vector<SceneView>& views, const std::vector<std::size_t>& ranks, const BuildCallback& callback,
               BuildResult& result) {
   BuildStage stage(callback, "comparing photographs over the mesh", 0);
-  result.fit =
-      diagnose_mesh(scene, result.mesh_file, input.surface->mesh, input.surface->offset, visibility, views, ranks);
+  result.fit = diagnose_mesh(scene, result.mesh_file, mesh.mesh, mesh.offset, visibility, views, ranks);
   for (const std::string& sentence : result.fit->warnings) add_warning(sentence, result);
   if (!result.fit->likely.empty()) result.options.refine_lenses = false;
   if (result.fit->black_border > 0) leave_out_black_rims(views);
   stage.finish();
+}
+
+// Looks at the mesh as it was given, and tells what is wrong with it.
+void judge(const std::filesystem::path& scene, const MeshInput& mesh, std::vector<SceneView>& views,
+           const std::vector<std::size_t>& ranks, const BuildCallback& callback, BuildResult& result) {
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh.mesh);
+  const BlindViews blind = blind_views(views, ranks, *visibility);
+  if (!result.options.watch) diagnose(scene, mesh, *visibility, views, ranks, callback, result);
+  if (!result.options.any_mesh) require_seen(result.mesh_file, blind, result.fit ? result.fit->likely : "");
+  add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
+}
+
+// Adds to the mesh what it lacks, and returns its far sphere, by which coverage counts only with demand: it is at no
+// distance that a view could be ideal at. A mesh that does not fit the photographs stays as it is.
+FarSphere complete(const std::filesystem::path& scene, const SceneViews& views, const std::vector<std::size_t>& ranks,
+                   const BuildCallback& callback, MeshInput& mesh, BuildResult& result) {
+  if (result.options.watch || (result.fit && !result.fit->likely.empty())) return {};
+  CompletionOptions options = result.options.completion;
+  options.far_sphere = options.far_sphere && has_demand(result.options.planner.coverage);
+  CompletedSurface completed = complete_surface(scene, views, ranks, options, callback, mesh);
+  result.frames = completed.shares;
+  result.added_faces = completed.added_faces;
+  add_warning(completed.failure, result);
+  add_warning(filled_frames_warning(completed.shares), result);
+  return std::move(completed.far);
 }
 
 void restrict(RefinementOptions& refinement, RefineMode mode) {
@@ -286,24 +308,26 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   require_names_that_a_model_can_hold(stream);
   SeenSurface seen;
   SurfaceInput& input = seen.input;
-  input = make_surface(std::move(mesh), options.cells, options.faces, cameras_of(views.views, ranks));
+  result.mesh_file = mesh.facts.mesh_file;
+  result.warnings = mesh.facts.warnings;
+  judge(scene, mesh, views.views, ranks, callback, result);
+  const FarSphere far = complete(scene, views, ranks, callback, mesh, result);
+  const std::vector<Camera> cameras = cameras_of(views.views, ranks);  // by name, the same for any order of the stream
+  input = make_surface(std::move(mesh), options.cells, options.faces, cameras);
   make_room(stream, result.options, input);
+  note_surface(input, result);
+  seen.visibility = make_visibility(*input.surface, options.visibility_by);
+  double usual_distance = options.planner.coverage.ideal_distance;
+  if (usual_distance == 0) usual_distance = median_distance(result.mesh_file, cameras, *seen.visibility);
+  if (!far.mesh.faces.empty()) {
+    input.surface = std::make_shared<const Surface>(with_far_sphere(*input.surface, far));
+    seen.visibility = make_visibility(*input.surface, options.visibility_by);
+  }
   const std::optional<GpuBudget> budget = gpu_budget(options, input);
   result.effective = planner_options(options, stream, budget);
   require_room_for_each(stream, options, result.effective.max_bytes);
-  note_surface(input, result);
-  seen.visibility = make_visibility(*input.surface, options.visibility_by);
-  const BlindViews blind = blind_views(views.views, ranks, *seen.visibility);
-  if (!watched_scene) diagnose(scene, input, *seen.visibility, views.views, ranks, callback, result);
-  if (!options.any_mesh) require_seen(result.mesh_file, blind, result.fit ? result.fit->likely : "");
-  add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
-  add_warning(empty_frames_warning(blind.covered), result);
   restrict(result.effective.refinement, options.refine);
-  if (result.effective.coverage.ideal_distance == 0) {
-    // Of the cameras by name, so that it is the same for any order of the stream.
-    result.effective.coverage.ideal_distance =
-        median_distance(result.mesh_file, cameras_of(views.views, ranks), *seen.visibility);
-  }
+  result.effective.coverage.ideal_distance = usual_distance;
   Atlas atlas(input.surface, capacity_for(stream, options, result.effective.max_bytes), layout_of(options),
               choose_tiles);
   Planner planner(atlas, *seen.visibility, result.effective);

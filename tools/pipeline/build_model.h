@@ -24,6 +24,7 @@
 #include "tools/pipeline/baked_texture.h"
 #include "tools/pipeline/build_options.h"
 #include "tools/pipeline/build_progress.h"
+#include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/measured_loss.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
@@ -86,6 +87,8 @@ struct BuildResult {
   std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;           // its distance
   std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences
+  std::optional<FrameShares> frames;        // of the photographs offered; none where complete_surface() did not look
+  std::size_t added_faces = 0;              // faces that complete_surface() added to the mesh
   std::optional<MeshDiagnosis> fit;         // whether mesh and photographs fit; none of a watched scene
   std::vector<SkippedView> skipped;         // by name
   std::vector<std::string> scene_notes;     // sentences: what was assumed of the scene, see SceneViews::notes

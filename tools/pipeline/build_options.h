@@ -13,6 +13,7 @@
 #include "mesh/cells.h"
 #include "planner/planner.h"
 #include "tools/pipeline/baked_texture.h"
+#include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -64,8 +65,9 @@ struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   PictureFolders pictures;                    // photographs and masks
   CellOptions cells;
-  FaceOptions faces;       // of the mesh that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
-  double close_holes = 0;  // holes of the mesh up to this across are closed, scene units, >= 0
+  FaceOptions faces;  // of the mesh that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
+  CompletionOptions completion;  // of the mesh; not with `watch`, for which not all photographs are there
+  double close_holes = 0;        // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;

@@ -12,8 +12,9 @@ namespace lumatlas {
 // How far one stage of a build has come. Stages come one after the other, each with a call for its start (done is 0),
 // one for every step, and one for its end.
 struct BuildProgress {
-  // "looking through all cameras", "planning views", "storing views", "planning again", "correcting lenses", "polishing
-  // jointly", "measuring what can be given up" or "baking the base texture"
+  // "comparing photographs over the mesh", "looking past the mesh", "finding what the mesh lacks", "adding what the
+  // mesh lacks", "looking through all cameras", "planning views", "storing views", "planning again", "correcting
+  // lenses", "polishing jointly", "measuring what can be given up" or "baking the base texture"
   const char* stage = "";
   std::size_t done = 0;   // steps: cameras, photographs, or rounds over all stored views
   std::size_t total = 0;  // steps; 0: not known beforehand

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 #include "tools/pipeline/coverage_names.h"
 #include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/lens_notes.h"
@@ -205,6 +206,14 @@ std::string megabytes(const json& bytes) {
   return printed("%.1f", bytes.get<double>() / 1e6);
 }
 
+json frames_json(const std::optional<FrameShares>& frames) {
+  if (!frames) return nullptr;
+  return {{"surface", frames->surface},
+          {"added", frames->added},
+          {"far", frames->far},
+          {"filled", std::max(0.0, 1 - frames->surface - frames->added - frames->far)}};
+}
+
 std::string views_line(const json& s) {
   const json& views = s["views"];
   const json& bytes = s["bytes"];
@@ -230,6 +239,14 @@ std::string faces_line(const json& s) {
   if (faces["taken_away"] == 0) return "";
   return faces["kept"].dump() + " faces, " + faces["taken_away"].dump() + " taken away, by which the surface moved " +
          printed("%.2g", faces["moved"].get<double>()) + "\n  ";
+}
+
+// Empty where the mesh fills nearly all of the frames.
+std::string frames_line(const json& s) {
+  constexpr double kNearlyAll = 0.995;
+  if (s["frames"].is_null() || s["frames"]["surface"] >= kNearlyAll) return "";
+  const json& added = s["faces"]["added"];
+  return frames_text(s["frames"]) + (added == 0 ? "" : "; " + added.dump() + " faces were added") + "\n  ";
 }
 
 std::string cells_line(const json& s) {
@@ -345,6 +362,13 @@ std::string parsimony_text(const json& p) {
   return is_measured(p) ? text : text + "; what the stream asks for changed after views were rejected";
 }
 
+std::string frames_text(const json& frames) {
+  const auto percent = [&](const char* name) { return percent_text(frames[name].get<double>()); };
+  return "photographs show the mesh with " + percent("surface") + " of their pixels, surface added to it with " +
+         percent("added") + ", what is far with " + percent("far") + "; " + percent("filled") +
+         " are filled from their surroundings";
+}
+
 json summary(const BuildResult& result, const BuildOptions& options) {
   const Holding holding = holding_of(result, options);
   const std::size_t cells = result.snapshot.surface->cells.cells.size();
@@ -364,9 +388,12 @@ json summary(const BuildResult& result, const BuildOptions& options) {
             {"outliers", count(result.planned, Decision::outlier)}}},
           {"refinement", refinement_summary(result, options.refine)},
           {"faces",
-           {{"kept", result.snapshot.surface->mesh.faces.size()},
+           {{"kept", result.snapshot.surface->near_faces()},
+            {"added", result.added_faces},
+            {"far", result.snapshot.surface->far_faces},
             {"taken_away", result.simplified_faces},
             {"moved", result.simplified_distance}}},
+          {"frames", frames_json(result.frames)},
           {"closed_holes", result.closed_holes},
           {"cells", cells},
           {"cells_seen", seen},
@@ -395,8 +422,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
 
 std::string summary_text(const json& s, const std::string& name) {
   const std::string parsimony = s["parsimony"].is_null() ? "" : parsimony_text(s["parsimony"]) + "\n  ";
-  return name + ": " + views_line(s) + "\n  " + parsimony + faces_line(s) + cells_line(s) + "\n  " + times_line(s) +
-         "\n";
+  return name + ": " + views_line(s) + "\n  " + parsimony + frames_line(s) + faces_line(s) + cells_line(s) + "\n  " +
+         times_line(s) + "\n";
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {
@@ -406,6 +433,8 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
   json all = {{"command", "build"},
               {"mesh", result.mesh_file.string()},
               {"close_holes", options.close_holes},
+              {"mesh_as_given", !options.completion.surface || options.watch},
+              {"far_sphere", options.completion.far_sphere && !options.watch},
               {"hold_out", hold_out},
               {"skip_bad", options.pictures.skip_bad},
               {"watch", options.watch.has_value()},

@@ -29,6 +29,10 @@ namespace lumatlas {
 // One line of the "parsimony" above, which must not be null.
 [[nodiscard]] std::string parsimony_text(const nlohmann::json& parsimony);
 
+// One line of "frames", {"surface", "added", "far", "filled"}: by what the photographs' frames are filled, in shares of
+// their pixels.
+[[nodiscard]] std::string frames_text(const nlohmann::json& frames);
+
 // How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
 [[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);
 

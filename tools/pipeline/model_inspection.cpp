@@ -85,6 +85,17 @@ json parsimony_in(const json& plan, const fs::path& model) {
                    "`lumatlas build` did not write: build the model again, or remove plan.json");
 }
 
+// Null for a model of which that is not known.
+json frames_in(const json& plan) {
+  const json summary = plan.is_object() ? plan.value("summary", json()) : json();
+  const json frames = summary.is_object() ? summary.value("frames", json()) : json();
+  if (!frames.is_object()) return nullptr;
+  for (const char* const name : {"surface", "added", "far", "filled"}) {
+    if (!frames.contains(name) || !frames[name].is_number()) return nullptr;
+  }
+  return frames;
+}
+
 json file_json(const ModelFacts& facts) {
   return {{"path", facts.file.string()},
           {"json", facts.json_bytes},
@@ -124,7 +135,11 @@ json inspect_model(const fs::path& model) {
   const ModelFacts facts = read_model_facts(model);
   const ModelNotes notes = read_model_notes(model);
   return {
-      {"mesh", {{"vertices", facts.surface->mesh.positions.size()}, {"faces", facts.surface->mesh.faces.size()}}},
+      {"mesh",
+       {{"vertices", facts.surface->mesh.positions.size() - facts.surface->far_vertices},
+        {"faces", facts.surface->near_faces()},
+        {"far_faces", facts.surface->far_faces}}},
+      {"frames", frames_in(notes.plan)},
       {"cells", {{"count", facts.surface->cells.cells.size()}, {"seen", facts.cells_seen}}},
       {"references", {{"count", facts.references.views.size()}, {"per_cell", cells_by_references(facts.references)}}},
       {"views", {{"count", facts.views.size()}, {"pixels", pixels_of(facts.views)}}},
@@ -164,6 +179,7 @@ std::string inspection_text(const json& model) {
        << "references " << model["references"]["count"] << "; cells by how many they have, from 0:";
   for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
   text << '\n';
+  if (!model["frames"].is_null()) text << "frames     " << frames_text(model["frames"]) << '\n';
   if (!model["parsimony"].is_null()) text << "parsimony  " << parsimony_text(model["parsimony"]) << '\n';
   return text.str();
 }

@@ -73,6 +73,8 @@ std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::
   BuildOptions options;
   options.mesh = mesh;
   options.pictures = scene.pictures;
+  options.completion.surface = true;
+  options.completion.stereo_folder = stereo_folder_of(output);
   options.hold_out = protocol_of(hold, block);
   options.max_views = max_views;
   options.refine = refine_mode(refine);
@@ -82,6 +84,7 @@ std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::
   ModelOutput opened(output);
   const BuildResult result = build_model(scene.path, options, callback);
   (void)save_model(result, opened, coding);
+  remove_stereo_work(options.completion.stereo_folder);
   return open_model(output);
 }
 

@@ -253,11 +253,13 @@ SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, cons
   check(faces);
   check(cells);
   if (cells.size == 0) cells.size = input.surface->cells.size;
-  Mesh mesh = input.surface->mesh;
+  Mesh mesh = near_surface(*input.surface).mesh;
+  const FarSphere far = far_sphere_of(*input.surface);
   SurfaceInput result = input;
   simplify(mesh, bound_of(mesh, faces, cameras), result);
   result.simplified_faces -= std::min(result.simplified_faces, input.split_faces);  // which did not come with the file
   cut_into_cells(mesh, cells, input.surface->offset, std::nullopt, result);
+  if (!far.mesh.faces.empty()) result.surface = std::make_shared<const Surface>(with_far_sphere(*result.surface, far));
   return result;
 }
 

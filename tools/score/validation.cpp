@@ -360,9 +360,10 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   report.views = report_views(unknown, parts.scored, options, folder);
   const Ticks ticks(options, parts);
   Progress progress("validating", ticks.all, of_whole_run(options.quiet));
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.surface->mesh);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(near_surface(*model.surface).mesh);
   Methods methods{methods_of(model, scene, parts, options, progress), std::nullopt};
-  if (options.unbounded) methods.given = given_poses(model, scene.views, *visibility, options.validity);
+  if (options.unbounded)
+    methods.given = given_poses(model, scene.views, *make_ray_visibility(model.surface->mesh), options.validity);
   const Scoring scoring(*visibility, options, folder);
   score_views(methods, scoring, *visibility, options.blend, unknown.views, parts.scored, folder, ticks, progress,
               report.views);

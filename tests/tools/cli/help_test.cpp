@@ -82,7 +82,7 @@ TEST_CASE("experiments are listed by --help-all alone, with all that --help list
   CHECK(shown.size() <= 22);
   for (const char* const option :
        {"--output", "--mesh", "--hold", "--block", "--max-views", "--budget", "--loss", "--refine", "--cell-size",
-        "--references", "--image", "--paper", "--verbose", "--view", "--watch"}) {
+        "--mesh-as-given", "--image", "--paper", "--verbose", "--view", "--watch"}) {
     CAPTURE(option);
     CHECK(shown.contains(option));
   }

@@ -806,12 +806,13 @@ TEST_CASE("a build tells of each stage its start, every step and its end, and wr
     }
   };
   stage("comparing photographs over the mesh", 0, 0);
+  stage("looking past the mesh", 0, 0);
   stage("looking through all cameras", kViews, kViews);
   stage("planning views", kViews, kViews);
   // And one for the lens, which is right.
   const std::size_t steps = result.polish.size() + 1 + (result.poses ? 1 : 0);
   stage("polishing jointly", 0, steps);
-  CHECK(calls.size() == 2 + 2 * (kViews + 2) + steps + 2);
+  CHECK(calls.size() == 2 + 2 + 2 * (kViews + 2) + steps + 2);
 }
 
 TEST_CASE("a callback stops a build by returning false, and by an exception of its own") {
@@ -821,7 +822,8 @@ TEST_CASE("a callback stops a build by returning false, and by an exception of i
     return progress.done < 3;
   };
   CHECK_THROWS_AS(build_model(small_scene(), options_for(6), stopping), BuildStopped);
-  CHECK(calls == 6);  // start and end of the comparison, then the start and three steps of the next stage
+  // Start and end of the comparison and of the look past the mesh, then the start and three steps of the next stage.
+  CHECK(calls == 8);
   const auto throwing = [](const BuildProgress&) -> bool { throw std::runtime_error("the battery is low"); };
   CHECK_THROWS_WITH(build_model(small_scene(), options_for(6), throwing), "the battery is low");
 }

@@ -105,8 +105,9 @@ TEST_CASE("a sweep makes its scene once and each point once, and finds them the 
     CHECK(result.scores["methods"]["store"]["raw"]["psnr"] == 30);
   }
   CHECK(first[1].commands ==
-        std::vector<std::string>{"lumatlas build SCENE --output=MODEL --texture=none --json --quiet --max-views=2",
-                                 "lumatlas validate MODEL --views=SCENE --no-pictures --json --quiet"});
+        std::vector<std::string>{
+            "lumatlas build SCENE --output=MODEL --texture=none --mesh-as-given --json --quiet --max-views=2",
+            "lumatlas validate MODEL --views=SCENE --no-pictures --json --quiet"});
   stage.forget_calls();
   const std::vector<PointResult> again = run(sweep_of({"1", "2", "3", "4"}), stage.options());
   CHECK(made_now(again) == 1);
