@@ -30,14 +30,14 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 // that a corner has, which reading undoes. A cell size above the diagonal of the mesh's box is written as that. Throws
 // InputError if a file cannot be written, or the model has more than 2^24 cells, or an offset or a camera that is too
 // far from the scene for read_model(); std::invalid_argument unless snapshot, options and texture pass check().
-void write_model(const std::filesystem::path& folder, const Snapshot& snapshot, const ValidityOptions& validity,
+void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
                  const ImageCoding& photographs = {}, const BaseTexture* texture = nullptr);
 
 // Writes the same model as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it
 // becomes the asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB
 // or more, for which a .glb has no room, and std::invalid_argument for notes that are no JSON object or as
 // write_model() does. Holds the whole file in memory, twice.
-void write_glb(std::ostream& file, const Snapshot& snapshot, const ValidityOptions& validity,
+void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,
                const ImageCoding& photographs = {}, const std::string& notes = {},
                const BaseTexture* texture = nullptr);
 

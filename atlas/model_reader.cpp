@@ -682,7 +682,7 @@ ModelFacts ModelReader::facts() const {
 // Of a folder, the file in it.
 fs::path file_of(const fs::path& path) {
   std::error_code ignored;
-  const fs::path file = fs::is_directory(path, ignored) ? path / kModelFileName : path;
+  fs::path file = fs::is_directory(path, ignored) ? path / kModelFileName : path;
   if (fs::is_regular_file(file, ignored)) return file;
   throw InputError(file.string() + ": no such file: give a folder or a .glb that `lumatlas build` wrote");
 }

@@ -614,6 +614,7 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   if (texture) check(*texture, snapshot.surface->near_faces());
   const std::vector<ModelImage> images = images_of(snapshot, photographs);
   std::vector<ModelFileName> names;
+  names.reserve(images.size() + 1);
   for (const ModelImage& image : images) names.push_back(image.name);
   if (texture) names.push_back(texture_name(texture->coding));
   tinygltf::Model model = model_of(snapshot, images, validity, texture);

@@ -273,6 +273,7 @@ std::vector<glm::uvec3> overfull_faces(const Mesh& mesh, const VertexShares& sha
   }
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return comes_before(a.first, b.first); });
   std::vector<glm::uvec3> faces;
+  faces.reserve(found.size());
   for (const auto& [place, face] : found) faces.push_back(face);
   return faces;
 }

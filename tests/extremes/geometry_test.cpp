@@ -148,7 +148,7 @@ TEST_CASE("a mesh of one face, and cells that each hold the whole scene, are mod
     for (const EdgeScene* scene : {&std::as_const(one_face), &six_views()}) {
       const BuildResult result = built(*scene, options);
       const Camera& camera = scene->views[0].camera;
-      CHECK(stored_names(result).size() >= 1);
+      CHECK_FALSE(stored_names(result).empty());
       CHECK(textured_share(pictured(result, camera)) > 0.2);
       CHECK(textured_error(pictured(result, camera), scene->views[0].photograph) < 10);
       if (size == 1e300) CHECK(result.snapshot.surface->near_cells() == 1);

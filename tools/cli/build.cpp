@@ -466,7 +466,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");
   command.add_flag("--paper", flags.paper,
-                   "The paper's measure, thresholds and masks; --refine all unless it is given");
+                   "The paper's measure, thresholds and masks, on the mesh as given; --refine all");
 }
 
 void add_message_options(CLI::App& command, BuildFlags& flags) {

@@ -79,6 +79,7 @@ std::vector<std::size_t> lacking_ranks(const Outlook& seen, const std::vector<st
   std::sort(lacking.begin(), lacking.end());
   lacking.resize(std::min(lacking.size(), kMostMatched));
   std::vector<std::size_t> result;
+  result.reserve(lacking.size());
   for (const auto& [share, rank] : lacking) result.push_back(rank);
   std::sort(result.begin(), result.end());
   return result;

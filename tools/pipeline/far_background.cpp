@@ -273,6 +273,7 @@ std::vector<bool> far_faces(std::vector<Glimpse> glimpses, const Mesh& sphere) {
   for (const std::vector<Look>& of_face : looks) verdicts.push_back(verdict_of(of_face, glimpses));
   settle(sphere, verdicts);
   std::vector<bool> far;
+  far.reserve(verdicts.size());
   for (const Verdict verdict : verdicts) far.push_back(verdict == Verdict::far);
   return far;
 }

@@ -79,7 +79,7 @@ bool is_parsimony(const json& parsimony) {
 json parsimony_in(const json& plan, const fs::path& model) {
   if (!plan.is_object() || !plan.contains("summary")) return nullptr;
   const json& summary = plan["summary"];
-  const json parsimony = summary.is_object() ? summary.value("parsimony", json()) : json();
+  json parsimony = summary.is_object() ? summary.value("parsimony", json()) : json();
   if (summary.is_object() && (parsimony.is_null() || is_parsimony(parsimony))) return parsimony;
   throw InputError(model.string() + ": its plan (plan.json, or the extras of a .glb) has a \"summary\" that " +
                    "`lumatlas build` did not write: build the model again, or remove plan.json");
@@ -88,7 +88,7 @@ json parsimony_in(const json& plan, const fs::path& model) {
 // Null for a model of which that is not known.
 json frames_in(const json& plan) {
   const json summary = plan.is_object() ? plan.value("summary", json()) : json();
-  const json frames = summary.is_object() ? summary.value("frames", json()) : json();
+  json frames = summary.is_object() ? summary.value("frames", json()) : json();
   if (!frames.is_object()) return nullptr;
   for (const char* const name : {"surface", "added", "far", "filled"}) {
     if (!frames.contains(name) || !frames[name].is_number()) return nullptr;

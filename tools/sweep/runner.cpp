@@ -237,6 +237,7 @@ void SweepRunner::Work::make_scenes(const std::vector<PointResult*>& wanted) {
   }
   std::erase_if(missing, [](const auto& scene) { return fs::exists(scene.first / kMarkerFile); });
   std::vector<SceneToMake> scenes;
+  scenes.reserve(missing.size());
   for (const auto& [folder, scene] : missing) scenes.push_back(scene);
   Progress progress("making scenes", scenes.size(), ProgressOptions::standard_error(options_.quiet));
   side_by_side(scenes.size(), options_.jobs, [&](std::size_t i) {

@@ -22,7 +22,7 @@ namespace lumatlas {
 
 namespace {
 
-Snapshot checked(Snapshot snapshot) {
+Snapshot checked(const Snapshot& snapshot) {
   check(snapshot);
   return without_far_sphere(snapshot);
 }
@@ -66,8 +66,8 @@ void check(const TextureOptions& options) {
   }
 }
 
-TexturedMesh::TexturedMesh(Snapshot snapshot, const TextureOptions& options, OfferedPhotographs offered)
-    : snapshot_(checked(std::move(snapshot))), options_(options), offered_(std::move(offered)) {
+TexturedMesh::TexturedMesh(const Snapshot& snapshot, const TextureOptions& options, OfferedPhotographs offered)
+    : snapshot_(checked(snapshot)), options_(options), offered_(std::move(offered)) {
   check(options);
   check(offered_);
   const Surface& surface = *snapshot_.surface;

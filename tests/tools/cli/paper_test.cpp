@@ -50,7 +50,8 @@ void check_contradiction(Arguments arguments, const Arguments& switches) {
 
 TEST_CASE("build --paper records what its switches one by one do") {
   const nlohmann::json paper = built_with({"--paper"});
-  CHECK(paper == built_with({"--metric", "printed", "--edges", "both", "--refine", "all", "--keep-lenses"}));
+  CHECK(paper == built_with({"--metric", "printed", "--edges", "both", "--refine", "all", "--keep-lenses",
+                             "--mesh-as-given", "--no-far-sphere"}));
   CHECK(paper["metric"] == "printed");
   CHECK(paper["depart"].empty());
   CHECK(paper["edges"] == "both");

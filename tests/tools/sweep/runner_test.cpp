@@ -51,7 +51,7 @@ struct Stage {
     return options;
   }
   // The calls since the last time, of this command.
-  std::size_t calls(const std::string& command) {
+  [[nodiscard]] std::size_t calls(const std::string& command) const {
     std::ifstream file(folder / "calls");
     std::size_t count = 0, line_number = 0;
     for (std::string line; std::getline(file, line); ++line_number) {
