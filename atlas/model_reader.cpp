@@ -67,7 +67,7 @@ struct ReadSurface {
   std::size_t vertices = 0, copies = 0;  // of the first mesh in the file, and how many of them are copies
 };
 
-// The mesh of the far sphere in a file, by its number, and how many cells it has. None is 0.
+// The far sphere in a file: the number of its mesh, and its number of cells. Both are 0 where there is none.
 struct FarPart {
   std::size_t mesh = 0;
   std::uint32_t cells = 0;
@@ -196,7 +196,7 @@ void leave_out(const std::vector<std::uint32_t>& copies, Mesh& mesh) {
   }
 }
 
-// By vertex of a mesh, the cell's number beyond `first`, in [0, count).
+// Returns for each vertex of a mesh the number of its cell less `first`, in [0, count).
 std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
                                                        std::size_t mesh) const {
   const auto numbers = file_.values<float>(file_.attribute(kCellAttribute, mesh), kCellAttribute, kNumbers);
@@ -256,7 +256,7 @@ FarSphere ModelReader::far_sphere(const FarPart& part, std::size_t cells, double
   return far;
 }
 
-// `of_face` numbers the cells beyond `first`.
+// `of_face`: for each face the number of its cell less `first`.
 void ModelReader::require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first,
                                         std::size_t count) const {
   std::vector<std::uint8_t> used(count, 0);

@@ -220,7 +220,7 @@ void add_mesh(tinygltf::Model& model, const Mesh& given, const std::vector<glm::
   model.meshes.push_back(std::move(gltf_mesh));
 }
 
-// As a mesh that no node shows: other programs would take it for a part of the scene.
+// Adds the far sphere as a mesh that no node refers to, because other programs would draw it as part of the scene.
 void add_far_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   const Surface& surface = *snapshot.surface;
   if (surface.far_faces == 0) return;
@@ -234,7 +234,7 @@ void add_far_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   add_mesh(model, far.mesh, {first, snapshot.vertex_colors.end()}, written);
 }
 
-// Shows the first mesh.
+// Adds the scene, whose only node refers to the first mesh.
 void add_scene(tinygltf::Model& model) {
   tinygltf::Node node;
   node.mesh = 0;

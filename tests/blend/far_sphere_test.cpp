@@ -27,7 +27,8 @@ Camera turned_camera(double degrees, std::uint32_t width = 120, std::uint32_t he
   return camera;
 }
 
-// Photographs of one level each, turned by so many degrees, of a far sphere with a small panel before it.
+// A view of a far sphere with a small panel before it. Its camera is turned by `degrees` around the y axis, and all
+// pixels of its photograph have the sRGB value `level`.
 struct FarView {
   double degrees;
   std::uint8_t level;

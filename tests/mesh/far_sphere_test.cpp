@@ -7,17 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/camera_at.h"
+
 namespace lumatlas {
 namespace {
-
-Camera camera_at(const glm::dvec3& center) {
-  Camera camera;
-  camera.width = camera.height = 8;
-  camera.fx = camera.fy = 8;
-  camera.cx = camera.cy = 4;
-  camera.cam_from_world_translation = -center;
-  return camera;
-}
 
 Mesh triangle(float at) {
   return {{{at, 0, 0}, {at, 1, 0}, {at, 0, 1}}, {}, {{0, 1, 2}}};

@@ -18,7 +18,7 @@ namespace lumatlas {
 
 namespace {
 
-// In radii of the sphere: at most 5 degrees, mostly 2, and 10 degrees.
+// Longest edge of a face and size of a cell of the sphere, in its radii: 5 and 10 degrees.
 constexpr double kSphereEdge = 0.08, kSphereCell = 0.17;
 constexpr std::size_t kMostGlimpses = 60;
 
@@ -29,7 +29,8 @@ struct Glimpse {
   glm::vec3 offset{0};             // how much brighter it is than the others on average
 };
 
-// The mean of each pixel's share of the photograph; `valid` becomes 0 where a part of it is left out.
+// Returns the mean colour of the part of the photograph that each small pixel covers. `valid` becomes 0 where that part
+// has an invalid pixel.
 std::vector<glm::vec3> shrunk(const Photograph& photograph, const Camera& small, std::vector<std::uint8_t>& valid) {
   std::vector<glm::vec3> colors(std::size_t{small.width} * small.height);
   const auto first = [](std::uint32_t at, std::uint32_t of, std::uint32_t size) {
@@ -91,7 +92,7 @@ std::vector<Glimpse> glimpses_of(const std::vector<SmallPhotograph>& photographs
   return glimpses;
 }
 
-// What a glimpse shows of a point past the surface; none: nothing.
+// Returns the colour of a point past the surface in a glimpse; null if the glimpse does not show the point.
 const glm::vec3* color_at(const Glimpse& glimpse, const glm::dvec3& point) {
   const glm::dvec3 cam = glimpse.photograph.camera.cam_from_world(point);
   if (!(cam.z > 0)) return nullptr;
@@ -107,7 +108,7 @@ const glm::vec3* color_at(const Glimpse& glimpse, const glm::dvec3& point) {
 
 constexpr std::size_t kPoints = 16;  // of a face
 
-// The middles of the 16 parts that a face is cut into by quartering it twice.
+// Returns the centroids of the 16 triangles that two quarterings of a face give.
 std::array<glm::dvec3, kPoints> points_on(const Mesh& mesh, const glm::uvec3& face) {
   constexpr int kParts = 4;  // along an edge
   const glm::dvec3 a(mesh.positions[face.x]), b(mesh.positions[face.y]), c(mesh.positions[face.z]);
@@ -125,7 +126,7 @@ std::array<glm::dvec3, kPoints> points_on(const Mesh& mesh, const glm::uvec3& fa
   return points;
 }
 
-// What the glimpses show at the points of a face: one row a glimpse that shows any of it.
+// The colours of a face's points in one glimpse; null where the glimpse does not show the point.
 struct Look {
   std::size_t glimpse;
   std::array<const glm::vec3*, kPoints> colors;
@@ -161,7 +162,7 @@ std::array<PointMean, kPoints> means_of(const std::vector<Look>& looks, const st
   return means;
 }
 
-// Lets each glimpse's colours be as bright as the others' where they show the same part of the sphere.
+// Estimates the offset of each glimpse, by which its colours differ from the mean of all glimpses at the same points.
 void balance(const std::vector<std::vector<Look>>& looks, std::vector<Glimpse>& glimpses) {
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
@@ -222,7 +223,7 @@ Verdict verdict_of(const std::vector<Look>& looks, const std::vector<Glimpse>& g
   return apart < kSmooth || apart < kSame * detail ? Verdict::far : Verdict::near;
 }
 
-// By face, those that share a vertex with it and have these verdicts.
+// How many faces that share a vertex with a face have each verdict.
 struct Neighbors {
   std::uint32_t near = 0, far = 0;
 };
@@ -245,7 +246,7 @@ std::vector<Neighbors> neighbors_of(const Mesh& sphere, const std::vector<Verdic
   return result;
 }
 
-// Islands take their surroundings' verdict, and so does what is unknown, from its border inwards.
+// Islands get the verdict of the faces around them. Unknown faces get it too, from the border of their region inwards.
 void settle(const Mesh& sphere, std::vector<Verdict>& verdicts) {
   constexpr std::uint32_t kMostly = 3;
   constexpr int kRounds = 30;
@@ -263,7 +264,7 @@ void settle(const Mesh& sphere, std::vector<Verdict>& verdicts) {
   }
 }
 
-// Which faces of the sphere are far.
+// Returns for each face of the sphere whether photographs agree that it is far.
 std::vector<bool> far_faces(std::vector<Glimpse> glimpses, const Mesh& sphere) {
   std::vector<std::vector<Look>> looks(sphere.faces.size());
   for_each_index(looks.size(), [&](std::size_t face) { looks[face] = looks_at(glimpses, sphere, sphere.faces[face]); });
@@ -278,7 +279,7 @@ std::vector<bool> far_faces(std::vector<Glimpse> glimpses, const Mesh& sphere) {
   return far;
 }
 
-// These faces, and the vertices that they use.
+// Returns the wanted faces, with the vertices that they use.
 Mesh part_of(const Mesh& mesh, const std::vector<bool>& wanted) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> place(mesh.positions.size(), kUnused);
@@ -312,7 +313,7 @@ std::vector<SmallPhotograph> small_photographs(const std::vector<SceneView>& vie
     small[i].valid.assign(std::size_t{small[i].camera.width} * small[i].camera.height, 1);
     try {
       small[i].color = shrunk(load_photograph(view), small[i].camera, small[i].valid);
-    } catch (const InputError&) {  // whoever stores it tells
+    } catch (const InputError&) {  // the build refuses it only if it stores it
       std::fill(small[i].valid.begin(), small[i].valid.end(), std::uint8_t{0});
       small[i].color.resize(small[i].valid.size());
     }

@@ -27,11 +27,11 @@ struct SmallPhotograph {
 [[nodiscard]] std::vector<SmallPhotograph> small_photographs(const std::vector<SceneView>& views,
                                                              const std::vector<std::size_t>& ranks);
 
-// The parts of the far sphere around `cameras` and a mesh that photographs see past the mesh and agree about once they
-// are compared there. What is near and has no surface is at another place of the sphere in each photograph, and is left
-// out, unless it is smooth; what one photograph alone shows is decided as its surroundings are. Empty where nothing is
-// far. `visibility` is that of the mesh. The result is the same for any number of threads. Throws Interrupted soon
-// after a signal.
+// Returns the faces of the far sphere around `cameras` and a mesh that photographs see past the mesh and on which their
+// colours agree; empty where nothing is far. A near surface that the mesh lacks projects to another point of the sphere
+// from each camera: its faces are left out, unless it is smooth. A face that only one photograph sees gets the verdict
+// of the faces around it. `visibility` is that of the mesh. The result is the same for any number of threads. Throws
+// Interrupted soon after a signal.
 [[nodiscard]] FarSphere find_far_sphere(const std::vector<SmallPhotograph>& photographs,
                                         std::span<const Camera> cameras, const Mesh& mesh,
                                         const Visibility& visibility);

@@ -85,7 +85,7 @@ json parsimony_in(const json& plan, const fs::path& model) {
                    "`lumatlas build` did not write: build the model again, or remove plan.json");
 }
 
-// Null for a model of which that is not known.
+// Returns the shares of the frames from the plan of a model; null where the plan has none.
 json frames_in(const json& plan) {
   const json summary = plan.is_object() ? plan.value("summary", json()) : json();
   json frames = summary.is_object() ? summary.value("frames", json()) : json();
