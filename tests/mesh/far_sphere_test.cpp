@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/camera_at.h"
+#include "tests/support/plain_camera.h"
 
 namespace lumatlas {
 namespace {
@@ -18,7 +18,7 @@ Mesh triangle(float at) {
 
 TEST_CASE("the far sphere lies around the cameras, far beyond them and the mesh") {
   std::vector<Camera> cameras;
-  for (int i = 0; i < 21; ++i) cameras.push_back(camera_at({0.1 * i - 1, 5, 0}));
+  for (int i = 0; i < 21; ++i) cameras.push_back(plain_camera({0.1 * i - 1, 5, 0}));
   const SphereShape near_mesh = far_sphere_shape(cameras, triangle(2));
   CHECK(glm::distance(near_mesh.center, glm::dvec3(0, 5, 0)) < 1e-9);
   CHECK(near_mesh.radius == Approx(300 * 0.9));
@@ -27,7 +27,7 @@ TEST_CASE("the far sphere lies around the cameras, far beyond them and the mesh"
   CHECK(distant_mesh.radius < 10100);
   CHECK(far_sphere_shape({cameras.data(), 1}, triangle(2)).radius > 10);
   // A camera that was placed wrongly.
-  cameras[3] = camera_at({1e12, 0, 0});
+  cameras[3] = plain_camera({1e12, 0, 0});
   const SphereShape with_stray = far_sphere_shape(cameras, triangle(2));
   CHECK(glm::distance(with_stray.center, near_mesh.center) < 0.2);
   CHECK(with_stray.radius < 2 * near_mesh.radius);

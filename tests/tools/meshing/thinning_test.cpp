@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "tests/support/camera_at.h"
+#include "tests/support/plain_camera.h"
 #include "tests/tools/meshing/seen_sphere.h"
 
 namespace lumatlas {
@@ -21,7 +21,7 @@ ScenePoints points_at(std::vector<glm::dvec3> positions, std::vector<std::vector
 }
 
 TEST_CASE("of points closer than the spacing the one that most views saw stays, with the views of all") {
-  const std::vector<Camera> views{camera_at({0, 0, 0}), camera_at({0, 0, -10}), camera_at({0, 0, -20})};
+  const std::vector<Camera> views{plain_camera({0, 0, 0}), plain_camera({0, 0, -10}), plain_camera({0, 0, -20})};
   // A pixel of the nearest view, at depth 10, is 0.1 wide.
   const ScenePoints points =
       points_at({{0, 0, 10}, {0.3, 0, 10}, {1, 0, 10}, {5, 0, 10}}, {{0}, {0, 1, 2}, {0, 1}, {}});
@@ -38,7 +38,7 @@ TEST_CASE("no two points that are left are closer than the spacing of the nearer
   std::uniform_real_distribution<double> place(-20, 20);
   std::vector<glm::dvec3> positions;
   for (int i = 0; i < 3000; ++i) positions.emplace_back(place(random), place(random), 25 + place(random));
-  const std::vector<Camera> views{camera_at({0, 0, 0})};
+  const std::vector<Camera> views{plain_camera({0, 0, 0})};
   const ScenePoints points = points_at(positions, std::vector(positions.size(), std::vector<std::uint32_t>{0}));
   const ScenePoints thin = thinned(points, views, 10);
   const auto spacing = [](const glm::dvec3& p) { return 10 * glm::length(p) / 100; };
@@ -58,10 +58,10 @@ TEST_CASE("no two points that are left are closer than the spacing of the nearer
 
 TEST_CASE("without a spacing every point that was seen stays") {
   const ScenePoints points = points_at({{0, 0, 1}, {0, 0, 1}, {1e300, -1e300, 3}}, {{0}, {0}, {0}});
-  CHECK(thinned(points, std::vector{camera_at({0, 0, 0})}, 0).positions.size() == 3);
-  CHECK(thinned(points, std::vector{camera_at({0, 0, 1})}, 2).positions.size() >= 1);  // a view at the point itself
+  CHECK(thinned(points, std::vector{plain_camera({0, 0, 0})}, 0).positions.size() == 3);
+  CHECK(thinned(points, std::vector{plain_camera({0, 0, 1})}, 2).positions.size() >= 1);  // a view at the point itself
   for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
-    CHECK_THROWS_AS(thinned(points, std::vector{camera_at({0, 0, 0})}, bad), std::invalid_argument);
+    CHECK_THROWS_AS(thinned(points, std::vector{plain_camera({0, 0, 0})}, bad), std::invalid_argument);
   }
 }
 

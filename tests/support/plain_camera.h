@@ -9,7 +9,7 @@
 namespace lumatlas {
 
 // 100 x 100 pixels with a focal length of 100; looks along +z from `center`.
-inline Camera camera_at(const glm::dvec3& center) {
+inline Camera plain_camera(const glm::dvec3& center) {
   Camera camera;
   camera.width = camera.height = 100;
   camera.fx = camera.fy = 100;
