@@ -111,7 +111,8 @@ class ModelReader {
   [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   void require_each_view_once(const ReferenceTable& table, std::size_t views) const;
-  [[nodiscard]] std::vector<float> cell_coverage(std::size_t cells) const;
+  // The accessor of that name; empty where the file has none.
+  [[nodiscard]] std::vector<float> numbers_of_cells(const char* name, std::size_t cells) const;
   [[nodiscard]] ValidityOptions validity() const;
   [[nodiscard]] TexelFormat texels() const;
   [[nodiscard]] TileTable tiles(const std::vector<ViewEntry>& views) const;
@@ -329,20 +330,19 @@ void ModelReader::require_each_view_once(const ReferenceTable& table, std::size_
   }
 }
 
-std::vector<float> ModelReader::cell_coverage(std::size_t cells) const {
-  if (!lumigraph_.Has("cellCoverage")) return {};
-  auto coverage =
-      file_.values<float>(file_.accessor(lumigraph_, kLumigraphExtension, "cellCoverage"), "cellCoverage", kNumbers);
-  if (coverage.size() != cells) {
-    file_.refuse("cellCoverage has " + std::to_string(coverage.size()) + " entries for " + std::to_string(cells) +
-                 " cells");
+std::vector<float> ModelReader::numbers_of_cells(const char* name, std::size_t cells) const {
+  if (!lumigraph_.Has(name)) return {};
+  auto numbers = file_.values<float>(file_.accessor(lumigraph_, kLumigraphExtension, name), name, kNumbers);
+  if (numbers.size() != cells) {
+    file_.refuse(std::string(name) + " has " + std::to_string(numbers.size()) + " entries for " +
+                 std::to_string(cells) + " cells");
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (std::isfinite(coverage[cell]) && coverage[cell] >= 0) continue;
-    file_.refuse("cellCoverage says of cell " + std::to_string(cell) + " " + number_text(coverage[cell]) +
+    if (std::isfinite(numbers[cell]) && numbers[cell] >= 0) continue;
+    file_.refuse(std::string(name) + " says of cell " + std::to_string(cell) + " " + number_text(numbers[cell]) +
                  ", must be finite and not negative");
   }
-  return coverage;
+  return numbers;
 }
 
 ValidityOptions ModelReader::validity() const {
@@ -631,7 +631,8 @@ Model ModelReader::model() const {
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.tiles = tiles(entries);
-  snapshot.cell_coverage = cell_coverage(snapshot.cell_seen.size());
+  snapshot.cell_coverage = numbers_of_cells("cellCoverage", snapshot.cell_seen.size());
+  snapshot.cell_deviation = numbers_of_cells("cellDeviation", snapshot.cell_seen.size());
   snapshot.vertex_colors = vertex_colors(read);
   if (const std::optional<GltfImage> image = texture(read.vertices)) (void)size_of(*image);
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
@@ -674,7 +675,9 @@ ModelFacts ModelReader::facts() const {
   facts.mesh_bytes = vertices * sizeof(glm::vec3) + read.surface->mesh.faces.size() * sizeof(glm::uvec3);
   facts.vertex_bytes = vertices * (sizeof(glm::u16vec4) + sizeof(float)) + read.copies * sizeof(std::uint32_t) +
                        (textured_ ? read.vertices * sizeof(glm::u16vec2) : 0);
-  facts.table_bytes = cells + facts.tiles.slots.size() + sizeof(float) * cell_coverage(cells).size() +
+  facts.table_bytes = cells + facts.tiles.slots.size() +
+                      sizeof(float) * (numbers_of_cells("cellCoverage", cells).size() +
+                                       numbers_of_cells("cellDeviation", cells).size()) +
                       sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
   return facts;
 }

@@ -327,6 +327,10 @@ void add_lumigraph(tinygltf::Model& model, const Snapshot& snapshot, const Writt
     extension["cellCoverage"] =
         Json(add_accessor(model, snapshot.cell_coverage, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR));
   }
+  if (!snapshot.cell_deviation.empty()) {
+    extension["cellDeviation"] =
+        Json(add_accessor(model, snapshot.cell_deviation, TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR));
+  }
   extension["validity"] = Json(Json::Object{{"depthEdge", Json(validity.depth_edge)},
                                             {"edgeRadius", Json(static_cast<int>(validity.edge_radius_px))},
                                             {"fade", Json(static_cast<int>(validity.fade_px))},

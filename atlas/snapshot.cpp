@@ -103,6 +103,16 @@ void drop_tiles_of_nobody(Snapshot& snapshot) {
   snapshot.tiles = std::move(kept);
 }
 
+// One for each cell, or none at all.
+void check_numbers_of_cells(const char* table, const std::vector<float>& numbers, std::size_t cells) {
+  if (numbers.empty()) return;
+  require_count(table, numbers.size(), cells, "cell");
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (std::isfinite(numbers[cell]) && numbers[cell] >= 0) continue;
+    refuse_snapshot(entry(table, cell) + " is " + number_text(numbers[cell]) + ", must be finite and not negative");
+  }
+}
+
 }  // namespace
 
 void check_gains(const Snapshot& snapshot) {
@@ -132,14 +142,8 @@ void check_but_surface(const Snapshot& snapshot) {
   require_count("cell_seen", snapshot.cell_seen.size(), snapshot.surface->cells.cells.size(), "cell");
   require_count("vertex_colors", snapshot.vertex_colors.size(), snapshot.surface->mesh.positions.size(), "vertex");
   check_tiles(snapshot);
-  if (snapshot.cell_coverage.empty()) return;
-  require_count("cell_coverage", snapshot.cell_coverage.size(), snapshot.surface->cells.cells.size(), "cell");
-  for (std::size_t cell = 0; cell < snapshot.cell_coverage.size(); ++cell) {
-    const float coverage = snapshot.cell_coverage[cell];
-    if (std::isfinite(coverage) && coverage >= 0) continue;
-    refuse_snapshot(entry("cell_coverage", cell) + " is " + number_text(coverage) +
-                    ", must be finite and not negative");
-  }
+  check_numbers_of_cells("cell_coverage", snapshot.cell_coverage, snapshot.surface->cells.cells.size());
+  check_numbers_of_cells("cell_deviation", snapshot.cell_deviation, snapshot.surface->cells.cells.size());
 }
 
 Snapshot without_far_sphere(const Snapshot& snapshot) {
@@ -152,6 +156,7 @@ Snapshot without_far_sphere(const Snapshot& snapshot) {
   near.references.views.resize(near.references.offsets.back());
   near.vertex_colors.resize(near.surface->mesh.positions.size());
   if (!near.cell_coverage.empty()) near.cell_coverage.resize(cells);
+  if (!near.cell_deviation.empty()) near.cell_deviation.resize(cells);
   return near;
 }
 

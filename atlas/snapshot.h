@@ -32,6 +32,10 @@ struct Snapshot {
   // How well the stored views cover each cell by the measure that they were chosen by, >= 0; not for drawing. Empty:
   // nobody has said, as in every snapshot that an atlas gives.
   std::vector<float> cell_coverage;
+  // By how much the surface of each cell is off, standard deviation along a ray, scene units, >= 0. Photographs are
+  // blurred by it in pictures from other directions. Empty, as in every snapshot that an atlas gives: the surface
+  // counts as exact.
+  std::vector<float> cell_deviation;
 };
 
 // Throws std::invalid_argument naming the table, the index, its value and the rule that it breaks, unless surface and

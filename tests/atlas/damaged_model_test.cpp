@@ -33,6 +33,7 @@ class DamagedModel {
  public:
   explicit DamagedModel(Snapshot good = small_snapshot(), bool textured = false) {
     good.cell_coverage.assign(good.cell_seen.size(), 0.5f);
+    good.cell_deviation.assign(good.cell_seen.size(), 0.25f);
     const BaseTexture texture = small_texture(*good.surface);
     write_model(folder_.path(), good, {}, {}, textured ? &texture : nullptr);
     give_plain_names(folder_.path());
@@ -525,6 +526,9 @@ TEST_CASE("cells and references out of range are refused") {
   check_all({
       {"fewer cells", count("cellSeen", 4), "vertex 23 is in cell 4 of 4"},
       {"no cells", count("cellSeen", 0), "vertex 0 is in cell 0 of 0"},
+      {"fewer deviations", count("cellDeviation", 4), "cellDeviation has 4 entries for 5 cells"},
+      {"a negative deviation", [](DamagedModel& m) { m.poke(m.lumigraph()["cellDeviation"], 1, -1.0f); },
+       "cellDeviation says of cell 1 -1, must be finite and not negative"},
       {"fewer coverages", count("cellCoverage", 4), "cellCoverage has 4 entries for 5 cells"},
       {"a negative coverage", [](DamagedModel& m) { m.poke(m.lumigraph()["cellCoverage"], 2, -0.5f); },
        "cellCoverage says of cell 2 -0.5, must be finite and not negative"},

@@ -82,10 +82,12 @@ TEST_CASE("depths of the far sphere are told from those of the mesh") {
 }
 
 TEST_CASE("a snapshot without its far sphere is that of the mesh alone") {
-  const Snapshot both = far_snapshot();
+  Snapshot both = far_snapshot();
+  both.cell_deviation.assign(both.cell_seen.size(), 0.5f);
   const Snapshot near = without_far_sphere(both);
   CHECK_NOTHROW(check(near));
   CHECK(near.surface->cells.cells.size() == 5);
+  CHECK(near.cell_deviation.size() == 5);
   CHECK(near.references.offsets.size() == 6);
   CHECK(near.references.views.size() == 10);
   CHECK(near.vertex_colors.size() == near.surface->mesh.positions.size());

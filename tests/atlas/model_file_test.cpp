@@ -127,6 +127,7 @@ void check_same(const Snapshot& a, const Snapshot& b) {
   CHECK(a.references.views == b.references.views);
   CHECK(a.cell_seen == b.cell_seen);
   CHECK(a.cell_coverage == b.cell_coverage);
+  CHECK(a.cell_deviation == b.cell_deviation);
 }
 
 nlohmann::json json_of(const fs::path& file) {
@@ -147,11 +148,12 @@ TEST_CASE("a model reads back as the snapshot that was written, with its free sl
   CHECK(read.validity.edges == kValidity.edges);
 }
 
-TEST_CASE("a model keeps how well its cells are covered, to the bit") {
+TEST_CASE("a model keeps how well its cells are covered and how far they are off, to the bit") {
   const TemporaryFolder folder;
   Snapshot written = small_snapshot();
   for (std::size_t cell = 0; cell < written.cell_seen.size(); ++cell) {
     written.cell_coverage.push_back(0.1f * static_cast<float>(cell));
+    written.cell_deviation.push_back(0.3f * static_cast<float>(cell));
   }
   write_model(folder.path(), written, {});
   check_same(read_model(folder.path()).snapshot, compacted(written));

@@ -125,6 +125,7 @@ TEST_CASE("every property of the schema is written, but for glTF's own") {
   std::vector<std::string> written, listed;
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
   snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);
+  snapshot.cell_deviation.assign(snapshot.cell_seen.size(), 0.5f);
   names_in(written_extension(snapshot, true), written);
   names_in(written_extension(far_snapshot()), written);
   const json rules = schema();

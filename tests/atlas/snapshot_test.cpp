@@ -7,6 +7,7 @@
 #include <chrono>
 #include <functional>
 #include <future>
+#include <limits>
 #include <memory>
 #include <random>
 #include <stdexcept>
@@ -339,6 +340,11 @@ TEST_CASE("each rule of a snapshot is checked by name") {
         s.cell_coverage = {1, 2};
       },
       "snapshot: cell_coverage has 2 entries, must have one per cell, 5");
+  refused(
+      [](Snapshot& s) {
+        s.cell_deviation = {0, 0, 0, 0, std::numeric_limits<float>::infinity()};
+      },
+      "snapshot: cell_deviation[4] is inf, must be finite and not negative");
   refused(
       [](Snapshot& s) {
         s.cell_coverage = {1, 2, -0.5f, 4, 5};

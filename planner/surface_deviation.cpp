@@ -1,0 +1,386 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/surface_deviation.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <ranges>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include "mesh/base/median.h"
+#include "mesh/base/requirement.h"
+#include "planner/photometry.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr double kStepPx = 0.5;          // between the places that a patch is compared at
+constexpr double kLeastIncidence = 0.3;  // cosine: what is seen at a flatter angle tells too little
+constexpr double kAsGood = 0.1;          // of correlation: so much less than the best is almost as good
+constexpr double kBestAngleDeg = 10;     // the pair nearest to it is compared
+constexpr std::size_t kPairs = 3;        // that are compared of a point, at most
+constexpr double kMostScale = 2;         // of the size of a pixel on the surface, between the two photographs
+constexpr double kSeenDepth = 1.01;      // times the depth that a photograph sees, up to which it sees a point
+constexpr double kMostShare = 0.3;       // of the depth, that a patch is moved by at most
+constexpr std::size_t kLeastPoints = 4;  // that tell of a cell by themselves
+constexpr std::uint8_t kTrusted = 128;   // of StoredView::trust
+
+// A photograph that shows a point.
+struct Witness {
+  const StoredView* view = nullptr;
+  glm::dvec3 direction{0.0};  // unit, from the point to the camera
+  double pixel = 0;           // width of a pixel at the point, scene units
+  double depth = 0;           // scene units
+};
+
+struct SurfacePoint {
+  glm::dvec3 position{0.0}, normal{0.0};
+};
+
+std::optional<SurfacePoint> middle_of(const Mesh& mesh, std::uint32_t face) {
+  const glm::uvec3 corners = mesh.faces[face];
+  const glm::dvec3 a(mesh.positions[corners.x]), b(mesh.positions[corners.y]), c(mesh.positions[corners.z]);
+  const glm::dvec3 normal = glm::cross(b - a, c - a);
+  const double length = glm::length(normal);
+  if (!(length > 0)) return std::nullopt;
+  return SurfacePoint{(a + b + c) / 3.0, normal / length};
+}
+
+// None where the view does not show the point, or not with a margin of `margin_px`.
+std::optional<Witness> witness(const StoredView& view, const SurfacePoint& point, double margin_px) {
+  const Camera& camera = view.camera;
+  const glm::dvec3 cam = camera.cam_from_world(point.position);
+  if (!(cam.z > 0)) return std::nullopt;
+  const glm::dvec2 image = camera.image_from_cam(cam);
+  if (!(image.x >= margin_px && image.y >= margin_px && image.x < camera.width - margin_px &&
+        image.y < camera.height - margin_px)) {
+    return std::nullopt;
+  }
+  const std::size_t pixel = static_cast<std::size_t>(image.y) * camera.width + static_cast<std::size_t>(image.x);
+  if (view.validity[pixel] == 0 || cam.z > kSeenDepth * static_cast<double>(view.depth[pixel])) return std::nullopt;
+  if (!view.trust.empty() && view.trust[pixel] < kTrusted) return std::nullopt;
+  const glm::dvec3 direction = glm::normalize(camera.center() - point.position);
+  if (std::abs(glm::dot(direction, point.normal)) < kLeastIncidence) return std::nullopt;
+  return Witness{&view, direction, cam.z / camera.fx, cam.z};
+}
+
+// Brightness between pixels' middles, of 255.
+double brightness(const Photograph& photograph, const glm::dvec2& image) {
+  const double x = std::clamp(image.x - 0.5, 0.0, photograph.width - 1.0);
+  const double y = std::clamp(image.y - 0.5, 0.0, photograph.height - 1.0);
+  const auto left = static_cast<std::size_t>(x), top = static_cast<std::size_t>(y);
+  const std::size_t right = std::min<std::size_t>(left + 1, photograph.width - 1);
+  const std::size_t bottom = std::min<std::size_t>(top + 1, photograph.height - 1);
+  const auto at = [&](std::size_t column, std::size_t row) {
+    const std::uint8_t* rgb = &photograph.rgb[3 * (row * photograph.width + column)];
+    return 0.25 * (rgb[0] + 2 * rgb[1] + rgb[2]);
+  };
+  const double across = x - static_cast<double>(left), down = y - static_cast<double>(top);
+  const double above = at(left, top) + across * (at(right, top) - at(left, top));
+  const double below = at(left, bottom) + across * (at(right, bottom) - at(left, bottom));
+  return above + down * (below - above);
+}
+
+// Two photographs that show a point.
+struct WitnessPair {
+  Witness first, second;
+  double angle = 0;  // between them, radians
+};
+
+// With the one that shows the point from the best angle beside the first.
+std::optional<WitnessPair> best_pair(const std::vector<Witness>& witnesses, const Witness& first,
+                                     const DeviationOptions& options) {
+  std::optional<WitnessPair> best;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Witness& second : witnesses) {
+    if (second.view == first.view || second.pixel > kMostScale * first.pixel) continue;
+    if (first.pixel > kMostScale * second.pixel) continue;
+    const double angle = std::acos(std::min(1.0, glm::dot(first.direction, second.direction)));
+    const double degrees = glm::degrees(angle);
+    if (degrees < options.least_angle_deg || degrees > options.most_angle_deg) continue;
+    const double from_best = std::abs(degrees - kBestAngleDeg);
+    if (from_best >= least) continue;
+    least = from_best;
+    best = WitnessPair{first, second, angle};
+  }
+  return best;
+}
+
+// A patch of the tangent plane around a point, as the first photograph shows it: what is left when its mean is taken
+// away.
+class Patch {
+ public:
+  Patch(const SurfacePoint& point, const WitnessPair& pair, std::uint32_t radius_px) : pair_(pair) {
+    const glm::dvec3 axis = std::abs(point.normal.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 right = glm::normalize(glm::cross(point.normal, axis));
+    const glm::dvec3 up = glm::cross(point.normal, right);
+    const Camera &first = pair.first.view->camera, &second = pair.second.view->camera;
+    const int radius = static_cast<int>(radius_px);
+    for (int y = -radius; y <= radius; ++y) {
+      for (int x = -radius; x <= radius; ++x) {
+        const glm::dvec3 place =
+            point.position + pair.second.pixel * (static_cast<double>(x) * right + static_cast<double>(y) * up);
+        const glm::dvec2 image = first.image_from_cam(first.cam_from_world(place));
+        shown_.push_back(brightness(pair.first.view->photograph, image));
+        in_second_.push_back(second.cam_from_world(place));
+      }
+    }
+    const auto count = static_cast<double>(shown_.size());
+    const double mean = std::accumulate(shown_.begin(), shown_.end(), 0.0) / count;
+    for (double& value : shown_) {
+      value -= mean;
+      squares_ += value * value;
+    }
+  }
+
+  // Standard deviation of its brightness.
+  [[nodiscard]] double contrast() const { return std::sqrt(squares_ / static_cast<double>(shown_.size())); }
+
+  // The normalised correlation with what the second photograph shows of the patch once it has moved along the ray of
+  // the first, by so many scene units towards its camera, in [-1, 1].
+  [[nodiscard]] double correlation(double moved) const {
+    const Camera& camera = pair_.second.view->camera;
+    const glm::dvec3 shift = camera.cam_from_world_rotation * (moved * pair_.first.direction);
+    double sum = 0, squares = 0, products = 0;
+    for (std::size_t i = 0; i < in_second_.size(); ++i) {
+      const double value = brightness(pair_.second.view->photograph, camera.image_from_cam(in_second_[i] + shift));
+      sum += value;
+      squares += value * value;
+      products += value * shown_[i];
+    }
+    const double variance = squares - sum * sum / static_cast<double>(in_second_.size());
+    if (!(variance > 1) || !(squares_ > 0)) return 0;
+    return products / std::sqrt(variance * squares_);
+  }
+
+ private:
+  WitnessPair pair_;
+  std::vector<glm::dvec3> in_second_;  // its points in the second camera's frame
+  std::vector<double> shown_;
+  double squares_ = 0;
+};
+
+// Where between three neighbouring values the middle one's peak is, in steps from it, in [-0.5, 0.5].
+double peak(double before, double middle, double after) {
+  const double bend = before - 2 * middle + after;
+  return bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
+}
+
+// Of the places where the patches agree almost as well as anywhere, the one nearest to the surface, because what
+// repeats, such as bricks, agrees at many. None where they agree nowhere, or best where the search ends.
+std::optional<std::size_t> best_place(const std::vector<double>& correlations, double least_correlation) {
+  const double best = *std::max_element(correlations.begin(), correlations.end());
+  if (best < least_correlation) return std::nullopt;
+  const auto middle = static_cast<double>(correlations.size() - 1) / 2;
+  std::optional<std::size_t> nearest;
+  for (std::size_t i = 0; i < correlations.size(); ++i) {
+    const double before = i > 0 ? correlations[i - 1] : -1;
+    const double after = i + 1 < correlations.size() ? correlations[i + 1] : -1;
+    const bool is_peak = correlations[i] >= before && correlations[i] >= after;
+    if (!is_peak || correlations[i] < best - kAsGood) continue;
+    const auto distance = [&](std::size_t place) { return std::abs(static_cast<double>(place) - middle); };
+    if (!nearest || distance(i) < distance(*nearest)) nearest = i;
+  }
+  if (*nearest == 0 || *nearest + 1 == correlations.size()) return std::nullopt;
+  return nearest;
+}
+
+// How far the surface is off at a point by two photographs, scene units; none where they cannot tell.
+std::optional<double> distance_off(const SurfacePoint& point, const WitnessPair& pair,
+                                   const DeviationOptions& options) {
+  const Patch patch(point, pair, options.patch_radius);
+  if (patch.contrast() < options.least_contrast) return std::nullopt;
+  const double step = kStepPx * pair.second.pixel / std::sin(pair.angle);
+  const double most = kMostShare * std::min(pair.first.depth, pair.second.depth);
+  const int steps = static_cast<int>(std::min(options.most_shift_px / kStepPx, most / step));
+  std::vector<double> correlations;
+  for (int i = -steps; i <= steps; ++i) {
+    correlations.push_back(patch.correlation(i * step));
+  }
+  const std::optional<std::size_t> place = best_place(correlations, options.least_correlation);
+  const double of_best_angle = options.most_shift_px * pair.second.pixel / std::sin(glm::radians(kBestAngleDeg));
+  if (!place) return std::min(steps * step, of_best_angle);
+  const double between = peak(correlations[*place - 1], correlations[*place], correlations[*place + 1]);
+  return std::abs(static_cast<double>(*place) - steps + between) * step;
+}
+
+// The lower median of what the pairs of the photographs tell that show the point finest: a leaf before one of them
+// spoils no more than the pairs that it is in.
+std::optional<double> distance_off(const SurfacePoint& point, std::vector<Witness>& witnesses,
+                                   const DeviationOptions& options) {
+  std::stable_sort(witnesses.begin(), witnesses.end(),
+                   [](const Witness& a, const Witness& b) { return a.pixel < b.pixel; });
+  std::vector<double> distances;
+  for (std::size_t first = 0; first < std::min(kPairs, witnesses.size()); ++first) {
+    const std::optional<WitnessPair> pair = best_pair(witnesses, witnesses[first], options);
+    if (!pair) continue;
+    if (const std::optional<double> off = distance_off(point, *pair, options)) distances.push_back(*off);
+  }
+  if (distances.empty()) return std::nullopt;
+  std::sort(distances.begin(), distances.end());
+  return distances[(distances.size() - 1) / 2];
+}
+
+// By cell, its faces.
+std::vector<std::vector<std::uint32_t>> faces_by_cell(const Surface& surface) {
+  std::vector<std::vector<std::uint32_t>> faces(surface.near_cells());
+  for (std::size_t face = 0; face < surface.near_faces(); ++face) {
+    faces[surface.cells.cell_of_face[face]].push_back(static_cast<std::uint32_t>(face));
+  }
+  return faces;
+}
+
+std::vector<double> distances_off(const Snapshot& snapshot, std::size_t cell, const std::vector<std::uint32_t>& faces,
+                                  const DeviationOptions& options) {
+  std::vector<double> distances;
+  const auto slots = snapshot.references.of_cell(cell);
+  if (slots.size() < 2) return distances;
+  const std::size_t points = std::min<std::size_t>(options.points, faces.size());
+  const double margin = kMostScale * options.patch_radius + options.most_shift_px + 1;
+  for (std::size_t i = 0; i < points; ++i) {
+    const std::optional<SurfacePoint> point = middle_of(snapshot.surface->mesh, faces[i * faces.size() / points]);
+    if (!point) continue;
+    std::vector<Witness> witnesses;
+    for (const std::uint32_t slot : slots) {
+      if (const std::optional<Witness> seen = witness(*snapshot.views[slot], *point, margin))
+        witnesses.push_back(*seen);
+    }
+    if (const std::optional<double> off = distance_off(*point, witnesses, options)) distances.push_back(*off);
+  }
+  return distances;
+}
+
+// Both ways, pairs of cells that have an edge in common, sorted.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_of_cells(const Surface& surface) {
+  struct Edge {
+    std::uint32_t low, high, cell;
+  };
+  std::vector<Edge> edges;
+  for (std::size_t face = 0; face < surface.near_faces(); ++face) {
+    const glm::uvec3 corners = surface.mesh.faces[face];
+    for (int corner = 0; corner < 3; ++corner) {
+      const auto [low, high] = std::minmax(corners[corner], corners[(corner + 1) % 3]);
+      edges.push_back({low, high, surface.cells.cell_of_face[face]});
+    }
+  }
+  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
+    return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
+  });
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  for (std::size_t i = 1; i < edges.size(); ++i) {
+    const Edge &a = edges[i - 1], &b = edges[i];
+    if (a.low != b.low || a.high != b.high || a.cell == b.cell) continue;
+    pairs.emplace_back(a.cell, b.cell);
+    pairs.emplace_back(b.cell, a.cell);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  return pairs;
+}
+
+// Ring by ring outwards, cells without a value get the mean of their neighbours that have one; what is joined to none
+// gets the median of all. `neighbours` as above.
+void spread_over(std::span<const std::pair<std::uint32_t, std::uint32_t>> neighbours, std::vector<float>& values,
+                 std::vector<std::uint8_t> known) {
+  std::vector<double> all;
+  std::vector<std::uint32_t> ring;
+  for (std::size_t cell = 0; cell < known.size(); ++cell) {
+    if (!known[cell]) continue;
+    all.push_back(static_cast<double>(values[cell]));
+    ring.push_back(static_cast<std::uint32_t>(cell));
+  }
+  if (all.empty()) return;
+  const auto neighbours_of = [&](std::uint32_t cell) {
+    const auto first = std::lower_bound(neighbours.begin(), neighbours.end(), std::pair(cell, 0u));
+    return std::ranges::subrange(
+        first, std::find_if(first, neighbours.end(), [&](const auto& pair) { return pair.first != cell; }));
+  };
+  while (!ring.empty()) {
+    std::vector<std::uint32_t> next;
+    for (const std::uint32_t cell : ring) {
+      for (const auto& [from, other] : neighbours_of(cell)) {
+        if (!known[other]) next.push_back(other);
+      }
+    }
+    std::sort(next.begin(), next.end());
+    next.erase(std::unique(next.begin(), next.end()), next.end());
+    for (const std::uint32_t cell : next) {
+      float sum = 0;
+      int count = 0;
+      for (const auto& [from, other] : neighbours_of(cell)) {
+        if (!known[other]) continue;
+        sum += values[other];
+        ++count;
+      }
+      values[cell] = sum / static_cast<float>(count);
+    }
+    for (const std::uint32_t cell : next) known[cell] = 1;
+    ring = std::move(next);
+  }
+  const auto middle = static_cast<float>(median(all));
+  for (std::size_t cell = 0; cell < known.size(); ++cell) {
+    if (!known[cell]) values[cell] = middle;
+  }
+}
+
+constexpr Requirement deviation_requires{"deviation"};
+
+}  // namespace
+
+void check(const DeviationOptions& options) {
+  deviation_requires(options.points >= 1, "points", options.points, "at least 1");
+  deviation_requires(options.patch_radius >= 1 && options.patch_radius <= 32, "patch_radius", options.patch_radius,
+                     "in [1, 32]");
+  deviation_requires(options.most_shift_px >= 1 && options.most_shift_px <= 64, "most_shift_px", options.most_shift_px,
+                     "in [1, 64]");
+  deviation_requires(options.least_angle_deg > 0 && options.least_angle_deg < 90, "least_angle_deg",
+                     options.least_angle_deg, "in (0, 90)");
+  deviation_requires(options.most_angle_deg > options.least_angle_deg && options.most_angle_deg < 90, "most_angle_deg",
+                     options.most_angle_deg, "above least_angle_deg and below 90");
+  deviation_requires(options.least_correlation > 0 && options.least_correlation <= 1, "least_correlation",
+                     options.least_correlation, "in (0, 1]");
+  deviation_requires(options.least_contrast > 0 && std::isfinite(options.least_contrast), "least_contrast",
+                     options.least_contrast, "finite and above 0");
+}
+
+SurfaceDeviation surface_deviation(const Snapshot& snapshot, const DeviationOptions& options) {
+  check(options);
+  check(snapshot);
+  const Surface& surface = *snapshot.surface;
+  const std::vector<std::vector<std::uint32_t>> faces = faces_by_cell(surface);
+  std::vector<std::vector<double>> distances(faces.size());
+  tbb::parallel_for(std::size_t{0}, faces.size(), [&](std::size_t cell) {
+    may_interrupt(options.interruption_point);
+    distances[cell] = distances_off(snapshot, cell, faces[cell], options);
+  });
+  SurfaceDeviation result{std::vector<float>(surface.cells.cells.size(), 0.0f),
+                          std::vector<std::uint8_t>(surface.cells.cells.size(), 0)};
+  for (std::size_t cell = 0; cell < faces.size(); ++cell) {
+    if (distances[cell].size() < std::min<std::size_t>(kLeastPoints, faces[cell].size())) continue;
+    if (distances[cell].empty()) continue;
+    const double deviation = kDeviationOfMedian * median(distances[cell]);
+    result.of_cell[cell] = static_cast<float>(std::min<double>(deviation, std::numeric_limits<float>::max()));
+    result.measured[cell] = 1;
+  }
+  std::vector<std::uint8_t> known(result.measured.begin(),
+                                  result.measured.begin() + static_cast<std::ptrdiff_t>(faces.size()));
+  std::vector<float> near(result.of_cell.begin(), result.of_cell.begin() + static_cast<std::ptrdiff_t>(faces.size()));
+  spread_over(neighbours_of_cells(surface), near, std::move(known));
+  std::copy(near.begin(), near.end(), result.of_cell.begin());
+  return result;
+}
+
+double shift_px(double deviation, double focal_length, double depth) {
+  return deviation * std::sin(glm::radians(kTrustAngle)) * focal_length / depth;
+}
+
+}  // namespace lumatlas

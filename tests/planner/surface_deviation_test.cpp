@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photographs of a flat wall whose colours are known, over a mesh that stands a known distance before it.
+#include "planner/surface_deviation.h"
+
+#include <tbb/global_control.h>
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <memory>
+#include <stdexcept>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/far_sphere.h"
+#include "tests/support/refusal.h"
+#include "tests/support/wall_scenes.h"
+
+namespace lumatlas {
+namespace {
+
+constexpr double kWallDepth = 4;      // of the true wall, scene units
+constexpr std::uint32_t kSide = 200;  // pixels of a photograph
+
+// Brightness of the wall at a place, of 255.
+using WallPaint = std::function<double(double x, double y)>;
+
+// Between random values at the corners of a lattice of 0.06 scene units, 3 pixels.
+double speckled(double x, double y) {
+  const auto corner = [](double column, double row) {
+    const double number = std::sin(column * 127.1 + row * 311.7) * 43758.5453;
+    return 255 * (number - std::floor(number));
+  };
+  const double column = std::floor(x / 0.06), row = std::floor(y / 0.06);
+  const double across = x / 0.06 - column, down = y / 0.06 - row;
+  return (1 - down) * ((1 - across) * corner(column, row) + across * corner(column + 1, row)) +
+         down * ((1 - across) * corner(column, row + 1) + across * corner(column + 1, row + 1));
+}
+
+double grey(double /*x*/, double /*y*/) {
+  return 128;
+}
+
+// `degrees` beside the middle of the wall, four scene units away from it, looking there.
+Camera beside(double degrees) {
+  Camera camera = forward_camera(kSide, kSide);
+  const double angle = glm::radians(degrees);
+  const glm::dvec3 center(kWallDepth * std::sin(angle), 0, kWallDepth * (1 - std::cos(angle)));
+  camera.cam_from_world_rotation = glm::mat3_cast(glm::angleAxis(angle, glm::dvec3(0, 1, 0)));
+  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
+  return camera;
+}
+
+Photograph photograph_of(const WallPaint& paint, const Camera& camera) {
+  Photograph photograph{camera.width, camera.height, {}, {}};
+  for (std::uint32_t y = 0; y < camera.height; ++y) {
+    for (std::uint32_t x = 0; x < camera.width; ++x) {
+      const glm::dvec3 ray = camera.ray({x + 0.5, y + 0.5});
+      const glm::dvec3 place = camera.center() + (kWallDepth - camera.center().z) / ray.z * ray;
+      photograph.rgb.insert(photograph.rgb.end(), 3, static_cast<std::uint8_t>(std::lround(paint(place.x, place.y))));
+    }
+  }
+  return photograph;
+}
+
+// A wall of 4 x 4 cells, `before` the true one, towards the cameras.
+std::shared_ptr<const Surface> wall_before(double before) {
+  auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 16, 16, 0.125f, static_cast<float>(kWallDepth - before));
+  std::vector<std::uint32_t> cell_of_face;
+  for (std::uint32_t face = 0; face < 2 * 16 * 16; ++face) {
+    const std::uint32_t square = face / 2;
+    cell_of_face.push_back(square % 16 / 4 + 4 * (square / 16 / 4));
+  }
+  surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 0.5);
+  return surface;
+}
+
+// Every cell refers to every photograph.
+Snapshot photographed(const std::shared_ptr<const Surface>& surface, const std::vector<WallPaint>& paints) {
+  const std::vector<double> degrees{-8, 0, 8};
+  Atlas atlas(surface, 3);
+  std::vector<std::uint32_t> slots;
+  for (std::size_t i = 0; i < paints.size(); ++i) {
+    const Camera camera = beside(degrees[i]);
+    slots.push_back(atlas.insert(traced_view(*surface, "", camera, photograph_of(paints[i], camera))));
+  }
+  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+  return atlas.snapshot();
+}
+
+Snapshot photographed(const std::shared_ptr<const Surface>& surface, const WallPaint& paint) {
+  return photographed(surface, std::vector<WallPaint>(3, paint));
+}
+
+TEST_CASE("a surface that stands before what photographs show deviates by that distance, and an exact one by little") {
+  constexpr double kDeviationOfDistance = 1.4826;  // what a median absolute deviation is multiplied by
+  for (const double before : {0.0, 0.05, 0.1, 0.2}) {
+    CAPTURE(before);
+    const SurfaceDeviation deviation = surface_deviation(photographed(wall_before(before), speckled));
+    REQUIRE(deviation.of_cell.size() == 16);
+    for (std::size_t cell = 0; cell < 16; ++cell) {
+      CAPTURE(cell);
+      CHECK(static_cast<int>(deviation.measured[cell]) == 1);
+      const double expected = kDeviationOfDistance * before;
+      // A tenth of a pixel at this angle is 0.014 scene units.
+      CHECK(std::abs(static_cast<double>(deviation.of_cell[cell]) - expected) < 0.02 + 0.15 * expected);
+    }
+  }
+}
+
+TEST_CASE("where each photograph shows something else, the surface is off by all that was searched") {
+  std::vector<WallPaint> paints;
+  for (const double shift : {0.0, 31.3, 77.7}) {
+    paints.emplace_back([shift](double x, double y) { return speckled(x + shift, y - 2 * shift); });
+  }
+  const SurfaceDeviation exact = surface_deviation(photographed(wall_before(0), speckled));
+  const SurfaceDeviation other = surface_deviation(photographed(wall_before(0), paints));
+  for (std::size_t cell = 0; cell < 16; ++cell) {
+    CHECK(static_cast<int>(other.measured[cell]) == 1);
+    CHECK(other.of_cell[cell] > 10 * exact.of_cell[cell]);
+    CHECK(other.of_cell[cell] > 0.5f);  // six pixels are 0.86 scene units at eight degrees
+  }
+}
+
+TEST_CASE("what repeats is taken to be where the surface is") {
+  const WallPaint stripes = [](double x, double /*y*/) { return 128 + 100 * std::sin(2 * 3.14159265 * x / 0.12); };
+  const SurfaceDeviation deviation = surface_deviation(photographed(wall_before(0), stripes));
+  for (const float of_cell : deviation.of_cell) CHECK(of_cell < 0.05f);
+}
+
+TEST_CASE("where nothing can be compared nothing is measured, and the surface counts as exact") {
+  const std::shared_ptr<const Surface> wall = wall_before(0.1);
+  for (const Snapshot& snapshot :
+       {photographed(wall, grey), photographed(wall, std::vector<WallPaint>{speckled}), Atlas(wall, 1).snapshot()}) {
+    const SurfaceDeviation deviation = surface_deviation(snapshot);
+    CHECK(deviation.measured == std::vector<std::uint8_t>(16, 0));
+    CHECK(deviation.of_cell == std::vector<float>(16, 0.0f));
+  }
+}
+
+TEST_CASE("a part without texture has the deviation of the parts beside it") {
+  // Texture left of the middle alone.
+  const WallPaint half = [](double x, double y) { return x < -0.05 ? speckled(x, y) : 128; };
+  const SurfaceDeviation deviation = surface_deviation(photographed(wall_before(0.1), half));
+  for (std::size_t row = 0; row < 4; ++row) {
+    CHECK(static_cast<int>(deviation.measured[4 * row]) == 1);
+    CHECK(static_cast<int>(deviation.measured[4 * row + 3]) == 0);
+    const float nearest = deviation.of_cell[4 * row + (deviation.measured[4 * row + 2] ? 2 : 1)];
+    CHECK(deviation.of_cell[4 * row + 3] == Approx(nearest).epsilon(0.5));
+  }
+}
+
+TEST_CASE("the far sphere does not deviate, and the cells before it do as without it") {
+  const std::shared_ptr<const Surface> wall = wall_before(0.1);
+  FarSphere far{far_sphere({glm::dvec3(0), 1000}, 0.8), {}};
+  far.cells = make_cells(far.mesh, {.size = 1000});
+  const auto with_far = std::make_shared<const Surface>(with_far_sphere(*wall, far));
+  const SurfaceDeviation near = surface_deviation(photographed(wall, speckled));
+  const SurfaceDeviation both = surface_deviation(photographed(with_far, speckled));
+  REQUIRE(both.of_cell.size() == 16 + far.cells.cells.size());
+  CHECK(std::equal(near.of_cell.begin(), near.of_cell.end(), both.of_cell.begin()));
+  CHECK(std::all_of(both.of_cell.begin() + 16, both.of_cell.end(), [](float of_cell) { return of_cell == 0; }));
+  CHECK(std::count(both.measured.begin() + 16, both.measured.end(), 1) == 0);
+}
+
+TEST_CASE("one thread measures the same as several, and an interruption ends it") {
+  const Snapshot snapshot = photographed(wall_before(0.1), speckled);
+  const SurfaceDeviation several = surface_deviation(snapshot);
+  {
+    const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
+    CHECK(surface_deviation(snapshot).of_cell == several.of_cell);
+  }
+  DeviationOptions options;
+  options.interruption_point = [] { throw std::runtime_error("enough"); };
+  CHECK_THROWS_WITH(surface_deviation(snapshot, options), "enough");
+}
+
+TEST_CASE("a deviation shifts a picture by its sine's share of it in pixels") {
+  CHECK(shift_px(0.1, 1000, 5) == Approx(100 * std::sin(glm::radians(10.0)) / 5));
+}
+
+TEST_CASE("options that measure nothing are refused by name") {
+  const auto refused = [](const auto& change) { return refusal<DeviationOptions>(change); };
+  CHECK_THAT(refused([](auto& o) { o.points = 0; }), Catch::Contains("points is 0"));
+  CHECK_THAT(refused([](auto& o) { o.patch_radius = 33; }), Catch::Contains("patch_radius is 33"));
+  CHECK_THAT(refused([](auto& o) { o.most_shift_px = 0.5; }), Catch::Contains("most_shift_px is 0.5"));
+  CHECK_THAT(refused([](auto& o) { o.least_angle_deg = 0; }), Catch::Contains("least_angle_deg is 0"));
+  CHECK_THAT(refused([](auto& o) { o.most_angle_deg = 1; }), Catch::Contains("most_angle_deg is 1"));
+  CHECK_THAT(refused([](auto& o) { o.least_correlation = 0; }), Catch::Contains("least_correlation is 0"));
+  CHECK_THAT(refused([](auto& o) { o.least_contrast = -1; }), Catch::Contains("least_contrast is -1"));
+}
+
+}  // namespace
+}  // namespace lumatlas
