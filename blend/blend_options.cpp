@@ -27,6 +27,7 @@ BlendOptions BlendOptions::printed() {
   options.consistent = false;
   options.frame_fade = 0;
   options.sampling = Sampling::linear;
+  options.soften = false;
   options.prefilter = false;
   options.border_width = 0;
   options.exposure = Exposure::model;

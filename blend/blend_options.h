@@ -72,7 +72,9 @@ struct BlendOptions {
   double frame_fade = 0.005;
   // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
   // around tiles colours are sampled linearly too.
-  Sampling sampling = Sampling::cubic;   // printed, as GL samples: linear
+  Sampling sampling = Sampling::cubic;  // printed, as GL samples: linear
+  // Blurs colours by the surface's deviation (Snapshot::cell_deviation), see footprint.h; printed: no
+  bool soften = true;
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0

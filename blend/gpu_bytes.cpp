@@ -50,7 +50,7 @@ GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Came
   const ZoneMesh mesh =
       zone_mesh(surface_->mesh, colors, surface_->cells.cell_of_face,
                 border_width_ > 0 ? joined(*shares_, first_of_same_references(references)) : *shares_);
-  const ZoneReferences lists = zone_references(mesh.zone_cells, references, std::vector<std::uint8_t>(cells));
+  const ZoneReferences lists = zone_references(mesh.zone_cells, references, std::vector<std::uint8_t>(cells), {});
   GpuBytes bytes;
   bytes.mesh = buffer_bytes(mesh.positions) + buffer_bytes(mesh.faces);
   bytes.vertices = buffer_bytes(mesh.colors) + buffer_bytes(mesh.shares) + buffer_bytes(mesh.zones);

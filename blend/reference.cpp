@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <functional>
 #include <glm/glm.hpp>
@@ -20,8 +21,10 @@
 #include "blend/cell_shares.h"
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
+#include "blend/footprint.h"
 #include "blend/geometric_weight.h"
 #include "blend/supersampling.h"
+#include "blend/zone_mesh.h"
 
 namespace lumatlas {
 
@@ -126,9 +129,15 @@ Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, 
   return sample;
 }
 
-// `z` is the point's depth in the novel camera.
-WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm::dvec3& world, double z,
-                            const Camera& novel, const BlendOptions& options) {
+struct SurfacePoint {
+  glm::dvec3 world{0.0};
+  double z = 0;          // its depth in the novel camera
+  double deviation = 0;  // of the surface, see Snapshot::cell_deviation
+};
+
+WeightedColor color_in_view(const Source& source, std::uint32_t slot, const SurfacePoint& point, const Camera& novel,
+                            const BlendOptions& options) {
+  const auto& [world, z, deviation] = point;
   const Snapshot& snapshot = source.snapshot;
   const StoredView& view = *snapshot.views[slot];
   const double weight = geometric_weight(world, novel.center(), view.camera.center(), options);
@@ -144,7 +153,12 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const glm:
   const double footprint = options.prefilter ? z * view.camera.fx / (options.supersample * novel.fx * cam.z) : 1;
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
   const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
-  const Sample sample = filtered(source.levels[slot], image, footprint, cubic);
+  Sample sample = filtered(source.levels[slot], image, footprint, cubic);
+  const double blur = blur_of(options.soften ? deviation : 0, novel.center() - world, view.camera.center() - world,
+                              view.camera.fx, cam.z);
+  if (blur > 0) {
+    sample.color = filtered(source.levels[slot], image, blurred_footprint(footprint, blur), cubic).color;
+  }
   const double share = shown.at_rim ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
   const double valid = sample.validity * share;
   const double fade = cam.z > source.before_far ? kFarFrameFade : options.frame_fade;
@@ -166,12 +180,12 @@ double share_of_cell(double share, double best_weight, const BlendOptions& optio
 }
 
 // The K best views' mean colour, by what they count, and the weight of the best one. False where no view is valid.
-bool blend(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
-           const Camera& novel, const BlendOptions& options, glm::dvec3& color, double& best_weight) {
+bool blend(const Source& source, std::span<const std::uint32_t> slots, const SurfacePoint& point, const Camera& novel,
+           const BlendOptions& options, glm::dvec3& color, double& best_weight) {
   std::array<WeightedColor, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
   for (const std::uint32_t slot : slots) {
-    WeightedColor next = color_in_view(source, slot, world, z, novel, options);
+    WeightedColor next = color_in_view(source, slot, point, novel, options);
     for (std::size_t rank = 0; rank < kept; ++rank) {
       if (next.weight > best[rank].weight) std::swap(next, best[rank]);
     }
@@ -234,8 +248,8 @@ glm::dvec4 shares_at(const CellShares& shares, std::uint32_t face, const glm::dv
 }
 
 // The mean of what the cells of a face make of a point on it, by their shares. False where no view of any is valid.
-bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& shares, const glm::dvec3& world,
-                 double z, glm::dvec3& color) {
+bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& shares, const SurfacePoint& point,
+                 glm::dvec3& color) {
   const Snapshot& snapshot = picture.source.snapshot;
   const CellShares::Zone& zone = picture.shares.zones[picture.shares.zone_of_face[face]];
   double total = 0;
@@ -245,13 +259,20 @@ bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& s
     glm::dvec3 of_cell;
     double best_weight = 0;
     const auto slots = snapshot.references.of_cell(zone[static_cast<std::size_t>(i)]);
-    if (!blend(picture.source, slots, world, z, picture.camera, picture.options, of_cell, best_weight)) continue;
+    if (!blend(picture.source, slots, point, picture.camera, picture.options, of_cell, best_weight)) continue;
     const double share = share_of_cell(shares[i], best_weight, picture.options);
     total += share;
     sum += share * of_cell;
   }
   color = sum / total;
   return total > 0;
+}
+
+// As the shader reads it: see deviation_bits().
+double deviation_at(const Snapshot& snapshot, std::uint32_t face) {
+  if (snapshot.cell_deviation.empty()) return 0;
+  const float deviation = snapshot.cell_deviation[snapshot.surface->cells.cell_of_face[face]];
+  return static_cast<double>(std::bit_cast<float>(deviation_bits(deviation) << 16));
 }
 
 struct Shaded {
@@ -271,7 +292,8 @@ Shaded shade(const Picture& picture, std::size_t pixel) {
   const glm::dvec3 world = camera.center() + z * camera.ray(image);
   const glm::dvec3 weights = corner_weights(snapshot.surface->mesh, face, world);
   Shaded shaded;
-  if (blend_cells(picture, face, shares_at(picture.shares, face, weights), world, z, shaded.color)) {
+  const SurfacePoint point{world, z, deviation_at(snapshot, face)};
+  if (blend_cells(picture, face, shares_at(picture.shares, face, weights), point, shaded.color)) {
     shaded.state = PixelState::textured;
   } else {
     shaded.color = vertex_color(snapshot, face, weights);
@@ -326,12 +348,12 @@ Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
   return rendering;
 }
 
-PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slots, const glm::dvec3& world, double z,
+PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slots, const SurfacePoint& point,
                         const Camera& novel, const BlendOptions& options) {
   PixelDiagnosis pixel;
   std::vector<double> weights;
   for (const std::uint32_t slot : slots) {
-    const WeightedColor next = color_in_view(source, slot, world, z, novel, options);
+    const WeightedColor next = color_in_view(source, slot, point, novel, options);
     if (next.valid) ++pixel.valid_views;
     if (next.weight > 0 && (weights.empty() || next.weight > *std::max_element(weights.begin(), weights.end()))) {
       pixel.winner = slot;
@@ -382,7 +404,7 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
     const auto z = static_cast<double>(visible.depth[pixel]);
     const glm::dvec3 world = camera.center() + z * camera.ray(image);
     const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
-    diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), world, z, camera, of_own_cell);
+    diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), {world, z}, camera, of_own_cell);
   });
   return diagnosis;
 }

@@ -106,6 +106,7 @@ struct Renderer::State {
   std::shared_ptr<const Surface> surface;
   std::vector<glm::u8vec3> vertex_colors;
   std::vector<std::uint8_t> cell_seen;
+  std::vector<float> cell_deviation;
   ReferenceTable references;
   // Of the mesh that is loaded, for stores that change. Which cells may be joined changes with every view, and with it
   // the mesh: once a store has changed under its surface, none are joined any more, under later surfaces neither.
@@ -144,6 +145,7 @@ void Renderer::State::take_tables(const Snapshot& snapshot) {
   const bool same_surface = surface == snapshot.surface;
   const bool same_references = same_surface && references.offsets == snapshot.references.offsets &&
                                references.views == snapshot.references.views && cell_seen == snapshot.cell_seen;
+  const bool same_deviation = same_surface && cell_deviation == snapshot.cell_deviation;
   const bool same_colors = same_surface && vertex_colors == snapshot.vertex_colors;
   changes = changes || (same_surface && !same_references);
   surface = snapshot.surface;
@@ -152,10 +154,11 @@ void Renderer::State::take_tables(const Snapshot& snapshot) {
     cell_seen = snapshot.cell_seen;
     references = snapshot.references;
   }
+  if (!same_deviation) cell_deviation = snapshot.cell_deviation;
   if (!same_surface || (!same_references && is_joined)) border_width.reset();
   const std::optional<double> width = std::exchange(border_width, std::nullopt);
   if (!width) return;  // all is made when it is drawn
-  if (!same_references) load_references();
+  if (!same_references || !same_deviation) load_references();
   if (!same_colors) renew_colors();
   border_width = width;
 }
@@ -171,7 +174,7 @@ void Renderer::State::renew_colors() const {
 }
 
 void Renderer::State::load_references() {
-  const ZoneReferences lists = zone_references(zone_cells, references, cell_seen);
+  const ZoneReferences lists = zone_references(zone_cells, references, cell_seen, cell_deviation);
   zones = table_of(kRecords, lists.zones, "zones of cells that fade into each other");
   cells = table_of(kRecords, lists.cells, "cells");
   reference_lists = table_of(kNumbers, lists.references, "references");
@@ -241,7 +244,7 @@ void Renderer::State::describe(const Camera& camera, const BlendOptions& options
                     steps.skip_losers};
   block.tiles = glm::ivec4(glm::ivec2(photographs.tile_size()), photographs.gutter(), shape.columns);
   block.samples = {static_cast<int>(shape.rows), static_cast<int>(options.supersample),
-                   options.antialias == BlendOptions::Antialias::all, 0};
+                   options.antialias == BlendOptions::Antialias::all, options.soften};
   glBindBuffer(GL_UNIFORM_BUFFER, picture_block.get());
   glBufferSubData(GL_UNIFORM_BUFFER, 0, sizeof(block), &block);
   glBindBufferBase(GL_UNIFORM_BUFFER, kPictureBinding, picture_block.get());

@@ -11,6 +11,7 @@
 #include "atlas/depth_blocks.h"
 #include "blend/blend_options.h"
 #include "blend/exposure.h"
+#include "blend/footprint.h"
 #include "blend/geometric_weight.h"
 #include "blend/shaders.h"
 #include "blend/view_table.h"
@@ -76,9 +77,11 @@ std::string defined(std::string_view source, const std::string& names) {
 
 std::string shared_definitions() {
   return definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) +
-         definition("LEAST_PENALTY", constant(kLeastPenalty)) + definition("FRAME_PENALTY", constant(kFramePenalty)) +
-         definition("LEAST_IN_FRAME", constant(kLeastInFrame)) + definition("FAR_FRAME_FADE", constant(kFarFrameFade)) +
-         definition("CLIPPED_FROM", constant(kClippedFrom)) + definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
+         definition("BLUR_OF_SHIFT", constant(kBlurOfShift)) + definition("SHARP_SHIFT", constant(kSharpShift)) +
+         definition("MOST_SHIFT", constant(kMostShift)) + definition("LEAST_PENALTY", constant(kLeastPenalty)) +
+         definition("FRAME_PENALTY", constant(kFramePenalty)) + definition("LEAST_IN_FRAME", constant(kLeastInFrame)) +
+         definition("FAR_FRAME_FADE", constant(kFarFrameFade)) + definition("CLIPPED_FROM", constant(kClippedFrom)) +
+         definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
          definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
          definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
          definition("DEPTH_BLOCK_SIDE", std::to_string(kDepthBlockSide)) +

@@ -2,6 +2,7 @@
 #include "blend/zone_mesh.h"
 
 #include <algorithm>
+#include <bit>
 #include <glm/glm.hpp>
 #include <map>
 #include <string>
@@ -103,8 +104,12 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
   return copy;
 }
 
+std::uint32_t deviation_bits(float deviation) {
+  return std::bit_cast<std::uint32_t>(deviation) >> 16;
+}
+
 ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
-                               const std::vector<std::uint8_t>& cell_seen) {
+                               const std::vector<std::uint8_t>& cell_seen, const std::vector<float>& cell_deviation) {
   ZoneReferences result;
   for (const std::uint32_t slot : references.views) {
     if (slot >> kFirstCellBit != 0) {
@@ -129,7 +134,9 @@ ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& ref
   }
   result.zones.reserve(zones.cell.size());
   for (std::size_t zone = 0; zone < zones.cell.size(); ++zone) {
-    result.zones.emplace_back(ranges[zones.combination[zone]], zones.cell[zone], 0);
+    const std::uint32_t cell = zones.cell[zone];
+    const float deviation = cell_deviation.empty() ? 0.0f : cell_deviation[cell];
+    result.zones.emplace_back(ranges[zones.combination[zone]], cell, deviation_bits(deviation));
   }
   return result;
 }

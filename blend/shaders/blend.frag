@@ -150,7 +150,7 @@ bool any_left() {
 }
 
 // False where no view is valid.
-bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, out vec3 color) {
+bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, float deviation, out vec3 color) {
   uint of_cells = 0u;
   for (int cell = 0; cell < CELLS; ++cell) {
     if (shares[cell] > 0.0) of_cells |= 1u << cell;
@@ -164,7 +164,7 @@ bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, out vec3 color) 
     uint view;
     float count;
     take_view(view, count);
-    color += count / total * color_in(view, world, z);
+    color += count / total * color_in(view, world, z, deviation);
   } while (any_left());
   return true;
 }
@@ -175,7 +175,7 @@ vec4 shade(Surface surface, vec2 image) {
   uvec4 zone = entry(zones, surface.zone);
   vec3 color;
   float state = kTextured;
-  if (!blend_views(zone.xy, surface.shares, world, surface.z, color)) {
+  if (!blend_views(zone.xy, surface.shares, world, surface.z, deviation_of(zone), color)) {
     color = surface.fallback;
     state = entry(cells, zone.z).z != 0u ? kUntextured : kUnseen;
   }

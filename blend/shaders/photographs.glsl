@@ -63,6 +63,17 @@ float footprint_of(float focal_length, float z, float depth) {
   return z * focal_length / (SAMPLES_ACROSS * intrinsics.x * depth);
 }
 
+// The width that is sampled of a photograph, pixels, where the surface is off by `deviation`: see blend/footprint.h.
+float blurred_footprint(float footprint, float deviation, vec3 to_novel, vec3 to_stored, float focal_length,
+                        float depth) {
+  if (samples.w == 0 || !(deviation > 0.0)) return footprint;
+  float sine = length(cross(normalize(to_novel), normalize(to_stored)));
+  float shift = min(deviation * sine * focal_length / depth, MOST_SHIFT);
+  if (!(shift > SHARP_SHIFT)) return footprint;
+  float wide = max(footprint, 1.0);
+  return sqrt(wide * wide + BLUR_OF_SHIFT * (shift * shift - SHARP_SHIFT * SHARP_SHIFT));
+}
+
 // The share that is left of a photograph at one of its pixels, by the depth of the point that the pixel shows: see
 // blend/geometric_weight.h.
 float frame_share(vec2 image, vec2 size, float depth) {
@@ -144,16 +155,19 @@ vec3 shown_gain(vec3 gain, vec3 color) {
   return mix(gain, max(gain, 1.0 / exposure.rgb), smoothstep(CLIPPED_FROM, 1.0, color));
 }
 
-// Of a view that is valid here.
-vec3 color_in(uint view, vec3 world, float z) {
+// Of a view that is valid here, of a surface with that deviation.
+vec3 color_in(uint view, vec3 world, float z, float deviation) {
   vec2 image;
   vec3 texel;
   ivec3 pixel;
   float depth;
   vec4 size = view_texel(view, 4u);
-  image_in(view, world - view_texel(view, 3u).xyz, image, depth);
+  vec3 away = world - view_texel(view, 3u).xyz;
+  image_in(view, away, image, depth);
   locate(size, image, texel, pixel);
-  float footprint = sampling.z != 0 ? footprint_of(view_texel(view, 2u).w, z, depth) : 1.0;
+  float focal_length = view_texel(view, 2u).w;
+  float footprint = sampling.z != 0 ? footprint_of(focal_length, z, depth) : 1.0;
+  footprint = blurred_footprint(footprint, deviation, center.xyz - world, -away, focal_length, depth);
   float level = level_of(footprint);
   int next = int(level);
   float part = 1.0 - fract(level);

@@ -17,7 +17,7 @@ layout(std140) uniform Picture {
   ivec4 departures;        // 1 or 0: printed position, rims, fade last, consistent
   ivec4 sampling;          // levels with cubic sampling, levels; 1 or 0: prefilter, skip losers
   ivec4 tiles;             // width and height in pixels without the gutter, gutter, columns of slots in a page
-  ivec4 samples;           // rows of slots in a page; samples across a pixel; 1 or 0: samples everywhere; -
+  ivec4 samples;           // rows of slots in a page; samples across a pixel; 1 or 0: samples everywhere, soften
 };
 
 const uint kNothing = 0xFFFFFFFFu;  // no surface, no tile, no view

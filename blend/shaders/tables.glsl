@@ -1,6 +1,6 @@
 // Tables of the model in textures, read by number: OpenGL ES 3.0 has no storage buffers.
 
-uniform usampler2D zones;       // by zone: its references, from and to; the cell that the faces are of
+uniform usampler2D zones;       // by zone: its references, from and to; the faces' cell; its deviation, see zone_mesh.h
 uniform usampler2D cells;       // by cell: its references, from and to; 1 if an offered view saw it
 uniform usampler2D references;  // slot of a view, and in the highest 4 bits which cells of the zone refer to it
 uniform sampler2D views;        // by slot, VIEW_TEXELS each
@@ -21,6 +21,11 @@ uint slot_of(uint reference) {
 
 uint cells_of(uint reference) {
   return reference >> 28;
+}
+
+// By how much the surface of a zone is off, scene units.
+float deviation_of(uvec4 zone) {
+  return uintBitsToFloat(zone.w << 16);
 }
 
 // Of a stored view. 0 and 1: direction whose product with a point seen from its centre is fx x and fy y, with cx and cy;

@@ -80,7 +80,14 @@ Snapshot random_snapshot(std::uint32_t seed) {
     const std::vector<CellPixels> seen{{cell, 1}};
     if (chance.below(3) > 0) atlas.mark_seen(seen);
   }
-  return atlas.snapshot();
+  Snapshot snapshot = atlas.snapshot();
+  if (chance.below(2) == 0) {
+    for (std::uint32_t cell = 0; cell < cells; ++cell) {
+      snapshot.cell_deviation.push_back(static_cast<float>(chance.uniform(-0.1, 0.3)));
+      snapshot.cell_deviation.back() = std::max(snapshot.cell_deviation.back(), 0.0f);
+    }
+  }
+  return snapshot;
 }
 
 BlendOptions random_options(Chance& chance) {
@@ -88,6 +95,7 @@ BlendOptions random_options(Chance& chance) {
   options.views = 1 + chance.below(kMaxBlendedViews);
   options.lambda = chance.below(4) == 0 ? chance.below(2) : chance.uniform(0, 1);
   options.rims = chance.below(4) > 0;
+  options.soften = chance.below(4) > 0;
   options.fade_last = chance.below(2) == 0;
   options.consistent = options.views % 3 != 0;
   options.border_width = chance.below(3) == 0 ? 0 : chance.uniform(0, 1);

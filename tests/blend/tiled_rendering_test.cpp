@@ -328,6 +328,44 @@ TEST_CASE("a photograph taken from nearer is averaged, not sampled here and ther
   CHECK(error(false) > 0.05);
 }
 
+// The mean difference between neighbours in a row of the picture's middle, levels.
+double contrast(const Rendering& picture) {
+  const std::uint32_t width = picture.picture.width;
+  double sum = 0;
+  int pixels = 0;
+  for (std::uint32_t y = 112; y < 144; ++y) {
+    for (std::uint32_t x = 112; x < 144; ++x, ++pixels) {
+      const std::size_t at = std::size_t{y} * width + x;
+      REQUIRE(picture.state[at] == PixelState::textured);
+      sum += std::abs(picture.picture.rgb[3 * at + 3] - picture.picture.rgb[3 * at]);
+    }
+  }
+  return sum / pixels;
+}
+
+TEST_CASE("a surface that is off blurs pictures from beside a photograph, and none from where it was taken") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Camera stored = forward_camera(256, 256);
+  Snapshot exact = wall_with(stored, {64, 4, 0}, [](std::uint32_t x, std::uint32_t) { return x / 2 % 2 ? 200 : 60; });
+  Snapshot off = exact;
+  off.cell_deviation.assign(off.cell_seen.size(), 0.1f);
+  const auto contrasts = [&](const Snapshot& snapshot, const Camera& camera, const BlendOptions& options) {
+    Renderer renderer;
+    renderer.load(snapshot);
+    return contrast(renderer.render(camera, options));
+  };
+  CHECK(contrasts(off, stored, {}) == contrasts(exact, stored, {}));
+  // 0.1 scene units are 0.3 pixels here, less than what is blurred, and 1.6 pixels there.
+  const Camera near = forward_camera(256, 256, {0.2, 0, 0});
+  CHECK(contrasts(off, near, {}) == contrasts(exact, near, {}));
+  const Camera beside = forward_camera(256, 256, {1, 0, 0});
+  CHECK(contrasts(off, beside, {}) < 0.8 * contrasts(exact, beside, {}));
+  BlendOptions sharp;
+  sharp.soften = false;
+  CHECK(contrasts(off, beside, sharp) == contrasts(exact, beside, sharp));
+}
+
 TEST_CASE("the cubic kernel is a mean about its place, as wide as the area that a pixel covers") {
   for (const double width : {0.3, 1.0, 1.4, 1.9, 2.2}) {
     for (const double f : {0.0, 0.2, 0.5, 0.9}) {

@@ -38,6 +38,7 @@ void depart(BlendOptions& options, const std::string& departure) {
   if (departure == "consistent") options.consistent = ours.consistent;
   if (departure == "frame") options.frame_fade = ours.frame_fade;
   if (departure == "border") options.border_width = ours.border_width;
+  if (departure == "soften") options.soften = ours.soften;
   if (departure == "sampling") options.sampling = ours.sampling;
   if (departure == "occlusion") options.occlusion_tolerance = ours.occlusion_tolerance;
 }
@@ -72,20 +73,23 @@ void BlendFlags::add_experiments_to(CLI::App& command) {
   weights_option_ =
       add_choice(command, "--weights", printed_weights_, kWeights,
                  "How a view's distance counts; printed takes the paper's formulas for everything in this group");
-  departures_option_ =
-      command
-          .add_option("--blend-depart", departures_,
-                      "With --weights printed, depart from it in these alone, separated by commas")
-          ->type_name("NAMES")
-          ->check(one_of({"position", "rims", "fade-last", "consistent", "frame", "border", "occlusion", "sampling"}))
-          ->delimiter(',')
-          ->default_str("");
+  departures_option_ = command
+                           .add_option("--blend-depart", departures_,
+                                       "With --weights printed, depart from it in these alone, separated by commas")
+                           ->type_name("NAMES")
+                           ->check(one_of({"position", "rims", "fade-last", "consistent", "frame", "border",
+                                           "occlusion", "soften", "sampling"}))
+                           ->delimiter(',')
+                           ->default_str("");
   sampling_option_ =
       add_choice(command, "--sampling", sampling_, kSamplings, "Between a photograph's pixels; cubic is sharper",
                  defaults(kSamplings, ours.sampling, printed.sampling));
   prefilter_option_ = add_choice(command, "--prefilter", prefilter_, kSwitch,
                                  "Sample photographs that were taken from nearer at their coarser levels",
                                  defaults(kSwitch, ours.prefilter, printed.prefilter));
+  soften_option_ = add_choice(command, "--soften", soften_, kSwitch,
+                              "Blur photographs seen from beside where the surface is uncertain",
+                              defaults(kSwitch, ours.soften, printed.soften));
   consistency_option_ = add_choice(command, "--consistency", consistent_, kSwitch,
                                    "Show a photograph alone in a picture from where it was taken",
                                    defaults(kSwitch, ours.consistent, printed.consistent));
@@ -112,6 +116,7 @@ void BlendFlags::check_paper() const {
   agree_with_paper(*departures_option_, departures_.empty(), "without departures");
   agree_with_paper(*sampling_option_, sampling_ == printed.sampling, name_of(kSamplings, printed.sampling));
   agree_with_paper(*exposure_option_, exposure_ == printed.exposure, name_of(kExposures, printed.exposure));
+  agree_with_paper(*soften_option_, soften_ == printed.soften, name_of(kSwitch, printed.soften));
   agree_with_paper(*prefilter_option_, prefilter_ == printed.prefilter, name_of(kSwitch, printed.prefilter));
   agree_with_paper(*consistency_option_, consistent_ == printed.consistent, name_of(kSwitch, printed.consistent));
   agree_with_paper(*frame_fade_option_, frame_fade_ == printed.frame_fade, CLI::detail::to_string(printed.frame_fade));
@@ -131,6 +136,7 @@ BlendOptions BlendFlags::options() const {
   options.antialias = values_.antialias;
   for (const std::string& departure : departures_) depart(options, departure);
   options.supersample = supersample_.value_or(options.supersample);
+  options.soften = soften_.value_or(options.soften);
   options.prefilter = prefilter_.value_or(options.prefilter);
   options.consistent = consistent_.value_or(options.consistent);
   options.frame_fade = frame_fade_.value_or(options.frame_fade);
@@ -147,6 +153,7 @@ nlohmann::json BlendFlags::json() const {
           {"blend_direction_weight", effective.lambda},
           {"weights", name_of(kWeights, paper_ || printed_weights_)},
           {"draft", draft_},
+          {"soften", effective.soften},
           {"prefilter", effective.prefilter},
           {"consistency", effective.consistent},
           {"sampling", name_of(kSamplings, effective.sampling)},

@@ -34,6 +34,7 @@ class BlendFlags {
   // None: as the weights have them.
   std::optional<BlendOptions::Sampling> sampling_;
   std::optional<BlendOptions::Exposure> exposure_;
+  std::optional<bool> soften_;
   std::optional<bool> prefilter_;
   std::optional<bool> consistent_;
   std::optional<double> frame_fade_;
@@ -44,6 +45,7 @@ class BlendFlags {
   CLI::Option* departures_option_ = nullptr;
   CLI::Option* sampling_option_ = nullptr;
   CLI::Option* exposure_option_ = nullptr;
+  CLI::Option* soften_option_ = nullptr;
   CLI::Option* prefilter_option_ = nullptr;
   CLI::Option* consistency_option_ = nullptr;
   CLI::Option* frame_fade_option_ = nullptr;

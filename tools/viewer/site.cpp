@@ -81,6 +81,7 @@ json json_of(const BlendOptions& options) {
           {"consistent", options.consistent},
           {"frame_fade", options.frame_fade},
           {"cubic", options.sampling == BlendOptions::Sampling::cubic},
+          {"soften", options.soften},
           {"prefilter", options.prefilter},
           {"nearby_exposure", options.exposure == BlendOptions::Exposure::nearby},
           {"supersample", options.supersample},
@@ -307,9 +308,10 @@ std::vector<std::uint32_t> SiteWriter::resident_tiles() const {
 }
 
 PackedArrays SiteWriter::tables(const ZoneCells& zones) const {
-  const ZoneReferences lists = zone_references(zones, snapshot_.references, snapshot_.cell_seen);
+  const ZoneReferences lists =
+      zone_references(zones, snapshot_.references, snapshot_.cell_seen, snapshot_.cell_deviation);
   PackedArrays tables;
-  tables.add("zones", flat(lists.zones, 3), 3, PackedCoding::difference);
+  tables.add("zones", flat(lists.zones, 4), 4, PackedCoding::difference);
   tables.add("cells", flat(lists.cells, 3), 3, PackedCoding::difference);
   tables.add("references", lists.references, 1, PackedCoding::difference);
   tables.add("resident", resident_tiles(), 1, PackedCoding::plain);
@@ -447,7 +449,7 @@ SiteFile SiteWriter::scene_file(const Described& described) const {
   const TileOptions& tiles = snapshot_.tiles.options;
   const json scene = {
       {"lumatlas", LUMATLAS_VERSION},
-      {"format", 2},
+      {"format", 3},
       {"title", options_.title},
       {"blend", json_of(options_.blend)},
       {"version", history_ ? json(history_->version) : json()},

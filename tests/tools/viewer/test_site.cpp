@@ -31,6 +31,9 @@ Snapshot site_model() {
   for (std::size_t i = 0; i < snapshot.gains.size(); ++i) {
     snapshot.gains[i] = glm::dvec3(1.0, 1.05, 0.95) * (0.9 + 0.02 * static_cast<double>(i));
   }
+  for (std::size_t cell = 0; cell < snapshot.cell_seen.size(); ++cell) {
+    snapshot.cell_deviation.push_back(0.3f * static_cast<float>(cell % 3));
+  }
   return snapshot;
 }
 

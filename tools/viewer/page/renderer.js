@@ -125,7 +125,7 @@ export class Renderer {
     const {gl} = this;
     for (const table of Object.values(this.tables ?? {})) table.release();
     this.tables = {
-      zones: new Table(gl, tables.zones, 3),
+      zones: new Table(gl, tables.zones, 4),
       cells: new Table(gl, tables.cells, 3),
       references: new Table(gl, tables.references, 1),
     };
@@ -191,7 +191,7 @@ export class Renderer {
       scene.blend.printed_position, scene.blend.rims, scene.blend.fade_last, scene.blend.consistent,
       scene.blend.cubic ? scene.cubic_levels : 0, scene.levels, scene.blend.prefilter, 1,
       layout?.tile ?? 1, layout?.tile ?? 1, 0, layout?.slotColumns ?? 1,
-      layout?.slotRows ?? 1, scene.blend.supersample, scene.blend.antialias_all, 0,
+      layout?.slotRows ?? 1, scene.blend.supersample, scene.blend.antialias_all, scene.blend.soften,
     ].map(Number), 32);
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, block);

@@ -63,6 +63,7 @@ export interface BlendSettings {
   consistent: boolean;
   frame_fade: number;
   cubic: boolean;
+  soften: boolean;
   prefilter: boolean;
   nearby_exposure: boolean;
   supersample: number;
