@@ -60,6 +60,7 @@ struct BuildFlags {
   std::uint32_t idle_s = 0;  // 0: it ends by Ctrl-C alone
   bool mesh_as_given = false;
   bool no_far_sphere = false;
+  bool exact_surface = false;
   bool view = false;
   bool no_browser = false;
   ServerOptions server;
@@ -361,6 +362,7 @@ class Shown {
 void run(const BuildFlags& flags) {
   BuildOptions options = options_of(flags);
   const bool as_printed = flags.paper;
+  options.measure_deviation = !flags.exact_surface && !as_printed;
   options.completion = {!flags.mesh_as_given && !as_printed, !flags.no_far_sphere && !as_printed,
                         stereo_folder_of(flags.output)};
   std::optional<EndRequest> end_request;
@@ -465,7 +467,8 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");
-  command.add_flag("--paper", flags.paper, "As in the paper: measure, masks, mesh as given; --refine all unless given");
+  command.add_flag("--paper", flags.paper,
+                   "As in the paper: measure, masks, mesh as given and exact; --refine all unless given");
 }
 
 void add_message_options(CLI::App& command, BuildFlags& flags) {
@@ -513,6 +516,8 @@ void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
   begin_experiments(command, "mesh, cells, texture and tiles");
   command.add_flag("--no-far-sphere", flags.no_far_sphere,
                    "Fill sky and distant surroundings like holes, from what is beside them");
+  command.add_flag("--exact-surface", flags.exact_surface,
+                   "Take the surface as exact: pictures are sharp also where photographs disagree on it");
   command
       .add_option("--close-holes", flags.options.close_holes, "Close holes of the mesh up to this across, scene units")
       ->type_name("LENGTH")

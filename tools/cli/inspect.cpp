@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/inspection/inspection.h"
+#include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/model_inspection.h"
 
 namespace lumatlas {
@@ -59,6 +62,29 @@ void print_fit(const json& fit) {
   std::cout << "fit        colours of the same points in different photographs: " << text << '\n';
 }
 
+json look_past(const SceneViews& views, const Mesh& mesh) {
+  std::vector<std::size_t> ranks(views.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  leave_out_bad(views, ranks);
+  const CompletionPlan plan = plan_completion(views, ranks, mesh);
+  return {{"surface", plan.shares.surface},
+          {"far", plan.shares.far},
+          {"lacking", std::max(0.0, 1 - plan.shares.surface - plan.shares.far)},
+          {"to_match", plan.to_match}};
+}
+
+void print_frames(const json& frames) {
+  if (frames.is_null()) return;
+  const auto percent = [&](const char* name) { return percent_text(frames[name].get<double>()); };
+  std::cout << "frames     photographs show the mesh with " << percent("surface")
+            << " of their pixels, what is far with " << percent("far") << ", neither with " << percent("lacking");
+  if (frames["to_match"] == 0) {
+    std::cout << ": build adds no surface\n";
+  } else {
+    std::cout << ": build matches " << frames["to_match"] << " photographs and adds what they agree on there\n";
+  }
+}
+
 void print_surface(const json& scene) {
   print_mesh(scene["mesh"]);
   const json& cells = scene["cells"];
@@ -75,6 +101,7 @@ void print(const json& scene) {
   }
   print_views(scene["views"]);
   print_fit(scene["fit"]);
+  print_frames(scene["frames"]);
   for (const json& warning : scene["warnings"]) std::cout << "warning    " << warning.get<std::string>() << '\n';
 }
 
@@ -115,7 +142,7 @@ void add_inspect_command(CLI::App& program) {
     if (is_model(flags->scene)) return inspect_as_model(*flags);
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
-    const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet);
+    const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet, look_past);
     if (flags->json_output) {
       print_json(scene);
     } else {

@@ -14,15 +14,11 @@ namespace lumatlas {
 
 namespace {
 
-const Names<Mode> kModes{{"picture", Mode::picture},
-                         {"coverage", Mode::coverage},
-                         {"references", Mode::references},
-                         {"valid-views", Mode::valid_views},
-                         {"winner", Mode::winner},
-                         {"weights", Mode::weights},
-                         {"cells", Mode::cells},
-                         {"depth", Mode::depth},
-                         {"error", Mode::error}};
+const Names<Mode> kModes{{"picture", Mode::picture},       {"coverage", Mode::coverage},
+                         {"references", Mode::references}, {"valid-views", Mode::valid_views},
+                         {"winner", Mode::winner},         {"weights", Mode::weights},
+                         {"trust", Mode::trust},           {"cells", Mode::cells},
+                         {"depth", Mode::depth},           {"error", Mode::error}};
 
 const Names<PictureFormat> kPictureFormats{
     {"png", PictureFormat::png}, {"exr", PictureFormat::exr}, {"mp4", PictureFormat::mp4}};

@@ -121,6 +121,7 @@ json inspect_views(const std::filesystem::path& scene_path) {
                 {"covered", nullptr},
                 {"blind", json::array()}}},
               {"fit", nullptr},
+              {"frames", nullptr},
               {"warnings", json::array()}};
   try {
     (void)find_mesh(scene_path, std::nullopt);
@@ -133,7 +134,7 @@ json inspect_views(const std::filesystem::path& scene_path) {
 }  // namespace
 
 json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,
-                   const CellOptions& options, bool quiet) {
+                   const CellOptions& options, bool quiet, const LookPast& look_past) {
   if (!mesh_file && !mesh_beside(scene_path)) return inspect_views(scene_path);
   const SurfaceInput input = load_surface(scene_path, mesh_file, options);
   const Surface& surface = *input.surface;
@@ -170,6 +171,7 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
                      {"covered", seen.covered},
                      {"blind", seen.blind}};
   result["fit"] = mesh_diagnosis_json(fit);
+  result["frames"] = look_past && fit.likely.empty() ? look_past(scene, surface.mesh) : json();
   result["warnings"] = warnings(seen, fit, scene, input);
   return result;
 }

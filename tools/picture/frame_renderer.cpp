@@ -19,6 +19,9 @@ bool needs_visibility(Mode mode) {
 
 std::vector<float> values_of_cells(const Snapshot& snapshot, Mode mode) {
   if (mode == Mode::references) return reference_counts(snapshot);
+  if (mode == Mode::trust && snapshot.cell_deviation.empty()) {
+    throw InputError("the model does not say how far its surface is off: build it again for --mode trust");
+  }
   if (mode == Mode::coverage) {
     if (snapshot.cell_coverage.empty()) {
       throw InputError("the model does not say how well its cells are covered: build it again for --mode coverage");
@@ -33,7 +36,8 @@ std::vector<float> values_of_cells(const Snapshot& snapshot, Mode mode) {
 }  // namespace
 
 bool needs_renderer(Mode mode) {
-  return mode != Mode::coverage && mode != Mode::references && mode != Mode::cells && mode != Mode::depth;
+  return mode != Mode::coverage && mode != Mode::references && mode != Mode::trust && mode != Mode::cells &&
+         mode != Mode::depth;
 }
 
 FrameRenderer::FrameRenderer(const Snapshot& snapshot, const FrameOptions& options, Renderer* renderer)
@@ -57,6 +61,8 @@ ModeFrame FrameRenderer::frame(const Camera& camera, const Photograph* photograp
   switch (options_.mode) {
     case Mode::depth:
       return depth_frame(visibility_->trace(camera));
+    case Mode::trust:
+      return trust_frame(visibility_->trace(camera), snapshot_, camera);
     case Mode::coverage:
     case Mode::references:
       return cell_frame(visibility_->trace(camera), snapshot_, value_of_cell_, false);

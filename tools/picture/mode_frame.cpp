@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "planner/surface_deviation.h"
 #include "tools/score/counted_pixels.h"
 
 namespace lumatlas {
@@ -76,6 +77,17 @@ ModeFrame depth_frame(const VisibilityBuffer& visible) {
     if (visible.face[pixel] == kNoFace) continue;
     frame.marks[pixel] = PixelMark::number;
     frame.values[pixel] = visible.depth[pixel];
+  }
+  return frame;
+}
+
+ModeFrame trust_frame(const VisibilityBuffer& visible, const Snapshot& snapshot, const Camera& camera) {
+  ModeFrame frame = cell_frame(visible, snapshot, snapshot.cell_deviation, false);
+  for (std::size_t pixel = 0; pixel < frame.marks.size(); ++pixel) {
+    if (frame.marks[pixel] != PixelMark::number) continue;
+    const auto deviation = static_cast<double>(frame.values[pixel]);
+    const auto depth = static_cast<double>(visible.depth[pixel]);
+    frame.values[pixel] = static_cast<float>(shift_px(deviation, camera.fx, depth));
   }
   return frame;
 }

@@ -22,6 +22,7 @@ enum class Mode {
   valid_views,  // how many of those are valid at the pixel
   winner,       // which one weighs most: its slot
   weights,      // the shares of the three best
+  trust,        // by how many pixels the surface's deviation shifts it, seen from kTrustAngle degrees beside
   cells,        // number of the cell
   depth,        // z
   error,        // against a photograph: root mean square over R, G and B of the sRGB differences, 8-bit levels
@@ -54,6 +55,9 @@ struct ModeFrame {
 [[nodiscard]] std::vector<float> reference_counts(const Snapshot& snapshot);
 
 [[nodiscard]] ModeFrame depth_frame(const VisibilityBuffer& visible);
+
+// Mode::trust, of what `camera` sees; the snapshot has a deviation for each cell. `visible` is of the near surface.
+[[nodiscard]] ModeFrame trust_frame(const VisibilityBuffer& visible, const Snapshot& snapshot, const Camera& camera);
 
 // Mode::valid_views, winner or weights; std::invalid_argument for another.
 [[nodiscard]] ModeFrame diagnosis_frame(const Diagnosis& diagnosis, Mode mode);

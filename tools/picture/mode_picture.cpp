@@ -20,6 +20,9 @@ constexpr Rgb8 kUntextured = {140, 140, 140};
 // Finer than 8-bit colours on the ramps.
 constexpr std::size_t kRampSteps = 1024;
 
+// Pixels: where the colours of Mode::trust end.
+constexpr double kMostShownShift = 6;
+
 // More names than this are no help.
 constexpr std::size_t kMostNames = 12;
 
@@ -35,6 +38,8 @@ const char* title_of(Mode mode) {
       return "view that weighs most";
     case Mode::weights:
       return "share in the pixel (0 - 1) of";
+    case Mode::trust:
+      return "shift by the error of the surface, 10 degrees beside (pixels)";
     case Mode::cells:
       return "cells, a colour each";
     case Mode::depth:
@@ -64,6 +69,8 @@ ValueRange own_range(const Snapshot& snapshot, Mode mode) {
     case Mode::references:
     case Mode::valid_views:
       return {0, std::max(1.0, most_of(reference_counts(snapshot)))};
+    case Mode::trust:
+      return {0, kMostShownShift};
     case Mode::depth:
       return {0, far_depth(snapshot)};
     default:
@@ -116,7 +123,7 @@ std::uint8_t byte_of_share(float share) {
 }  // namespace
 
 bool has_range(Mode mode) {
-  return mode == Mode::coverage || mode == Mode::depth || mode == Mode::error || counts(mode);
+  return mode == Mode::coverage || mode == Mode::trust || mode == Mode::depth || mode == Mode::error || counts(mode);
 }
 
 ModeColors::ModeColors(const Snapshot& snapshot, Mode mode, const std::optional<ValueRange>& range)
@@ -133,7 +140,7 @@ ModeColors::ModeColors(const Snapshot& snapshot, Mode mode, const std::optional<
     throw std::invalid_argument("mode colours: the range goes from " + std::to_string(shown.least) + " to " +
                                 std::to_string(shown.most) + ", must be finite and ascending");
   }
-  const bool open = range || mode == Mode::depth || mode == Mode::error;
+  const bool open = range || mode == Mode::trust || mode == Mode::depth || mode == Mode::error;
   const auto ramp = mode == Mode::error ? error_ramp : quantity_ramp;
   for (std::size_t i = 0; i < kRampSteps; ++i) {
     ramp_.push_back(ramp(static_cast<double>(i) / static_cast<double>(kRampSteps - 1)));

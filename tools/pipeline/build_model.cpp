@@ -11,6 +11,7 @@
 
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
+#include "planner/surface_deviation.h"
 #include "planner/tile_choice.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
@@ -290,6 +291,18 @@ void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, BuildRe
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
 }
 
+// Tells how far each part of the surface can be trusted. Where no two photographs can be compared it stays unknown.
+void measure_deviation(const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
+  if (!result.options.measure_deviation) return;
+  BuildStage stage(callback, "comparing photographs on the surface", 0);
+  SurfaceDeviation deviation = surface_deviation(result.snapshot, {.interruption_point = throw_if_interrupted});
+  if (deviation.any_measured()) {
+    result.trust = trust_shares(result.snapshot, deviation, visibility);
+    result.snapshot.cell_deviation = std::move(deviation.of_cell);
+  }
+  stage.finish();
+}
+
 // All but the base texture.
 BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOptions& given,
                               const BuildCallback& callback, const AtlasWatch& watch) {
@@ -364,6 +377,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   take_snapshot(atlas, budget, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
   result.snapshot.cell_coverage = planner.cell_coverage();
+  measure_deviation(*seen.visibility, callback, result);
   return result;
 }
 

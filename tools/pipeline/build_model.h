@@ -26,6 +26,7 @@
 #include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/measured_loss.h"
+#include "tools/pipeline/surface_trust_shares.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
@@ -87,6 +88,7 @@ struct BuildResult {
   std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;           // its distance
   std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences
+  std::optional<TrustShares> trust;         // none where BuildOptions::measure_deviation is off
   std::optional<FrameShares> frames;        // of the photographs offered; none where complete_surface() did not look
   std::size_t added_faces = 0;              // faces that complete_surface() added to the mesh
   std::optional<MeshDiagnosis> fit;         // whether mesh and photographs fit; none of a watched scene

@@ -14,7 +14,8 @@ namespace lumatlas {
 struct BuildProgress {
   // "comparing photographs over the mesh", "looking past the mesh", "finding what the mesh lacks", "adding what the
   // mesh lacks", "looking through all cameras", "planning views", "storing views", "planning again", "correcting
-  // lenses", "polishing jointly", "measuring what can be given up" or "baking the base texture"
+  // lenses", "polishing jointly", "measuring what can be given up", "comparing photographs on the surface" or
+  // "baking the base texture"
   const char* stage = "";
   std::size_t done = 0;   // steps: cameras, photographs, or rounds over all stored views
   std::size_t total = 0;  // steps; 0: not known beforehand

@@ -214,6 +214,14 @@ json frames_json(const std::optional<FrameShares>& frames) {
           {"filled", std::max(0.0, 1 - frames->surface - frames->added - frames->far)}};
 }
 
+json trust_json(const std::optional<TrustShares>& trust) {
+  if (!trust) return nullptr;
+  return {{"within_1_px", trust->within_1_px},
+          {"within_2_px", trust->within_2_px},
+          {"within_4_px", trust->within_4_px},
+          {"measured", trust->measured}};
+}
+
 std::string views_line(const json& s) {
   const json& views = s["views"];
   const json& bytes = s["bytes"];
@@ -247,6 +255,11 @@ std::string frames_line(const json& s) {
   if (s["frames"].is_null() || s["frames"]["surface"] >= kNearlyAll) return "";
   const json& added = s["faces"]["added"];
   return frames_text(s["frames"]) + (added == 0 ? "" : "; " + added.dump() + " faces were added") + "\n  ";
+}
+
+// Empty where nobody has compared photographs on the surface.
+std::string trust_line(const json& s) {
+  return s["trust"].is_null() ? "" : trust_text(s["trust"]) + "\n  ";
 }
 
 std::string cells_line(const json& s) {
@@ -369,6 +382,13 @@ std::string frames_text(const json& frames) {
          " are filled from their surroundings";
 }
 
+std::string trust_text(const json& trust) {
+  const auto percent = [&](const char* name) { return percent_text(trust[name].get<double>()); };
+  return "of the surface in the photographs " + percent("within_1_px") +
+         " is within 1 pixel of its place when seen from 10 degrees beside, " + percent("within_2_px") + " within 2, " +
+         percent("within_4_px") + " within 4 (measured on " + percent("measured") + " of it)";
+}
+
 json summary(const BuildResult& result, const BuildOptions& options) {
   const Holding holding = holding_of(result, options);
   const std::size_t cells = result.snapshot.surface->cells.cells.size();
@@ -394,6 +414,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
             {"taken_away", result.simplified_faces},
             {"moved", result.simplified_distance}}},
           {"frames", frames_json(result.frames)},
+          {"trust", trust_json(result.trust)},
           {"closed_holes", result.closed_holes},
           {"cells", cells},
           {"cells_seen", seen},
@@ -422,8 +443,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
 
 std::string summary_text(const json& s, const std::string& name) {
   const std::string parsimony = s["parsimony"].is_null() ? "" : parsimony_text(s["parsimony"]) + "\n  ";
-  return name + ": " + views_line(s) + "\n  " + parsimony + frames_line(s) + faces_line(s) + cells_line(s) + "\n  " +
-         times_line(s) + "\n";
+  return name + ": " + views_line(s) + "\n  " + parsimony + frames_line(s) + trust_line(s) + faces_line(s) +
+         cells_line(s) + "\n  " + times_line(s) + "\n";
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {
@@ -435,6 +456,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"close_holes", options.close_holes},
               {"mesh_as_given", !options.completion.surface || options.watch},
               {"far_sphere", options.completion.far_sphere && !options.watch},
+              {"exact_surface", !options.measure_deviation},
               {"hold_out", hold_out},
               {"skip_bad", options.pictures.skip_bad},
               {"watch", options.watch.has_value()},

@@ -33,6 +33,9 @@ namespace lumatlas {
 // their pixels.
 [[nodiscard]] std::string frames_text(const nlohmann::json& frames);
 
+// The same of its "trust".
+[[nodiscard]] std::string trust_text(const nlohmann::json& trust);
+
 // How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
 [[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);
 

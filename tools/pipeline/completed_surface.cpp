@@ -70,8 +70,9 @@ Outlook outlook_of(const std::vector<SmallPhotograph>& photographs, const std::v
   return result;
 }
 
-// The ranks of the views that lack most, ascending.
+// The ranks of the views that lack most, ascending; none where the mesh lacks too little.
 std::vector<std::size_t> lacking_ranks(const Outlook& seen, const std::vector<std::size_t>& ranks) {
+  if (1 - seen.shares.surface - seen.shares.far <= kLittleLacking) return {};
   std::vector<std::pair<double, std::size_t>> lacking;
   for (std::size_t i = 0; i < ranks.size(); ++i) {
     if (seen.lacking[i] >= kLackingInView) lacking.emplace_back(-seen.lacking[i], ranks[i]);
@@ -79,6 +80,7 @@ std::vector<std::size_t> lacking_ranks(const Outlook& seen, const std::vector<st
   std::sort(lacking.begin(), lacking.end());
   lacking.resize(std::min(lacking.size(), kMostMatched));
   std::vector<std::size_t> result;
+  if (lacking.size() < 2) return result;  // a photograph is matched with others
   result.reserve(lacking.size());
   for (const auto& [share, rank] : lacking) result.push_back(rank);
   std::sort(result.begin(), result.end());
@@ -168,6 +170,12 @@ std::filesystem::path stereo_folder_of(const std::filesystem::path& output) {
   return folder;
 }
 
+CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks, const Mesh& mesh) {
+  const std::vector<Camera> cameras = completion_cameras(views, ranks);
+  const Outlook seen = outlook_of(small_photographs(views.views, ranks), cameras, mesh, true);
+  return {seen.shares, lacking_ranks(seen, ranks).size()};
+}
+
 CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,
                                   const std::vector<std::size_t>& ranks, const CompletionOptions& options,
                                   const BuildCallback& callback, MeshInput& mesh) {
@@ -178,9 +186,8 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
   stage.finish();
   CompletedSurface result;
   result.shares = seen.shares;
-  const double lacking = 1 - seen.shares.surface - seen.shares.far;
   const std::vector<std::size_t> to_match = lacking_ranks(seen, ranks);
-  if (options.surface && lacking > kLittleLacking && to_match.size() >= 2) {
+  if (options.surface && !to_match.empty()) {
     std::optional<TemporaryEntry> temporary;
     if (options.stereo_folder.empty()) {
       temporary.emplace(TemporaryEntry::Kind::folder, std::filesystem::temp_directory_path(),

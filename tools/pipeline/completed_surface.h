@@ -44,6 +44,14 @@ struct CompletedSurface {
   std::string failure;      // sentence: why surface could not be added; empty: it could, or need not
 };
 
+// What complete_surface() would do, found without matching photographs.
+struct CompletionPlan {
+  FrameShares shares;        // none added
+  std::size_t to_match = 0;  // photographs that would be matched; 0: the mesh lacks too little
+};
+[[nodiscard]] CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks,
+                                             const Mesh& mesh);
+
 // Adds surface to `mesh` and finds its far sphere. `views` are those of `scene`, in the frame of the mesh; the views of
 // `ranks` are looked at. Surface is added if more than a hundredth of their valid pixels see neither the mesh nor the
 // far sphere; the photographs that see least are matched, 100 at most. Throws Interrupted soon after a signal, and

@@ -85,15 +85,15 @@ json parsimony_in(const json& plan, const fs::path& model) {
                    "`lumatlas build` did not write: build the model again, or remove plan.json");
 }
 
-// Returns the shares of the frames from the plan of a model; null where the plan has none.
-json frames_in(const json& plan) {
+// Returns shares of pixels from the plan of a model, such as those of its frames; null where the plan has none.
+json shares_in(const json& plan, const char* name, std::initializer_list<const char*> fields) {
   const json summary = plan.is_object() ? plan.value("summary", json()) : json();
-  json frames = summary.is_object() ? summary.value("frames", json()) : json();
-  if (!frames.is_object()) return nullptr;
-  for (const char* const name : {"surface", "added", "far", "filled"}) {
-    if (!frames.contains(name) || !frames[name].is_number()) return nullptr;
+  json shares = summary.is_object() ? summary.value(name, json()) : json();
+  if (!shares.is_object()) return nullptr;
+  for (const char* const field : fields) {
+    if (!shares.contains(field) || !shares[field].is_number()) return nullptr;
   }
-  return frames;
+  return shares;
 }
 
 json file_json(const ModelFacts& facts) {
@@ -139,7 +139,8 @@ json inspect_model(const fs::path& model) {
        {{"vertices", facts.surface->mesh.positions.size() - facts.surface->far_vertices},
         {"faces", facts.surface->near_faces()},
         {"far_faces", facts.surface->far_faces}}},
-      {"frames", frames_in(notes.plan)},
+      {"frames", shares_in(notes.plan, "frames", {"surface", "added", "far", "filled"})},
+      {"trust", shares_in(notes.plan, "trust", {"within_1_px", "within_2_px", "within_4_px", "measured"})},
       {"cells", {{"count", facts.surface->cells.cells.size()}, {"seen", facts.cells_seen}}},
       {"references", {{"count", facts.references.views.size()}, {"per_cell", cells_by_references(facts.references)}}},
       {"views", {{"count", facts.views.size()}, {"pixels", pixels_of(facts.views)}}},
@@ -180,6 +181,7 @@ std::string inspection_text(const json& model) {
   for (const json& cells : model["references"]["per_cell"]) text << ' ' << cells;
   text << '\n';
   if (!model["frames"].is_null()) text << "frames     " << frames_text(model["frames"]) << '\n';
+  if (!model["trust"].is_null()) text << "trust      " << trust_text(model["trust"]) << '\n';
   if (!model["parsimony"].is_null()) text << "parsimony  " << parsimony_text(model["parsimony"]) << '\n';
   return text.str();
 }

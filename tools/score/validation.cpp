@@ -276,8 +276,9 @@ std::vector<Method> methods_of(const Snapshot& model, const SceneViews& scene, c
                          textured(model, options.texture_all), surface);
   }
   if (!options.unbounded && !options.vertex) return methods;
-  const Snapshot all =
+  Snapshot all =
       unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, progress, options.unbounded);
+  all.cell_deviation = model.cell_deviation;  // so that the two differ by what is stored alone
   if (options.unbounded) {
     methods.emplace_back(ReportMethod{"unbounded", "every input view, without a budget"}, blended(all), surface);
   }

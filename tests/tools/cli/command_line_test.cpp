@@ -968,7 +968,7 @@ TEST_CASE("every mode is shown with its colour bar or without, from the cameras 
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   for (const std::string mode :
-       {"coverage", "references", "cells", "depth", "valid-views", "winner", "weights", "error"}) {
+       {"coverage", "references", "trust", "cells", "depth", "valid-views", "winner", "weights", "trust", "error"}) {
     if (!opengl && mode == "valid-views") break;
     CAPTURE(mode);
     const Arguments arguments{"render", made().model, "--views", made().scene, "--hold", "4",

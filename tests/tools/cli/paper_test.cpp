@@ -51,7 +51,7 @@ void check_contradiction(Arguments arguments, const Arguments& switches) {
 TEST_CASE("build --paper records what its switches one by one do") {
   const nlohmann::json paper = built_with({"--paper"});
   CHECK(paper == built_with({"--metric", "printed", "--edges", "both", "--refine", "all", "--keep-lenses",
-                             "--mesh-as-given", "--no-far-sphere"}));
+                             "--mesh-as-given", "--no-far-sphere", "--exact-surface"}));
   CHECK(paper["metric"] == "printed");
   CHECK(paper["depart"].empty());
   CHECK(paper["edges"] == "both");
@@ -65,7 +65,7 @@ TEST_CASE("build --paper records what its switches one by one do") {
 TEST_CASE("build --paper goes with the same values, and with what the paper leaves open") {
   const Arguments same{"--paper", "--metric", "printed", "--edges", "both", "--min-gain", "0.1", "--refine", "none"};
   CHECK(built_with(same) == built_with({"--metric", "printed", "--edges", "both", "--refine", "none", "--mesh-as-given",
-                                        "--no-far-sphere"}));
+                                        "--no-far-sphere", "--exact-surface"}));
   CHECK(built_with({"--paper", "--refine", "none", "--references", "8"})["references"] == 8);
 }
 
@@ -105,6 +105,7 @@ TEST_CASE("render and validate --paper contradict what says otherwise") {
     check_contradiction(command, {"--blend-depart", "rims"});
     check_contradiction(command, {"--sampling", "cubic"});
     check_contradiction(command, {"--exposure", "nearby"});
+    check_contradiction(command, {"--soften", "on"});
     check_contradiction(command, {"--prefilter", "on"});
     check_contradiction(command, {"--consistency", "on"});
     check_contradiction(command, {"--frame-fade", "0.02"});

@@ -67,6 +67,30 @@ TEST_CASE("a mode of cells tells each pixel's cell, and keeps unseen apart from 
   CHECK_THROWS_WITH(cell_frame(visible, snapshot, std::vector<float>(3), false), Catch::Contains("has 3 entries"));
 }
 
+TEST_CASE("trust tells by how many pixels a surface's error shifts it, and is refused where nobody measured that") {
+  Snapshot snapshot = patchy_room();
+  FrameOptions options;
+  options.mode = Mode::trust;
+  CHECK_THROWS_WITH(FrameRenderer(snapshot, options, nullptr), Catch::Contains("build it again"));
+  for (std::size_t cell = 0; cell < snapshot.cell_seen.size(); ++cell) {
+    snapshot.cell_deviation.push_back(0.01f * static_cast<float>(cell % 7));
+  }
+  const Camera camera = room_camera(3);
+  const VisibilityBuffer visible = make_ray_visibility(snapshot.surface->mesh)->trace(camera);
+  const FloatImage trust = FrameRenderer(snapshot, options, nullptr).numbers(camera, nullptr);
+  REQUIRE(trust.values.size() == visible.face.size());
+  for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
+    const bool seen = visible.face[pixel] != kNoFace;
+    const std::uint32_t cell = seen ? snapshot.surface->cells.cell_of_face[visible.face[pixel]] : 0;
+    const bool counts = seen && snapshot.cell_seen[cell] != 0 && !snapshot.references.of_cell(cell).empty();
+    REQUIRE(std::isnan(trust.values[pixel]) == !counts);
+    if (!counts) continue;
+    const double shift = 0.01 * (cell % 7) * std::sin(10 * 3.14159265 / 180) * camera.fx;
+    REQUIRE(static_cast<double>(trust.values[pixel]) ==
+            Approx(shift / static_cast<double>(visible.depth[pixel])).margin(1e-6));
+  }
+}
+
 TEST_CASE("each mark has a colour of its own, in each mode, and numbers have the ramp's") {
   const Snapshot snapshot = patchy_room();
   ModeFrame frame{5, 1, 1, {0, 4, 0, 0, 0}, {}};

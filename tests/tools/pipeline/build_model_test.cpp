@@ -812,7 +812,8 @@ TEST_CASE("a build tells of each stage its start, every step and its end, and wr
   // And one for the lens, which is right.
   const std::size_t steps = result.polish.size() + 1 + (result.poses ? 1 : 0);
   stage("polishing jointly", 0, steps);
-  CHECK(calls.size() == 2 + 2 + 2 * (kViews + 2) + steps + 2);
+  stage("comparing photographs on the surface", 0, 0);
+  CHECK(calls.size() == 2 + 2 + 2 * (kViews + 2) + steps + 2 + 2);
 }
 
 TEST_CASE("a callback stops a build by returning false, and by an exception of its own") {

@@ -115,6 +115,21 @@ TEST_CASE("a build adds the half of a wall that its mesh lacks, and says so") {
   CHECK(given.frames->surface == frames.surface);
 }
 
+TEST_CASE("what a build would match for a mesh is known without matching") {
+  for (const double right : {0.0, 4.0}) {
+    const HalfWall scene(right);
+    const MeshInput mesh = load_mesh(scene.folder.path(), std::nullopt, 0);
+    const SceneViews views = read_scene_views(scene.folder.path(), mesh.offset);
+    const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh);
+    CHECK(plan.to_match == (right < 4 ? 5 : 0));
+    const BuildResult built = scene.build();
+    REQUIRE(built.frames);
+    CHECK(plan.shares.surface == built.frames->surface);
+    CHECK(plan.shares.added == 0);
+    CHECK((built.added_faces > 0) == (plan.to_match > 0));
+  }
+}
+
 TEST_CASE("nothing is added to a mesh that fills the photographs") {
   const BuildResult whole = HalfWall(4).build();
   CHECK(whole.added_faces == 0);
