@@ -10,7 +10,6 @@
 #include <limits>
 #include <numeric>
 #include <optional>
-#include <ranges>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -202,6 +201,7 @@ std::optional<double> distance_off(const SurfacePoint& point, const WitnessPair&
   const double step = kStepPx * pair.second.pixel / std::sin(pair.angle);
   const double most = kMostShare * std::min(pair.first.depth, pair.second.depth);
   const int steps = static_cast<int>(std::min(options.most_shift_px / kStepPx, most / step));
+  if (steps < 2) return std::nullopt;
   std::vector<double> correlations;
   for (int i = -steps; i <= steps; ++i) {
     correlations.push_back(patch.correlation(i * step));
@@ -251,8 +251,8 @@ std::vector<double> distances_off(const Snapshot& snapshot, std::size_t cell, co
     if (!point) continue;
     std::vector<Witness> witnesses;
     for (const std::uint32_t slot : slots) {
-      if (const std::optional<Witness> seen = witness(*snapshot.views[slot], *point, margin))
-        witnesses.push_back(*seen);
+      const std::optional<Witness> seen = witness(*snapshot.views[slot], *point, margin);
+      if (seen) witnesses.push_back(*seen);
     }
     if (const std::optional<double> off = distance_off(*point, witnesses, options)) distances.push_back(*off);
   }
@@ -301,8 +301,8 @@ void spread_over(std::span<const std::pair<std::uint32_t, std::uint32_t>> neighb
   if (all.empty()) return;
   const auto neighbours_of = [&](std::uint32_t cell) {
     const auto first = std::lower_bound(neighbours.begin(), neighbours.end(), std::pair(cell, 0u));
-    return std::ranges::subrange(
-        first, std::find_if(first, neighbours.end(), [&](const auto& pair) { return pair.first != cell; }));
+    const auto last = std::lower_bound(first, neighbours.end(), std::pair(cell + 1, 0u));
+    return std::span(first, last);
   };
   while (!ring.empty()) {
     std::vector<std::uint32_t> next;

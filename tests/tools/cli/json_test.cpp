@@ -80,8 +80,8 @@ TEST_CASE("every key that build, mesh, inspect, export and synth print is on the
     printed_by(lumatlas_here(arguments), build);
     printed_by(lumatlas_here({"inspect", model, "--json"}), of_model);
   }
-  for (const char* const empty_above : {"parsimony", "offline", "lenses"}) build.erase(empty_above);
-  of_model.erase("parsimony");
+  for (const char* const empty_above : {"parsimony", "offline", "lenses", "trust"}) build.erase(empty_above);
+  for (const char* const empty_above : {"parsimony", "trust"}) of_model.erase(empty_above);
   printed_by(lumatlas_here({"inspect", made().scene, "--json", "--quiet"}), of_scene);
   const std::string ply = (folder / "mesh.ply").string();
   printed_by(lumatlas_here({"mesh", made().scene, "-o", ply, "--json", "--quiet"}), mesh);
