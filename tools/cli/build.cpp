@@ -467,8 +467,7 @@ void add_model_options(CLI::App& command, BuildFlags& flags) {
   flags.refine = add_choice(command, "--refine", flags.options.refine, kRefinements,
                             "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs "
                             "together");
-  command.add_flag("--paper", flags.paper,
-                   "As in the paper: measure, masks, mesh as given; --refine all unless given");
+  command.add_flag("--paper", flags.paper, "As in the paper: measure, masks, mesh as given; --refine all unless given");
 }
 
 void add_message_options(CLI::App& command, BuildFlags& flags) {
