@@ -338,9 +338,9 @@ TEST_CASE("accessors that do not fit are refused") {
        [](DamagedModel& m) {
          m.gltf()["bufferViews"][0]["byteOffset"] = std::numeric_limits<std::uint64_t>::max() - 7;
        },
-       "POSITION: buffer view 0 reaches beyond its buffer of 1664 bytes"},
+       "POSITION: buffer view 0 reaches beyond its buffer of 1684 bytes"},
       {"a huge view", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteLength"] = 1'000'000'000'000; },
-       "POSITION: buffer view 0 reaches beyond its buffer of 1664 bytes"},
+       "POSITION: buffer view 0 reaches beyond its buffer of 1684 bytes"},
       {"a stride", [](DamagedModel& m) { m.gltf()["bufferViews"][0]["byteStride"] = 16; },
        "POSITION: buffer view 0 has a stride, must be packed"},
       {"no buffer view", [&](DamagedModel& m) { positions(m).erase("bufferView"); },
@@ -618,7 +618,7 @@ TEST_CASE("tiles that do not fit their views are refused") {
           {"an accessor too many", set("resident", 99), "resident: accessor 99 does not exist"},
           {"whole numbers",
            [](DamagedModel& m) { m.accessor(m.lumigraph()["tiles"]["resident"])["componentType"] = 5125; },
-           "resident: accessor 8 has another type than this program writes"},
+           "resident: accessor 9 has another type than this program writes"},
       },
       small_snapshot({}, {8, 2, 0}));
 }
@@ -805,7 +805,7 @@ TEST_CASE("images that do not fit are refused") {
   SECTION("in a buffer view that lies beyond its buffer") {
     model.gltf()["bufferViews"].push_back({{"buffer", 0}, {"byteOffset", 1'000'000'000'000}, {"byteLength", 9}});
     model.gltf()["images"][1] = {{"bufferView", model.gltf()["bufferViews"].size() - 1}, {"mimeType", "image/png"}};
-    CHECK(model.sentence() == "image 1: buffer view 8 reaches beyond its buffer of 1664 bytes");
+    CHECK(model.sentence() == "image 1: buffer view 9 reaches beyond its buffer of 1684 bytes");
   }
   SECTION("in an empty buffer view") {
     model.gltf()["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 0}});

@@ -20,7 +20,9 @@ bool needs_visibility(Mode mode) {
 std::vector<float> values_of_cells(const Snapshot& snapshot, Mode mode) {
   if (mode == Mode::references) return reference_counts(snapshot);
   if (mode == Mode::trust && snapshot.cell_deviation.empty()) {
-    throw InputError("the model does not say how far its surface is off: build it again for --mode trust");
+    throw InputError(
+        "the model does not say how far its surface is off: it was built with --exact-surface, or no two "
+        "of its photographs show the same part from directions a few degrees apart");
   }
   if (mode == Mode::coverage) {
     if (snapshot.cell_coverage.empty()) {

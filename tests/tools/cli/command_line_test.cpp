@@ -968,7 +968,7 @@ TEST_CASE("every mode is shown with its colour bar or without, from the cameras 
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   for (const std::string mode :
-       {"coverage", "references", "trust", "cells", "depth", "valid-views", "winner", "weights", "trust", "error"}) {
+       {"coverage", "references", "cells", "depth", "valid-views", "winner", "weights", "error"}) {
     if (!opengl && mode == "valid-views") break;
     CAPTURE(mode);
     const Arguments arguments{"render", made().model, "--views", made().scene, "--hold", "4",
@@ -988,6 +988,17 @@ TEST_CASE("every mode is shown with its colour bar or without, from the cameras 
     REQUIRE(lumatlas_here(numbers).status == 0);
     CHECK(bytes_of(fs::path(out) / "0004.exr").starts_with("\x76\x2f\x31\x01"));
   }
+}
+
+TEST_CASE("trust is shown by no model whose surface counts as exact") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string(), out = (folder / "out").string();
+  REQUIRE(
+      lumatlas_here({"build", made().scene, "-o", model, "--refine", "none", "--exact-surface", "--quiet"}).status ==
+      0);
+  check_failure(lumatlas_here({"render", model, "--views", made().scene, "--mode", "trust", "-o", out, "--quiet"}),
+                "the model does not say how far its surface is off: it was built with --exact-surface, or");
+  CHECK_FALSE(fs::exists(out));
 }
 
 TEST_CASE("every kind of path gives the frames that were asked for, at their size") {

@@ -71,7 +71,7 @@ TEST_CASE("trust tells by how many pixels a surface's error shifts it, and is re
   Snapshot snapshot = patchy_room();
   FrameOptions options;
   options.mode = Mode::trust;
-  CHECK_THROWS_WITH(FrameRenderer(snapshot, options, nullptr), Catch::Contains("build it again"));
+  CHECK_THROWS_WITH(FrameRenderer(snapshot, options, nullptr), Catch::Contains("how far its surface is off"));
   for (std::size_t cell = 0; cell < snapshot.cell_seen.size(); ++cell) {
     snapshot.cell_deviation.push_back(0.01f * static_cast<float>(cell % 7));
   }
