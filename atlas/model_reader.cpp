@@ -111,7 +111,7 @@ class ModelReader {
   [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   void require_each_view_once(const ReferenceTable& table, std::size_t views) const;
-  // The accessor of that name; empty where the file has none.
+  // Reads the accessor `name`, one number per cell; empty where the file has none.
   [[nodiscard]] std::vector<float> numbers_of_cells(const char* name, std::size_t cells) const;
   [[nodiscard]] ValidityOptions validity() const;
   [[nodiscard]] TexelFormat texels() const;

@@ -103,7 +103,7 @@ void drop_tiles_of_nobody(Snapshot& snapshot) {
   snapshot.tiles = std::move(kept);
 }
 
-// One for each cell, or none at all.
+// Checks a table with one number per cell, or none.
 void check_numbers_of_cells(const char* table, const std::vector<float>& numbers, std::size_t cells) {
   if (numbers.empty()) return;
   require_count(table, numbers.size(), cells, "cell");

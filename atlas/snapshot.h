@@ -32,9 +32,8 @@ struct Snapshot {
   // How well the stored views cover each cell by the measure that they were chosen by, >= 0; not for drawing. Empty:
   // nobody has said, as in every snapshot that an atlas gives.
   std::vector<float> cell_coverage;
-  // By how much the surface of each cell is off, standard deviation along a ray, scene units, >= 0. Photographs are
-  // blurred by it in pictures from other directions. Empty, as in every snapshot that an atlas gives: the surface
-  // counts as exact.
+  // Standard deviation of each cell's surface along a ray, scene units, >= 0: see planner/surface_deviation.h. The
+  // renderer blurs photographs by it in pictures from other directions. Empty: it takes the surface as exact.
   std::vector<float> cell_deviation;
 };
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: how much wider a pixel of the picture is in a photograph because the surface is not exact.
+// Internal to blend/: the sampling kernel widens in a photograph where the surface is not exact.
 //
 // A photograph shows a point elsewhere that is d nearer or farther on the picture's ray than the surface: by about
 //
@@ -22,12 +22,13 @@
 
 namespace lumatlas {
 
-inline constexpr double kBlurOfShift = 6;  // of S^2; shared with the shader, as is the next one
-inline constexpr double kMostShift = 1e3;  // pixels: more blurs no further
-inline constexpr double kSharpShift = 1;   // pixels
+// Shared with the shader.
+inline constexpr double kBlurOfShift = 6;  // growth of w^2 per square pixel of shift
+inline constexpr double kMostShift = 1e3;  // pixels; larger shifts are cut to it, so that their squares stay finite
+inline constexpr double kSharpShift = 1;   // pixels; shifts up to it blur nothing
 
-// Returns 6 (S^2 - 1), or 0. `deviation`: D, scene units. The directions point from the point to
-// the two cameras, of any length. `focal_length` and `depth` are the photograph's.
+// Returns 6 (S^2 - 1), or 0 where S is at most 1. `deviation` is D, scene units. `to_novel` and `to_stored` point from
+// the point to the two cameras. `focal_length` (pixels) and `depth` (scene units) are the photograph's.
 [[nodiscard]] inline double blur_of(double deviation, const glm::dvec3& to_novel, const glm::dvec3& to_stored,
                                     double focal_length, double depth) {
   if (!(deviation > 0)) return 0;
@@ -36,7 +37,7 @@ inline constexpr double kSharpShift = 1;   // pixels
   return kBlurOfShift * std::max(0.0, shift * shift - kSharpShift * kSharpShift);
 }
 
-// The width that is sampled of a photograph, pixels.
+// Returns the width of the sampling kernel, in pixels of the photograph. `footprint`: its width for an exact surface.
 [[nodiscard]] inline double blurred_footprint(double footprint, double blur) {
   if (!(blur > 0)) return footprint;
   const double wide = std::max(footprint, 1.0);

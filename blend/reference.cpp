@@ -268,7 +268,7 @@ bool blend_cells(const Picture& picture, std::uint32_t face, const glm::dvec4& s
   return total > 0;
 }
 
-// As the shader reads it: see deviation_bits().
+// Returns the deviation of the face's cell, scene units, rounded as the shader reads it (deviation_bits()).
 double deviation_at(const Snapshot& snapshot, std::uint32_t face) {
   if (snapshot.cell_deviation.empty()) return 0;
   const float deviation = snapshot.cell_deviation[snapshot.surface->cells.cell_of_face[face]];

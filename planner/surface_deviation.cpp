@@ -11,30 +11,31 @@
 #include <numeric>
 #include <optional>
 #include <span>
-#include <tuple>
-#include <utility>
 
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
+#include "mesh/spreading.h"
+#include "mesh/vertex_faces.h"
 #include "planner/photometry.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr double kStepPx = 0.5;          // between the places that a patch is compared at
-constexpr double kLeastIncidence = 0.3;  // cosine: what is seen at a flatter angle tells too little
-constexpr double kAsGood = 0.1;          // of correlation: so much less than the best is almost as good
-constexpr double kBestAngleDeg = 10;     // the pair nearest to it is compared
-constexpr std::size_t kPairs = 3;        // that are compared of a point, at most
-constexpr double kMostScale = 2;         // of the size of a pixel on the surface, between the two photographs
-constexpr double kSeenDepth = 1.01;      // times the depth that a photograph sees, up to which it sees a point
-constexpr double kMostShare = 0.3;       // of the depth, that a patch is moved by at most
-constexpr std::size_t kLeastPoints = 4;  // that tell of a cell by themselves
-constexpr std::uint8_t kTrusted = 128;   // of StoredView::trust
+constexpr double kStepPx = 0.5;          // step of the search, in pixels of the second photograph
+constexpr double kLeastIncidence = 0.3;  // least cosine between a view's direction and the surface's normal
+constexpr double kAsGood = 0.1;          // a peak this much below the best correlation still counts as one
+constexpr double kBestAngleDeg = 10;     // the pair of views whose angle is nearest to it is compared
+constexpr std::size_t kPairs = 3;        // most pairs of views compared per point
+constexpr double kMostScale = 2;         // largest ratio of pixel widths at the point between two views
+constexpr double kSeenDepth = 1.01;      // a view sees a point up to this many times its stored depth
+constexpr double kMostShare = 0.3;       // largest move of a patch, as a share of the depth
+constexpr std::size_t kLeastPoints = 4;  // fewest compared points that measure a cell
+constexpr std::uint8_t kTrusted = 128;   // least StoredView::trust of a pixel that is compared
+constexpr double kMostDeviation = 1e30;  // scene units, so that sums of deviations stay finite as floats
 
-// A photograph that shows a point.
-struct Witness {
+// A view and how it sees a point.
+struct PointView {
   const StoredView* view = nullptr;
   glm::dvec3 direction{0.0};  // unit, from the point to the camera
   double pixel = 0;           // width of a pixel at the point, scene units
@@ -54,8 +55,8 @@ std::optional<SurfacePoint> middle_of(const Mesh& mesh, std::uint32_t face) {
   return SurfacePoint{(a + b + c) / 3.0, normal / length};
 }
 
-// None where the view does not show the point, or not with a margin of `margin_px`.
-std::optional<Witness> witness(const StoredView& view, const SurfacePoint& point, double margin_px) {
+// Returns how the view sees the point; none where it does not, or within `margin_px` of its border.
+std::optional<PointView> point_view(const StoredView& view, const SurfacePoint& point, double margin_px) {
   const Camera& camera = view.camera;
   const glm::dvec3 cam = camera.cam_from_world(point.position);
   if (!(cam.z > 0)) return std::nullopt;
@@ -69,10 +70,10 @@ std::optional<Witness> witness(const StoredView& view, const SurfacePoint& point
   if (!view.trust.empty() && view.trust[pixel] < kTrusted) return std::nullopt;
   const glm::dvec3 direction = glm::normalize(camera.center() - point.position);
   if (std::abs(glm::dot(direction, point.normal)) < kLeastIncidence) return std::nullopt;
-  return Witness{&view, direction, cam.z / camera.fx, cam.z};
+  return PointView{&view, direction, cam.z / camera.fx, cam.z};
 }
 
-// Brightness between pixels' middles, of 255.
+// Interpolates the brightness, in [0, 255], at an image position.
 double brightness(const Photograph& photograph, const glm::dvec2& image) {
   const double x = std::clamp(image.x - 0.5, 0.0, photograph.width - 1.0);
   const double y = std::clamp(image.y - 0.5, 0.0, photograph.height - 1.0);
@@ -89,18 +90,18 @@ double brightness(const Photograph& photograph, const glm::dvec2& image) {
   return above + down * (below - above);
 }
 
-// Two photographs that show a point.
-struct WitnessPair {
-  Witness first, second;
+// Two views of a point.
+struct ViewPair {
+  PointView first, second;
   double angle = 0;  // between them, radians
 };
 
-// With the one that shows the point from the best angle beside the first.
-std::optional<WitnessPair> best_pair(const std::vector<Witness>& witnesses, const Witness& first,
-                                     const DeviationOptions& options) {
-  std::optional<WitnessPair> best;
+// Pairs `first` with the view whose angle to it is nearest to kBestAngleDeg; none where no view suits.
+std::optional<ViewPair> best_pair(const std::vector<PointView>& views, const PointView& first,
+                                  const DeviationOptions& options) {
+  std::optional<ViewPair> best;
   double least = std::numeric_limits<double>::infinity();
-  for (const Witness& second : witnesses) {
+  for (const PointView& second : views) {
     if (second.view == first.view || second.pixel > kMostScale * first.pixel) continue;
     if (first.pixel > kMostScale * second.pixel) continue;
     const double angle = std::acos(std::min(1.0, glm::dot(first.direction, second.direction)));
@@ -109,16 +110,15 @@ std::optional<WitnessPair> best_pair(const std::vector<Witness>& witnesses, cons
     const double from_best = std::abs(degrees - kBestAngleDeg);
     if (from_best >= least) continue;
     least = from_best;
-    best = WitnessPair{first, second, angle};
+    best = ViewPair{first, second, angle};
   }
   return best;
 }
 
-// A patch of the tangent plane around a point, as the first photograph shows it: what is left when its mean is taken
-// away.
+// The brightness of a patch of the tangent plane around a point in the first view, less its mean.
 class Patch {
  public:
-  Patch(const SurfacePoint& point, const WitnessPair& pair, std::uint32_t radius_px) : pair_(pair) {
+  Patch(const SurfacePoint& point, const ViewPair& pair, std::uint32_t radius_px) : pair_(pair) {
     const glm::dvec3 axis = std::abs(point.normal.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
     const glm::dvec3 right = glm::normalize(glm::cross(point.normal, axis));
     const glm::dvec3 up = glm::cross(point.normal, right);
@@ -141,11 +141,11 @@ class Patch {
     }
   }
 
-  // Standard deviation of its brightness.
+  // Returns the standard deviation of the brightness.
   [[nodiscard]] double contrast() const { return std::sqrt(squares_ / static_cast<double>(shown_.size())); }
 
-  // The normalised correlation with what the second photograph shows of the patch once it has moved along the ray of
-  // the first, by so many scene units towards its camera, in [-1, 1].
+  // Returns the normalised correlation, in [-1, 1], of the patch with the second view's image of it after the patch has
+  // moved by `moved` scene units towards the first camera.
   [[nodiscard]] double correlation(double moved) const {
     const Camera& camera = pair_.second.view->camera;
     const glm::dvec3 shift = camera.cam_from_world_rotation * (moved * pair_.first.direction);
@@ -162,20 +162,21 @@ class Patch {
   }
 
  private:
-  WitnessPair pair_;
+  ViewPair pair_;
   std::vector<glm::dvec3> in_second_;  // its points in the second camera's frame
   std::vector<double> shown_;
   double squares_ = 0;
 };
 
-// Where between three neighbouring values the middle one's peak is, in steps from it, in [-0.5, 0.5].
+// Returns the place of the peak of a parabola through three values, in steps from the middle one, in [-0.5, 0.5].
 double peak(double before, double middle, double after) {
   const double bend = before - 2 * middle + after;
   return bend < 0 ? std::clamp(0.5 * (before - after) / bend, -0.5, 0.5) : 0.0;
 }
 
-// Of the places where the patches agree almost as well as anywhere, the one nearest to the surface, because what
-// repeats, such as bricks, agrees at many. None where they agree nowhere, or best where the search ends.
+// Returns the index of the peak nearest to the middle, which is the surface, among the peaks within kAsGood of the best
+// correlation: repeating texture, such as bricks, has several. Returns none where the best correlation is below
+// `least_correlation` or the peak lies at the end of the search.
 std::optional<std::size_t> best_place(const std::vector<double>& correlations, double least_correlation) {
   const double best = *std::max_element(correlations.begin(), correlations.end());
   if (best < least_correlation) return std::nullopt;
@@ -193,9 +194,8 @@ std::optional<std::size_t> best_place(const std::vector<double>& correlations, d
   return nearest;
 }
 
-// How far the surface is off at a point by two photographs, scene units; none where they cannot tell.
-std::optional<double> distance_off(const SurfacePoint& point, const WitnessPair& pair,
-                                   const DeviationOptions& options) {
+// Returns the distance of the surface from the point that two views agree on, scene units; none without texture.
+std::optional<double> distance_off(const SurfacePoint& point, const ViewPair& pair, const DeviationOptions& options) {
   const Patch patch(point, pair, options.patch_radius);
   if (patch.contrast() < options.least_contrast) return std::nullopt;
   const double step = kStepPx * pair.second.pixel / std::sin(pair.angle);
@@ -213,15 +213,15 @@ std::optional<double> distance_off(const SurfacePoint& point, const WitnessPair&
   return std::abs(static_cast<double>(*place) - steps + between) * step;
 }
 
-// The lower median of what the pairs of the photographs tell that show the point finest: a leaf before one of them
-// spoils no more than the pairs that it is in.
-std::optional<double> distance_off(const SurfacePoint& point, std::vector<Witness>& witnesses,
+// Returns the lower median of that distance over up to kPairs pairs, from the views with the finest pixels on. A leaf
+// before one view spoils only the pairs with that view.
+std::optional<double> distance_off(const SurfacePoint& point, std::vector<PointView>& views,
                                    const DeviationOptions& options) {
-  std::stable_sort(witnesses.begin(), witnesses.end(),
-                   [](const Witness& a, const Witness& b) { return a.pixel < b.pixel; });
+  std::stable_sort(views.begin(), views.end(),
+                   [](const PointView& a, const PointView& b) { return a.pixel < b.pixel; });
   std::vector<double> distances;
-  for (std::size_t first = 0; first < std::min(kPairs, witnesses.size()); ++first) {
-    const std::optional<WitnessPair> pair = best_pair(witnesses, witnesses[first], options);
+  for (std::size_t first = 0; first < std::min(kPairs, views.size()); ++first) {
+    const std::optional<ViewPair> pair = best_pair(views, views[first], options);
     if (!pair) continue;
     if (const std::optional<double> off = distance_off(point, *pair, options)) distances.push_back(*off);
   }
@@ -230,7 +230,7 @@ std::optional<double> distance_off(const SurfacePoint& point, std::vector<Witnes
   return distances[(distances.size() - 1) / 2];
 }
 
-// By cell, its faces.
+// Returns the faces of each cell.
 std::vector<std::vector<std::uint32_t>> faces_by_cell(const Surface& surface) {
   std::vector<std::vector<std::uint32_t>> faces(surface.near_cells());
   for (std::size_t face = 0; face < surface.near_faces(); ++face) {
@@ -249,86 +249,46 @@ std::vector<double> distances_off(const Snapshot& snapshot, std::size_t cell, co
   for (std::size_t i = 0; i < points; ++i) {
     const std::optional<SurfacePoint> point = middle_of(snapshot.surface->mesh, faces[i * faces.size() / points]);
     if (!point) continue;
-    std::vector<Witness> witnesses;
+    std::vector<PointView> views;
     for (const std::uint32_t slot : slots) {
-      const std::optional<Witness> seen = witness(*snapshot.views[slot], *point, margin);
-      if (seen) witnesses.push_back(*seen);
+      const std::optional<PointView> seen = point_view(*snapshot.views[slot], *point, margin);
+      if (seen) views.push_back(*seen);
     }
-    if (const std::optional<double> off = distance_off(*point, witnesses, options)) distances.push_back(*off);
+    if (const std::optional<double> off = distance_off(*point, views, options)) distances.push_back(*off);
   }
   return distances;
 }
 
-// Both ways, pairs of cells that have an edge in common, sorted.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbours_of_cells(const Surface& surface) {
-  struct Edge {
-    std::uint32_t low, high, cell;
-  };
-  std::vector<Edge> edges;
-  for (std::size_t face = 0; face < surface.near_faces(); ++face) {
-    const glm::uvec3 corners = surface.mesh.faces[face];
+// Gives each cell without a measurement the mean deviation that spreads to its vertices from measured cells. Cells that
+// are joined to no measured cell get the median of all.
+void fill_unmeasured(const Surface& surface, SurfaceDeviation& deviation) {
+  const std::span<const glm::uvec3> faces(surface.mesh.faces.data(), surface.near_faces());
+  const std::vector<std::uint32_t>& cell_of_face = surface.cells.cell_of_face;
+  std::vector<glm::vec4> of_vertex(surface.mesh.positions.size(), glm::vec4(0));
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    const std::uint32_t cell = cell_of_face[face];
+    if (deviation.measured[cell] == 0) continue;
     for (int corner = 0; corner < 3; ++corner) {
-      const auto [low, high] = std::minmax(corners[corner], corners[(corner + 1) % 3]);
-      edges.push_back({low, high, surface.cells.cell_of_face[face]});
+      of_vertex[faces[face][corner]] += glm::vec4(deviation.of_cell[cell], 0, 0, 1);
     }
   }
-  std::sort(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
-    return std::tie(a.low, a.high, a.cell) < std::tie(b.low, b.high, b.cell);
-  });
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
-  for (std::size_t i = 1; i < edges.size(); ++i) {
-    const Edge &a = edges[i - 1], &b = edges[i];
-    if (a.low != b.low || a.high != b.high || a.cell == b.cell) continue;
-    pairs.emplace_back(a.cell, b.cell);
-    pairs.emplace_back(b.cell, a.cell);
+  spread(faces, VertexFaces(of_vertex.size(), faces), of_vertex);
+  std::vector<glm::dvec2> sums(surface.near_cells(), glm::dvec2(0));  // of deviations, and their number
+  for (std::size_t face = 0; face < faces.size(); ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::dvec4 value(of_vertex[faces[face][corner]]);
+      if (value.w > 0) sums[cell_of_face[face]] += glm::dvec2(value.x / value.w, 1);
+    }
   }
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  return pairs;
-}
-
-// Ring by ring outwards, cells without a value get the mean of their neighbours that have one; what is joined to none
-// gets the median of all. `neighbours` as above.
-void spread_over(std::span<const std::pair<std::uint32_t, std::uint32_t>> neighbours, std::vector<float>& values,
-                 std::vector<std::uint8_t> known) {
   std::vector<double> all;
-  std::vector<std::uint32_t> ring;
-  for (std::size_t cell = 0; cell < known.size(); ++cell) {
-    if (!known[cell]) continue;
-    all.push_back(static_cast<double>(values[cell]));
-    ring.push_back(static_cast<std::uint32_t>(cell));
+  for (std::size_t cell = 0; cell < sums.size(); ++cell) {
+    if (deviation.measured[cell] != 0) all.push_back(static_cast<double>(deviation.of_cell[cell]));
   }
   if (all.empty()) return;
-  const auto neighbours_of = [&](std::uint32_t cell) {
-    const auto first = std::lower_bound(neighbours.begin(), neighbours.end(), std::pair(cell, 0u));
-    const auto last = std::lower_bound(first, neighbours.end(), std::pair(cell + 1, 0u));
-    return std::span(first, last);
-  };
-  while (!ring.empty()) {
-    std::vector<std::uint32_t> next;
-    for (const std::uint32_t cell : ring) {
-      for (const auto& [from, other] : neighbours_of(cell)) {
-        if (!known[other]) next.push_back(other);
-      }
-    }
-    std::sort(next.begin(), next.end());
-    next.erase(std::unique(next.begin(), next.end()), next.end());
-    for (const std::uint32_t cell : next) {
-      float sum = 0;
-      int count = 0;
-      for (const auto& [from, other] : neighbours_of(cell)) {
-        if (!known[other]) continue;
-        sum += values[other];
-        ++count;
-      }
-      values[cell] = sum / static_cast<float>(count);
-    }
-    for (const std::uint32_t cell : next) known[cell] = 1;
-    ring = std::move(next);
-  }
-  const auto middle = static_cast<float>(median(all));
-  for (std::size_t cell = 0; cell < known.size(); ++cell) {
-    if (!known[cell]) values[cell] = middle;
+  const double middle = median(all);
+  for (std::size_t cell = 0; cell < sums.size(); ++cell) {
+    if (deviation.measured[cell] != 0) continue;
+    deviation.of_cell[cell] = static_cast<float>(sums[cell].y > 0 ? sums[cell].x / sums[cell].y : middle);
   }
 }
 
@@ -368,14 +328,10 @@ SurfaceDeviation surface_deviation(const Snapshot& snapshot, const DeviationOpti
     if (distances[cell].size() < std::min<std::size_t>(kLeastPoints, faces[cell].size())) continue;
     if (distances[cell].empty()) continue;
     const double deviation = kDeviationOfMedian * median(distances[cell]);
-    result.of_cell[cell] = static_cast<float>(std::min<double>(deviation, std::numeric_limits<float>::max()));
+    result.of_cell[cell] = static_cast<float>(std::min(deviation, kMostDeviation));
     result.measured[cell] = 1;
   }
-  std::vector<std::uint8_t> known(result.measured.begin(),
-                                  result.measured.begin() + static_cast<std::ptrdiff_t>(faces.size()));
-  std::vector<float> near(result.of_cell.begin(), result.of_cell.begin() + static_cast<std::ptrdiff_t>(faces.size()));
-  spread_over(neighbours_of_cells(surface), near, std::move(known));
-  std::copy(near.begin(), near.end(), result.of_cell.begin());
+  fill_unmeasured(surface, result);
   return result;
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How far the surface is from what the photographs show: the trust that each part of it deserves.
 //
-// A point of the surface is compared in two photographs that see it from directions a few degrees apart. The patch of
-// surface around it, as the first photograph shows it, is moved along that photograph's ray until the second shows the
-// same; how far it moves is how far the surface is off there. A part with texture that shows the same nowhere (leaves,
-// glass, fur) is off by at least the distance that was searched. Of several such pairs of photographs the lower median
-// counts. The paper takes the surface as exact.
+// The planner compares points of the surface in two views whose directions are a few degrees apart. It moves the patch
+// around a point along the first view's ray until the second view shows the same image; the distance moved is the error
+// of the surface there. Where no distance matches a textured patch (leaves, glass, fur), the error is at least the
+// distance searched. A point's error is the lower median over several pairs of views. The paper takes the surface as
+// exact.
 #pragma once
 
 #include <algorithm>
@@ -32,11 +32,11 @@ struct DeviationOptions {
 void check(const DeviationOptions& options);
 
 struct SurfaceDeviation {
-  // Standard deviation of the surface along a ray, scene units, by cell of the snapshot's surface; of cells that agree
-  // nowhere a lower bound. A cell that no two photographs show with texture has that of the nearest cells that have
-  // one; 0 for the far sphere, and where nothing was measured at all.
+  // Standard deviation of the surface along a ray, scene units, one per cell. It is a lower bound where no distance
+  // matches. A cell without measurement has the deviation of the nearest measured cells, or 0 if there are none. The
+  // far sphere has 0.
   std::vector<float> of_cell;
-  std::vector<std::uint8_t> measured;  // by cell, 1: from its own points
+  std::vector<std::uint8_t> measured;  // one per cell: 1 if measured at its own points, else 0
 
   [[nodiscard]] bool any_measured() const { return std::find(measured.begin(), measured.end(), 1) != measured.end(); }
 };
@@ -44,9 +44,11 @@ struct SurfaceDeviation {
 // Throws std::invalid_argument unless snapshot and options pass check().
 [[nodiscard]] SurfaceDeviation surface_deviation(const Snapshot& snapshot, const DeviationOptions& options = {});
 
-// By how many pixels of a picture with that focal length, in pixels, a point at that depth shifts by the deviation when
-// the camera stands kTrustAngle degrees beside the photograph.
+// Angle between picture and photograph, degrees, at which trust is told.
 inline constexpr double kTrustAngle = 10;
+
+// Returns the shift, in pixels of a picture with that focal length (pixels), of a point at that depth if it is off by
+// `deviation` along the ray of a photograph kTrustAngle degrees aside. Deviation and depth are in scene units.
 [[nodiscard]] double shift_px(double deviation, double focal_length, double depth);
 
 }  // namespace lumatlas

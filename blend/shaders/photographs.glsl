@@ -63,7 +63,8 @@ float footprint_of(float focal_length, float z, float depth) {
   return z * focal_length / (SAMPLES_ACROSS * intrinsics.x * depth);
 }
 
-// The width that is sampled of a photograph, pixels, where the surface is off by `deviation`: see blend/footprint.h.
+// Returns the width of the sampling kernel, in pixels of the photograph, for a surface with that deviation: see
+// blend/footprint.h.
 float blurred_footprint(float footprint, float deviation, vec3 to_novel, vec3 to_stored, float focal_length,
                         float depth) {
   if (samples.w == 0 || !(deviation > 0.0)) return footprint;
@@ -155,7 +156,7 @@ vec3 shown_gain(vec3 gain, vec3 color) {
   return mix(gain, max(gain, 1.0 / exposure.rgb), smoothstep(CLIPPED_FROM, 1.0, color));
 }
 
-// Of a view that is valid here, of a surface with that deviation.
+// Returns the colour of a view that is valid at `world`, blurred by the deviation of the surface, scene units.
 vec3 color_in(uint view, vec3 world, float z, float deviation) {
   vec2 image;
   vec3 texel;

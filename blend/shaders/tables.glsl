@@ -23,7 +23,7 @@ uint cells_of(uint reference) {
   return reference >> 28;
 }
 
-// By how much the surface of a zone is off, scene units.
+// Returns the deviation of the surface of a zone, scene units.
 float deviation_of(uvec4 zone) {
   return uintBitsToFloat(zone.w << 16);
 }

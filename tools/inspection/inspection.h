@@ -13,7 +13,7 @@
 
 namespace lumatlas {
 
-// What photographs show past a mesh in the frame of the views.
+// Returns what photographs show past a mesh. Mesh and views have one frame.
 using LookPast = std::function<nlohmann::json(const SceneViews& views, const Mesh& mesh)>;
 
 // {"mesh": {"file", "file_vertices", "file_faces", "colors", "repairs": {WHAT: count}, "split_faces", "vertices",

@@ -22,7 +22,7 @@ enum class Mode {
   valid_views,  // how many of those are valid at the pixel
   winner,       // which one weighs most: its slot
   weights,      // the shares of the three best
-  trust,        // by how many pixels the surface's deviation shifts it, seen from kTrustAngle degrees beside
+  trust,        // shift by the surface's deviation, seen from kTrustAngle degrees beside: pixels
   cells,        // number of the cell
   depth,        // z
   error,        // against a photograph: root mean square over R, G and B of the sRGB differences, 8-bit levels
@@ -56,7 +56,7 @@ struct ModeFrame {
 
 [[nodiscard]] ModeFrame depth_frame(const VisibilityBuffer& visible);
 
-// Mode::trust, of what `camera` sees; the snapshot has a deviation for each cell. `visible` is of the near surface.
+// Mode::trust. `visible` is what `camera` sees of the near surface. The snapshot must have cell_deviation.
 [[nodiscard]] ModeFrame trust_frame(const VisibilityBuffer& visible, const Snapshot& snapshot, const Camera& camera);
 
 // Mode::valid_views, winner or weights; std::invalid_argument for another.

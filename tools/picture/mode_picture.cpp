@@ -39,7 +39,7 @@ const char* title_of(Mode mode) {
     case Mode::weights:
       return "share in the pixel (0 - 1) of";
     case Mode::trust:
-      return "shift by the error of the surface, 10 degrees beside (pixels)";
+      return "shift by the error of the surface (pixels)";
     case Mode::cells:
       return "cells, a colour each";
     case Mode::depth:

@@ -291,7 +291,7 @@ void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, BuildRe
   result.snapshot = budget ? budget->fitted_snapshot(atlas) : atlas.snapshot();
 }
 
-// Tells how far each part of the surface can be trusted. Where no two photographs can be compared it stays unknown.
+// Measures the deviation of the surface. The snapshot gets none where no two photographs can be compared.
 void measure_deviation(const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
   if (!result.options.measure_deviation) return;
   BuildStage stage(callback, "comparing photographs on the surface", 0);

@@ -67,7 +67,7 @@ struct BuildOptions {
   CellOptions cells;
   FaceOptions faces;  // of the mesh that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
   CompletionOptions completion;   // of the mesh; not with `watch`, for which not all photographs are there
-  bool measure_deviation = true;  // of the surface, which pictures are then blurred by; else it counts as exact
+  bool measure_deviation = true;  // measures the deviation of the surface; else the surface counts as exact
   double close_holes = 0;         // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online

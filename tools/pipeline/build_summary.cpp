@@ -257,7 +257,7 @@ std::string frames_line(const json& s) {
   return frames_text(s["frames"]) + (added == 0 ? "" : "; " + added.dump() + " faces were added") + "\n  ";
 }
 
-// Empty where nobody has compared photographs on the surface.
+// Returns the line on trust; empty where the deviation was not measured.
 std::string trust_line(const json& s) {
   return s["trust"].is_null() ? "" : trust_text(s["trust"]) + "\n  ";
 }
@@ -385,8 +385,9 @@ std::string frames_text(const json& frames) {
 std::string trust_text(const json& trust) {
   const auto percent = [&](const char* name) { return percent_text(trust[name].get<double>()); };
   return "of the surface in the photographs " + percent("within_1_px") +
-         " is within 1 pixel of its place when seen from 10 degrees beside, " + percent("within_2_px") + " within 2, " +
-         percent("within_4_px") + " within 4 (measured on " + percent("measured") + " of it)";
+         " is within 1 pixel of its place when seen from " + number_text(kTrustAngle) + " degrees beside, " +
+         percent("within_2_px") + " within 2, " + percent("within_4_px") + " within 4 (measured on " +
+         percent("measured") + " of it)";
 }
 
 json summary(const BuildResult& result, const BuildOptions& options) {

@@ -44,11 +44,14 @@ struct CompletedSurface {
   std::string failure;      // sentence: why surface could not be added; empty: it could, or need not
 };
 
-// What complete_surface() would do, found without matching photographs.
+// What complete_surface() would do to a mesh.
 struct CompletionPlan {
   FrameShares shares;        // none added
   std::size_t to_match = 0;  // photographs that would be matched; 0: the mesh lacks too little
 };
+
+// Plans the completion without matching photographs. Looks at the views of `ranks`, in the frame of the mesh. Throws
+// Interrupted soon after a signal.
 [[nodiscard]] CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks,
                                              const Mesh& mesh);
 

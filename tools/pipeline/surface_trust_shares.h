@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much of what photographs see is surface that can be trusted.
+// How much of the surface in the photographs is near its true place.
 #pragma once
 
 #include "atlas/snapshot.h"
@@ -8,16 +8,16 @@
 
 namespace lumatlas {
 
-// Shares of the pixels of the stored photographs that see the near surface, [0, 1]: of surface whose deviation shifts
-// it by at most so many of their pixels when it is shown from kTrustAngle degrees beside them (shift_px()).
+// Shares, [0, 1], of the stored photographs' pixels that see the near surface.
 struct TrustShares {
-  double within_1_px = 0;
-  double within_2_px = 0;
-  double within_4_px = 0;
-  double measured = 0;  // of surface whose deviation photographs tell; that of the rest is its neighbours'
+  double within_1_px = 0;  // the surface's error shifts the pixel by at most 1 pixel, see shift_px()
+  double within_2_px = 0;  // by at most 2
+  double within_4_px = 0;  // by at most 4
+  double measured = 0;     // the pixel's cell was measured, see SurfaceDeviation::measured
 };
 
-// `visibility` is that of the snapshot's surface. All shares are 0 where no photograph sees it.
+// Counts pixels of small images through the cameras of the stored views. Returns zeros where no photograph sees the
+// near surface. `visibility` is that of the snapshot's surface.
 [[nodiscard]] TrustShares trust_shares(const Snapshot& snapshot, const SurfaceDeviation& deviation,
                                        const Visibility& visibility);
 

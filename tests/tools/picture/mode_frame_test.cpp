@@ -67,7 +67,7 @@ TEST_CASE("a mode of cells tells each pixel's cell, and keeps unseen apart from 
   CHECK_THROWS_WITH(cell_frame(visible, snapshot, std::vector<float>(3), false), Catch::Contains("has 3 entries"));
 }
 
-TEST_CASE("trust tells by how many pixels a surface's error shifts it, and is refused where nobody measured that") {
+TEST_CASE("mode trust shows the shift by the surface's deviation, and needs a model with deviations") {
   Snapshot snapshot = patchy_room();
   FrameOptions options;
   options.mode = Mode::trust;
