@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 #include "tools/scene/undistortion.h"
 
 namespace {

@@ -9,12 +9,12 @@
 #include <vector>
 
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/scene/metashape.h"
-#include "tools/scene/openmvs.h"
-#include "tools/scene/polycam.h"
-#include "tools/scene/reality_capture.h"
-#include "tools/scene/scannet.h"
-#include "tools/scene/tum_rgbd.h"
+#include "tools/scene/forms/metashape.h"
+#include "tools/scene/forms/openmvs.h"
+#include "tools/scene/forms/polycam.h"
+#include "tools/scene/forms/reality_capture.h"
+#include "tools/scene/forms/scannet.h"
+#include "tools/scene/forms/tum_rgbd.h"
 
 namespace {
 
@@ -38,7 +38,7 @@ std::optional<std::string> given(const std::string& file) {
   return file.empty() ? std::nullopt : std::optional(file);
 }
 
-PosedPhotographs parse(char form, std::string_view text) {
+Capture parse(char form, std::string_view text) {
   const PhotographNames names({"a.jpg", "b/c.png"});
   const PhotographLookup lookup{[&](std::string_view label) {
                                   PosedPhotograph photograph{names.find(std::string(label))};
@@ -73,7 +73,7 @@ PosedPhotographs parse(char form, std::string_view text) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   check_refusal([&] {
-    const PosedPhotographs read = parse(static_cast<char>(data[0]), text_of(data + 1, size - 1));
+    const Capture read = parse(static_cast<char>(data[0]), text_of(data + 1, size - 1));
     require(!read.photographs.empty());
     for (const PosedPhotograph& photograph : read.photographs) {
       check(photograph.lens);

@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/scene/transforms_json.h"
+#include "tools/scene/forms/transforms_json.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lumatlas;
   check_refusal([&] {
-    const PosedPhotographs read = parse_transforms(
+    const Capture read = parse_transforms(
         text_of(data, size), "transforms.json", [](const std::filesystem::path& file) { return file; },
         [](const PosedPhotograph&) {
           return ImageSize{64, 48};

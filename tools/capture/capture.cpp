@@ -19,7 +19,7 @@
 #include "tools/capture/step_record.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/save_model.h"
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_list.h"
 
@@ -160,10 +160,10 @@ class Bar {
   std::size_t shown_ = 0;
 };
 
-class Capture {
+class CaptureRun {
  public:
-  Capture(const fs::path& photographs, const fs::path& work, const fs::path& model, const CaptureOptions& options,
-          const CaptureListener& listener)
+  CaptureRun(const fs::path& photographs, const fs::path& work, const fs::path& model, const CaptureOptions& options,
+             const CaptureListener& listener)
       : mask_folder_(folder_of_masks(options)),
         photographs_(photographs_beside_masks(photographs, mask_folder_)),
         masks_(masks_by_photograph(mask_folder_, photographs_)),
@@ -441,7 +441,7 @@ CaptureResult capture(const fs::path& photographs, const fs::path& work, const f
                       const CaptureOptions& options, const CaptureListener& listener) {
   check(options);
   (void)ModelOutput(model);  // refuses at once what would be refused after hours
-  return Capture(photographs, work, model, options, listener).run();
+  return CaptureRun(photographs, work, model, options, listener).run();
 }
 
 }  // namespace lumatlas

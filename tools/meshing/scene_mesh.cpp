@@ -22,7 +22,7 @@
 #include "tools/meshing/photograph_mesh.h"
 #include "tools/meshing/smoothing.h"
 #include "tools/meshing/thinning.h"
-#include "tools/scene/capture_forms.h"
+#include "tools/scene/forms/capture_forms.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"
 

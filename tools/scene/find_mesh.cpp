@@ -10,10 +10,10 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
-#include "tools/scene/capture_forms.h"
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/capture_forms.h"
+#include "tools/scene/forms/unread_forms.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/unread_forms.h"
 
 namespace lumatlas {
 namespace {

@@ -43,7 +43,7 @@ struct SceneViews {
   std::filesystem::path root;
   std::vector<SceneView> views;         // by name, in byte order
   std::vector<SceneDepth> depths = {};  // none have been opened
-  std::string form = {};                // such as "COLMAP", see tools/scene/capture_forms.h
+  std::string form = {};                // such as "COLMAP", see tools/scene/forms/capture_forms.h
   std::vector<std::string> notes = {};  // sentences: what was assumed where the form leaves it open, what was left out
 };
 
@@ -62,14 +62,14 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // How many views have a mask.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
 
-// Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/capture_forms.h). A workspace:
-// sparse/, the largest model in a folder of sparse/, or the model's files in the folder itself, binary or text; with
-// images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted from every
-// camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an EXIF
-// orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is turned.
-// The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names() (tools/scene/scene_notes.h); a
-// photograph need not have one. Throws InputError: file, index, value, what to do, also where folders.masks has no mask
-// of any photograph, and with skip_bad where all are bad.
+// Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/forms/capture_forms.h). A
+// workspace: sparse/, the largest model in a folder of sparse/, or the model's files in the folder itself, binary or
+// text; with images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted
+// from every camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an
+// EXIF orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is
+// turned. The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names()
+// (tools/scene/scene_notes.h); a photograph need not have one. Throws InputError: file, index, value, what to do, also
+// where folders.masks has no mask of any photograph, and with skip_bad where all are bad.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
                                           const PictureFolders& folders = {});
 

@@ -12,10 +12,10 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "tools/scene/capture_forms.h"
-#include "tools/scene/colmap.h"
 #include "tools/scene/for_each_index.h"
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/capture_forms.h"
+#include "tools/scene/forms/colmap.h"
 #include "tools/scene/scene_notes.h"
 #include "tools/scene/undistortion.h"
 
@@ -123,7 +123,7 @@ SceneList posed_list(const fs::path& scene, const CaptureForm& form, const glm::
                      const PictureFolders& folders) {
   const fs::path& path = form.file;
   if (folders.images) check_is_folder(*folders.images);
-  PosedPhotographs posed = form.read(scene, folders.images);
+  Capture posed = form.read(scene, folders.images);
   const std::vector<Camera> cameras = pinhole_views(posed.photographs, path);
   SceneList result{
       form.name, std::move(posed.notes), {}, placed_depths(posed.depths, scene, path, offset), posed.left_out};

@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "mesh/base/text_fields.h"
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 

@@ -13,8 +13,8 @@
 #include "mesh/base/whole_file.h"
 #include "mesh/finite.h"
 #include "mesh/ply_reader.h"
-#include "tools/scene/capture_forms.h"
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/capture_forms.h"
+#include "tools/scene/forms/colmap.h"
 
 namespace lumatlas {
 namespace {

@@ -18,7 +18,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/output_folder.h"
-#include "tools/scene/colmap_writer.h"
+#include "tools/scene/forms/colmap_writer.h"
 #include "tools/synth/disturbance.h"
 #include "tools/synth/mesh_errors.h"
 #include "tools/synth/random.h"

@@ -8,7 +8,7 @@
 
 #include "mesh/base/errors.h"
 #include "tools/base/strict_json.h"
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 #include "tools/scene/undistortion.h"
 
 namespace lumatlas {

@@ -26,7 +26,7 @@
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/save_model.h"
-#include "tools/scene/colmap_writer.h"
+#include "tools/scene/forms/colmap_writer.h"
 #include "tools/scene/growing_scene.h"
 #include "tools/synth/synth.h"
 

@@ -13,7 +13,7 @@
 #include "tests/support/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/scene/colmap_writer.h"
+#include "tools/scene/forms/colmap_writer.h"
 #include "tools/stereo/scene_stereo.h"
 
 namespace lumatlas {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Each form of capture against COLMAP's form of the same scene, and its conventions on cases that are worked by hand.
-#include "tools/scene/capture_forms.h"
+#include "tools/scene/forms/capture_forms.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -18,13 +18,13 @@
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/metashape.h"
-#include "tools/scene/openmvs.h"
-#include "tools/scene/polycam.h"
-#include "tools/scene/reality_capture.h"
-#include "tools/scene/scannet.h"
+#include "tools/scene/forms/metashape.h"
+#include "tools/scene/forms/openmvs.h"
+#include "tools/scene/forms/polycam.h"
+#include "tools/scene/forms/reality_capture.h"
+#include "tools/scene/forms/scannet.h"
+#include "tools/scene/forms/tum_rgbd.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/tum_rgbd.h"
 
 namespace lumatlas {
 namespace {
@@ -176,7 +176,7 @@ TEST_CASE("a TUM RGB-D folder gives the cameras of COLMAP's form") {
 TEST_CASE("TUM: a photograph without a pose within 20 ms is left out and counted, none is interpolated") {
   TumFiles files{"scene", "1.0 rgb/a.png\n1.1 rgb/b.png\n1.2 rgb/c.png\n",
                  "1.0 0 0 0 0 0 0 1\n1.019 1 0 0 0 0 0 1\n1.121 2 0 0 0 0 0 1\n1.1801 3 0 0 0 0 0 1\n", "1 1 1 1"};
-  const PosedPhotographs posed = parse_tum(files, small);
+  const Capture posed = parse_tum(files, small);
   REQUIRE(posed.photographs.size() == 2);
   CHECK(posed.photographs[1].name == "c.png");
   CHECK(posed.photographs[1].cam_from_world_translation == glm::dvec3(-3, 0, 0));
@@ -187,7 +187,7 @@ TEST_CASE("TUM: a photograph without a pose within 20 ms is left out and counted
 TEST_CASE("TUM: the published lens is taken by the folder's name, said, and for no other folder") {
   TumFiles files{"/data/rgbd_dataset_freiburg2_desk/", "1 rgb/a.png\n", "1 0 0 0 0 0 0 1\n"};
   const auto kinect = [](const PosedPhotograph&) { return ImageSize{640, 480}; };
-  const PosedPhotographs posed = parse_tum(files, kinect);
+  const Capture posed = parse_tum(files, kinect);
   CHECK(posed.photographs[0].lens.principal_point() == glm::dvec2(325.6, 250.2));
   CHECK(posed.photographs[0].lens.model == LensModel::kFullOpenCv);
   REQUIRE(posed.notes.size() == 1);
@@ -260,7 +260,7 @@ TEST_CASE("ScanNet: what is damaged is refused by file") {
         "s/pose/7.txt: its last row is 5 6 7 1, must be 0 0 0 1: it is written by columns, must be by rows");
   CHECK_THAT(refused("50 0 0 0 0 50 0 0 20 15 1 0 0 0 0 1", pose),
              Catch::Contains("intrinsic_color.txt: value 8 of 16 is 20, must be 0: rows are fx skew cx 0"));
-  const PosedPhotographs skewed = parse_scannet({"s", std::string("50 3").append(lens, 4), {{"7.jpg", pose}}}, small);
+  const Capture skewed = parse_scannet({"s", std::string("50 3").append(lens, 4), {{"7.jpg", pose}}}, small);
   CHECK(name(skewed.photographs.at(0).lens.model) == "BROWN");
   CHECK(image_from_cam(skewed.photographs[0].lens, {0, 1, 1})->x == Approx(20.5 + 3));
   CHECK_THAT(refused(std::string("0").append(lens, 2), pose),
@@ -327,12 +327,11 @@ TEST_CASE("a RealityCapture CSV gives the cameras of COLMAP's form") {
 
 TEST_CASE("RealityCapture: k4 is read, columns that are not known are told") {
   const auto posed = [](const std::string& text) { return parse_reality_capture(text, "c.csv", as_labelled()); };
-  const PosedPhotographs brown = posed(kColumns + "a,0,0,0,0,0,0,36,0,0,0.1,0,0,0.5,0,0\n");
+  const Capture brown = posed(kColumns + "a,0,0,0,0,0,0,36,0,0,0.1,0,0,0.5,0,0\n");
   CHECK(brown.notes.size() == 1);
   const CameraModel& lens = brown.photographs.at(0).lens;  // f is 40 pixels
   CHECK(image_from_cam(lens, {0.5, 0, 1})->x == Approx(20 + 40 * 0.5 * (1 + 0.1 / 4 + 0.5 / 256)));
-  const PosedPhotographs more =
-      posed("#name,x,y,alt,heading,pitch,roll,f,px,py,k1,rolling,k5\na,0,0,0,0,0,0,36,0,0,0,1,2\n");
+  const Capture more = posed("#name,x,y,alt,heading,pitch,roll,f,px,py,k1,rolling,k5\na,0,0,0,0,0,0,36,0,0,0,1,2\n");
   REQUIRE(more.notes.size() == 2);
   CHECK(more.notes[0] == "c.csv has columns that are not known and not used: 'rolling', 'k5'");
 }
@@ -679,7 +678,7 @@ TEST_CASE("an OpenMVS scene of every version gives the cameras of COLMAP's form"
 
 TEST_CASE("OpenMVS: a skew is read, masks that it names are told") {
   const std::string file = openmvs({7, true, 0, 2, "masks/a.png"});
-  const PosedPhotographs posed = parse_openmvs(std::as_bytes(std::span(file)), "s.mvs", as_labelled());
+  const Capture posed = parse_openmvs(std::as_bytes(std::span(file)), "s.mvs", as_labelled());
   CHECK(image_from_cam(posed.photographs.at(0).lens, {0, 1, 1})->x == Approx(21 + 2));
   REQUIRE(posed.notes.size() == 2);
   CHECK(posed.notes[1] == "3 of its images name a mask, which is not read: masks are taken from masks/ or --masks");

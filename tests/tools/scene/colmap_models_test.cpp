@@ -8,8 +8,8 @@
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/capture_forms.h"
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/capture_forms.h"
+#include "tools/scene/forms/colmap.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/transforms_json.h"
+#include "tools/scene/forms/transforms_json.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -23,7 +23,7 @@ using test::write_file;
 const std::string kIdentity = "[[1,0,0,0],[0,1,0,0],[0,0,1,0],[0,0,0,1]]";
 const std::string kSize = R"("w": 40, "h": 30, "fl_x": 50)";
 
-PosedPhotographs parsed(const std::string& text) {
+Capture parsed(const std::string& text) {
   return parse_transforms(
       text, "transforms.json", [](const fs::path& file) { return file; },
       [](const PosedPhotograph&) {
@@ -38,11 +38,11 @@ std::string frame(const std::string& file, const std::string& matrix, const std:
   return text.str();
 }
 
-PosedPhotographs one_frame(const std::string& matrix, const std::string& more = kSize) {
+Capture one_frame(const std::string& matrix, const std::string& more = kSize) {
   return parsed("{\"frames\": [" + frame("images/a.png", matrix, more) + "]}");
 }
 
-glm::dvec3 in_camera(const PosedPhotographs& transforms, const glm::dvec3& world) {
+glm::dvec3 in_camera(const Capture& transforms, const glm::dvec3& world) {
   const PosedPhotograph& f = transforms.photographs.at(0);
   return f.cam_from_world_rotation * world + f.cam_from_world_translation;
 }
@@ -57,20 +57,19 @@ std::string complaint(const std::string& text) {
 }
 
 TEST_CASE("OpenGL's camera looks along -z with y up, lumatlas's along z with y down") {
-  const PosedPhotographs t = one_frame(kIdentity);
+  const Capture t = one_frame(kIdentity);
   CHECK(in_camera(t, {0, 0, -7}) == glm::dvec3(0, 0, 7));
   CHECK(in_camera(t, {2, 3, -7}) == glm::dvec3(2, -3, 7));
   // At (10, 20, 30), looking along the world's x, with its z up: right is -y, up is z, backward is -x.
-  const PosedPhotographs turned = one_frame("[[0,0,-1,10],[-1,0,0,20],[0,1,0,30]]");
+  const Capture turned = one_frame("[[0,0,-1,10],[-1,0,0,20],[0,1,0,30]]");
   CHECK(glm::distance(in_camera(turned, {15, 20, 30}), {0, 0, 5}) < 1e-12);
   CHECK(glm::distance(in_camera(turned, {15, 19, 32}), {1, -2, 5}) < 1e-12);
 }
 
 TEST_CASE("a lens is the frame's or the file's, and what is not said is as usual") {
-  const PosedPhotographs t =
-      parsed(R"({"w": 100, "h": 80.0, "fl_x": 90, "k1": 0.1, "frames": [)" +
-             frame("images/b.png", kIdentity, R"("fl_x": 95, "fl_y": 96, "cx": 51.5, "cy": 39)") + "," +
-             frame("./images/a.png", kIdentity) + "]}");
+  const Capture t = parsed(R"({"w": 100, "h": 80.0, "fl_x": 90, "k1": 0.1, "frames": [)" +
+                           frame("images/b.png", kIdentity, R"("fl_x": 95, "fl_y": 96, "cx": 51.5, "cy": 39)") + "," +
+                           frame("./images/a.png", kIdentity) + "]}");
   REQUIRE(t.photographs.size() == 2);
   CHECK(t.photographs[0].name == "a.png");
   CHECK(t.photographs[0].file == "images/a.png");

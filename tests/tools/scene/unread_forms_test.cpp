@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Folders that hold no form of capture that is read: what is there is named, with what to do.
-#include "tools/scene/unread_forms.h"
+#include "tools/scene/forms/unread_forms.h"
 
 #include <catch2/catch.hpp>
 #include <filesystem>

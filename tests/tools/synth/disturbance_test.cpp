@@ -17,7 +17,7 @@
 #include "atlas/photograph.h"
 #include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 #include "tools/synth/synth.h"
 
 namespace lumatlas {

@@ -20,7 +20,7 @@
 #include "mesh/mesh_file.h"
 #include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/colmap_writer.h"
+#include "tools/scene/forms/colmap_writer.h"
 #include "tools/scene/scene.h"
 #include "tools/synth/kinds.h"
 #include "tools/synth/random.h"

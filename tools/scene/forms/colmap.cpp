@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 
 #include <algorithm>
 #include <array>
@@ -10,7 +10,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/unread_forms.h"
+#include "tools/scene/forms/unread_forms.h"
 
 namespace lumatlas {
 namespace {

@@ -20,17 +20,17 @@
 #include <optional>
 #include <string_view>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
 // Throws InputError that names sensor or camera and value, and what the lookup throws.
-[[nodiscard]] PosedPhotographs parse_metashape(std::string_view text, const std::filesystem::path& path,
-                                               const PhotographLookup& photographs);
+[[nodiscard]] Capture parse_metashape(std::string_view text, const std::filesystem::path& path,
+                                      const PhotographLookup& photographs);
 
 // The first .xml, by name, that begins as such a file.
 [[nodiscard]] std::optional<std::filesystem::path> find_metashape(const std::filesystem::path& scene);
-[[nodiscard]] PosedPhotographs read_metashape(const std::filesystem::path& scene,
-                                              const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_metashape(const std::filesystem::path& scene,
+                                     const std::optional<std::filesystem::path>& images);
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/transforms_json.h"
+#include "tools/scene/forms/transforms_json.h"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +18,7 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
-#include "tools/scene/lens_coefficients.h"
+#include "tools/scene/forms/lens_coefficients.h"
 
 namespace lumatlas {
 namespace {
@@ -260,7 +260,7 @@ void collect_unknown(const JsonPlace& object, std::set<std::string>& unknown) {
   }
 }
 
-void note_unknown(const std::set<std::string>& unknown, const fs::path& path, PosedPhotographs& posed) {
+void note_unknown(const std::set<std::string>& unknown, const fs::path& path, Capture& posed) {
   if (unknown.empty()) return;
   constexpr std::size_t kMostNamed = 10;
   std::string names;
@@ -288,13 +288,13 @@ fs::path with_ending(const fs::path& folder, const fs::path& file) {
 
 }  // namespace
 
-PosedPhotographs parse_transforms(std::string_view text, const fs::path& path,
-                                  const std::function<fs::path(const fs::path&)>& complete,
-                                  const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
+Capture parse_transforms(std::string_view text, const fs::path& path,
+                         const std::function<fs::path(const fs::path&)>& complete,
+                         const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
   const nlohmann::json content = parse_json(text, path.string());
   const JsonPlace all(path.string(), "", content);
   if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");
-  PosedPhotographs result;
+  Capture result;
   std::set<std::string> unknown;
   collect_unknown(all, unknown);
   for (const JsonPlace& place : all.at("frames").elements()) {
@@ -330,7 +330,7 @@ std::optional<fs::path> find_transforms(const fs::path& scene) {
   return fs::exists(path, ignored) ? std::optional(path) : std::nullopt;
 }
 
-PosedPhotographs read_transforms(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_transforms(const fs::path& scene, const std::optional<fs::path>& images) {
   const fs::path path = scene / "transforms.json";
   return parse_transforms(
       read_whole_file(path), path, [&](const fs::path& file) { return with_ending(scene, file); },

@@ -27,13 +27,13 @@
 #include <string_view>
 
 #include "atlas/photograph.h"
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
 // `complete` is called with each file_path and returns the file's, with its ending; `size_of`, where w or h are
 // missing, with name and file. Throws InputError that begins with `path`, and what these two throw.
-[[nodiscard]] PosedPhotographs parse_transforms(
+[[nodiscard]] Capture parse_transforms(
     std::string_view text, const std::filesystem::path& path,
     const std::function<std::filesystem::path(const std::filesystem::path&)>& complete,
     const std::function<ImageSize(const PosedPhotograph&)>& size_of);
@@ -41,7 +41,7 @@ namespace lumatlas {
 // transforms.json in the folder `scene`, if there is one.
 [[nodiscard]] std::optional<std::filesystem::path> find_transforms(const std::filesystem::path& scene);
 // Photographs are looked at for their endings, and for their sizes in `images` if it is given.
-[[nodiscard]] PosedPhotographs read_transforms(const std::filesystem::path& scene,
-                                               const std::optional<std::filesystem::path>& images = std::nullopt);
+[[nodiscard]] Capture read_transforms(const std::filesystem::path& scene,
+                                      const std::optional<std::filesystem::path>& images = std::nullopt);
 
 }  // namespace lumatlas

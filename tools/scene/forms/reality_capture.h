@@ -17,17 +17,17 @@
 #include <optional>
 #include <string_view>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
 // Throws InputError that names line and value, and what the lookup throws.
-[[nodiscard]] PosedPhotographs parse_reality_capture(std::string_view text, const std::filesystem::path& path,
-                                                     const PhotographLookup& photographs);
+[[nodiscard]] Capture parse_reality_capture(std::string_view text, const std::filesystem::path& path,
+                                            const PhotographLookup& photographs);
 
 // The first .csv, by name, that begins with such columns.
 [[nodiscard]] std::optional<std::filesystem::path> find_reality_capture(const std::filesystem::path& scene);
-[[nodiscard]] PosedPhotographs read_reality_capture(const std::filesystem::path& scene,
-                                                    const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_reality_capture(const std::filesystem::path& scene,
+                                           const std::optional<std::filesystem::path>& images);
 
 }  // namespace lumatlas

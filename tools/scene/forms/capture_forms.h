@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
 struct CaptureForm {
   std::string name;            // such as "COLMAP"
   std::filesystem::path file;  // what the form was told by
-  // Throws InputError. Empty for COLMAP's, which tools/scene/colmap.h reads.
-  PosedPhotographs (*read)(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
+  // Throws InputError. Empty for COLMAP's, which tools/scene/forms/colmap.h reads.
+  Capture (*read)(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
 };
 
 // The forms in the folder `scene`, the one to read first: COLMAP, then those that say most of lenses and names, then

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/text_rows.h"
+#include "tools/scene/forms/text_rows.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,7 +12,7 @@ namespace lumatlas {
 
 namespace {
 
-std::string_view trimmed(std::string_view field) {
+std::string_view without_blanks(std::string_view field) {
   constexpr std::string_view kBlanks = " \t\r\v\f";
   field.remove_prefix(std::min(field.find_first_not_of(kBlanks), field.size()));
   return field.substr(0, field.find_last_not_of(kBlanks) + 1);
@@ -22,7 +22,7 @@ std::vector<std::string_view> fields_between_commas(std::string_view line) {
   std::vector<std::string_view> fields;
   while (true) {
     const std::size_t comma = line.find(',');
-    fields.push_back(trimmed(line.substr(0, comma)));
+    fields.push_back(without_blanks(line.substr(0, comma)));
     if (comma == std::string_view::npos) return fields;
     line.remove_prefix(comma + 1);
   }
@@ -33,7 +33,7 @@ std::vector<std::string_view> fields_between_commas(std::string_view line) {
 std::vector<TextRow> rows_of(std::string_view text, bool by_commas) {
   std::vector<TextRow> rows;
   for (std::size_t number = 1; !text.empty(); ++number) {
-    std::string_view line = trimmed(take_line(text));
+    std::string_view line = without_blanks(take_line(text));
     if (line.empty() || line.starts_with('#')) continue;
     TextRow row{number, {}};
     if (by_commas) row.fields = fields_between_commas(line);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/reality_capture.h"
+#include "tools/scene/forms/reality_capture.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/text_rows.h"
+#include "tools/scene/forms/text_rows.h"
 
 namespace lumatlas {
 
@@ -120,15 +120,14 @@ bool begins_with_columns(std::string_view text) {
 
 }  // namespace
 
-PosedPhotographs parse_reality_capture(std::string_view text, const fs::path& path,
-                                       const PhotographLookup& photographs) {
+Capture parse_reality_capture(std::string_view text, const fs::path& path, const PhotographLookup& photographs) {
   text = without_byte_order_mark(text);
   if (!begins_with_columns(text)) {
     throw InputError(path.string() + ": its first line does not begin with " + std::string(kFirstColumns));
   }
   std::string_view header = text;
   const Columns columns(take_line(header), path);
-  PosedPhotographs posed;
+  Capture posed;
   std::vector<glm::dvec3> centers;
   for (const TextRow& row : rows_of(text, true)) {
     if (row.fields.size() != columns.count()) {
@@ -171,7 +170,7 @@ std::optional<fs::path> find_reality_capture(const fs::path& scene) {
   return std::nullopt;
 }
 
-PosedPhotographs read_reality_capture(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_reality_capture(const fs::path& scene, const std::optional<fs::path>& images) {
   const fs::path path = find_reality_capture(scene).value();
   return parse_reality_capture(read_whole_file(path), path, photographs_of(scene, images));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/colmap_records.h"
+#include "tools/scene/forms/colmap_records.h"
 
 #include <algorithm>
 #include <cmath>

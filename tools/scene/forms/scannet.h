@@ -19,7 +19,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
@@ -37,12 +37,12 @@ struct ScanNetFiles {
 };
 
 // Throws InputError that names the file, and what size_of throws.
-[[nodiscard]] PosedPhotographs parse_scannet(const ScanNetFiles& files,
-                                             const std::function<ImageSize(const PosedPhotograph&)>& size_of);
+[[nodiscard]] Capture parse_scannet(const ScanNetFiles& files,
+                                    const std::function<ImageSize(const PosedPhotograph&)>& size_of);
 
 // intrinsic/intrinsic_color.txt, if the folder is one of these.
 [[nodiscard]] std::optional<std::filesystem::path> find_scannet(const std::filesystem::path& scene);
-[[nodiscard]] PosedPhotographs read_scannet(const std::filesystem::path& scene,
-                                            const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_scannet(const std::filesystem::path& scene,
+                                   const std::optional<std::filesystem::path>& images);
 
 }  // namespace lumatlas

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // OpenMVS, libs/MVS/Interface.h, versions 1 to 7.
-#include "tools/scene/openmvs.h"
+#include "tools/scene/forms/openmvs.h"
 
 #include <algorithm>
 #include <bit>
@@ -164,8 +164,7 @@ CameraModel lens_in(const PlatformCamera& camera, const PosedPhotograph& photogr
 
 }  // namespace
 
-PosedPhotographs parse_openmvs(std::span<const std::byte> file, const fs::path& path,
-                               const PhotographLookup& photographs) {
+Capture parse_openmvs(std::span<const std::byte> file, const fs::path& path, const PhotographLookup& photographs) {
   Archive archive(file, path);
   const std::span<const std::byte> magic = archive.bytes(kMagic.size());
   if (std::memcmp(magic.data(), kMagic.data(), kMagic.size()) != 0) archive.refuse("does not begin with MVSI");
@@ -178,7 +177,7 @@ PosedPhotographs parse_openmvs(std::span<const std::byte> file, const fs::path& 
   std::vector<Platform> platforms;
   for (std::uint64_t left = archive.count(24); left > 0; --left) platforms.push_back(take_platform(archive, version));
   const std::uint64_t count = archive.count(20);
-  PosedPhotographs posed;
+  Capture posed;
   std::size_t without_pose = 0, masks = 0;
   for (std::uint64_t index = 0; index < count; ++index) {
     const Image image = take_image(archive, version);
@@ -227,7 +226,7 @@ std::optional<fs::path> find_openmvs(const fs::path& scene) {
   return std::nullopt;
 }
 
-PosedPhotographs read_openmvs(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_openmvs(const fs::path& scene, const std::optional<fs::path>& images) {
   const fs::path path = find_openmvs(scene).value();
   const std::string file = read_whole_file(path);
   PhotographLookup lookup = photographs_of(scene, images);

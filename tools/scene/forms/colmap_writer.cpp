@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/colmap_writer.h"
+#include "tools/scene/forms/colmap_writer.h"
 
 #include <array>
 #include <bit>

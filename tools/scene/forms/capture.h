@@ -42,7 +42,7 @@ struct PosedDepth {
   std::optional<std::filesystem::path> confidence = {};
 };
 
-struct PosedPhotographs {
+struct Capture {
   std::vector<PosedPhotograph> photographs = {};  // by name, in byte order; at least one, no name twice
   std::vector<PosedDepth> depths = {};
   std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
@@ -86,16 +86,16 @@ void check_last_row(const std::array<double, 4>& row);
 [[nodiscard]] std::string name_without(const std::filesystem::path& file, std::string_view first);
 
 // Sorts by name. Throws InputError that begins with `path` if there is no photograph or a name occurs twice.
-void finish(PosedPhotographs& posed, const std::filesystem::path& path);
+void finish(Capture& posed, const std::filesystem::path& path);
 
 // One that was taken with the photograph, from its place and by its lens.
 [[nodiscard]] PosedDepth depth_with(const PosedPhotograph& photograph, std::filesystem::path file, double unit);
 
 // Says how many depth images there are, ASSUMED of them, and what makes a mesh of them; nothing where there are none.
-void note_depths(PosedPhotographs& posed, const std::string& assumed);
+void note_depths(Capture& posed, const std::string& assumed);
 
 // "3 of 7 photographs WHY and are left out"; empty where none is.
-void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::string& why);
+void note_skipped(Capture& posed, std::size_t skipped, const std::string& why);
 
 // The names of photographs, to be found by what a form calls them.
 class PhotographNames {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/scene/colmap.h"
+#include "tools/scene/forms/colmap.h"
 
 namespace lumatlas::colmap {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Agisoft Metashape user manual, appendix "Camera models".
-#include "tools/scene/metashape.h"
+#include "tools/scene/forms/metashape.h"
 
 #include <algorithm>
 #include <array>
@@ -197,7 +197,7 @@ class ChunkReader {
   ChunkReader(const pugi::xml_node& chunk, const fs::path& path, const PhotographLookup& photographs)
       : chunk_(chunk), path_(path), photographs_(photographs) {}
 
-  PosedPhotographs read() {
+  Capture read() {
     for (const pugi::xml_node& sensor : chunk_.child("sensors").children("sensor")) {
       sensors_.emplace(sensor.attribute("id").value(), sensor);
     }
@@ -297,7 +297,7 @@ class ChunkReader {
   std::map<std::string, pugi::xml_node> cameras_by_id_;
   Similarity world_from_chunk_;
   std::size_t without_pose_ = 0, in_rigs_ = 0;
-  PosedPhotographs posed_;
+  Capture posed_;
 };
 
 bool begins_as_metashape(std::string_view text) {
@@ -307,7 +307,7 @@ bool begins_as_metashape(std::string_view text) {
 
 }  // namespace
 
-PosedPhotographs parse_metashape(std::string_view text, const fs::path& path, const PhotographLookup& photographs) {
+Capture parse_metashape(std::string_view text, const fs::path& path, const PhotographLookup& photographs) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(text.data(), text.size());
   if (!parsed) {
@@ -321,7 +321,7 @@ PosedPhotographs parse_metashape(std::string_view text, const fs::path& path, co
     if (++chunks == 1) first = chunk;
   }
   if (chunks == 0) throw InputError(path.string() + ": has no chunk with cameras, as Metashape exports them");
-  PosedPhotographs posed = ChunkReader(first, path, photographs).read();
+  Capture posed = ChunkReader(first, path, photographs).read();
   if (chunks > 1) posed.notes.push_back("the first of its " + std::to_string(chunks) + " chunks is read");
   return posed;
 }
@@ -333,7 +333,7 @@ std::optional<fs::path> find_metashape(const fs::path& scene) {
   return std::nullopt;
 }
 
-PosedPhotographs read_metashape(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_metashape(const fs::path& scene, const std::optional<fs::path>& images) {
   const fs::path path = find_metashape(scene).value();
   return parse_metashape(read_whole_file(path), path, photographs_of(scene, images));
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 #include <algorithm>
 #include <array>
@@ -128,7 +128,7 @@ std::string name_without(const fs::path& file, std::string_view first) {
   return name.starts_with(start) ? name.substr(start.size()) : name;
 }
 
-void finish(PosedPhotographs& posed, const fs::path& path) {
+void finish(Capture& posed, const fs::path& path) {
   std::vector<PosedPhotograph>& all = posed.photographs;
   if (all.empty()) throw InputError(path.string() + ": gives no photograph a pose, so there is nothing to see");
   std::sort(all.begin(), all.end(), [](const PosedPhotograph& a, const PosedPhotograph& b) { return a.name < b.name; });
@@ -138,7 +138,7 @@ void finish(PosedPhotographs& posed, const fs::path& path) {
   }
 }
 
-void note_skipped(PosedPhotographs& posed, std::size_t skipped, const std::string& why) {
+void note_skipped(Capture& posed, std::size_t skipped, const std::string& why) {
   if (skipped == 0) return;
   posed.left_out += skipped;
   posed.notes.push_back(std::to_string(skipped) + " of " + std::to_string(posed.photographs.size() + skipped) +
@@ -150,7 +150,7 @@ PosedDepth depth_with(const PosedPhotograph& photograph, fs::path file, double u
           photograph.cam_from_world_translation};
 }
 
-void note_depths(PosedPhotographs& posed, const std::string& assumed) {
+void note_depths(Capture& posed, const std::string& assumed) {
   if (posed.depths.empty()) return;
   posed.notes.push_back(std::to_string(posed.depths.size()) +
                         " depth images, of which `lumatlas mesh` makes a mesh: " + assumed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/lens_coefficients.h"
+#include "tools/scene/forms/lens_coefficients.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/polycam.h"
+#include "tools/scene/forms/polycam.h"
 
 #include <array>
 #include <glm/glm.hpp>
@@ -11,7 +11,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
-#include "tools/scene/lens_coefficients.h"
+#include "tools/scene/forms/lens_coefficients.h"
 
 namespace lumatlas {
 
@@ -44,7 +44,7 @@ JsonPlace field(const JsonPlace& all, const std::string& key) {
   return all.at(key);
 }
 
-glm::dmat4 alignment_of(const PolycamFiles& files, PosedPhotographs& posed) {
+glm::dmat4 alignment_of(const PolycamFiles& files, Capture& posed) {
   glm::dmat4 mesh_from_world(1);
   if (!files.mesh_info_text) return mesh_from_world;
   const nlohmann::json content = parse_json(*files.mesh_info_text, files.mesh_info.string());
@@ -99,9 +99,9 @@ glm::dmat4 world_from_camera(const JsonPlace& all) {
 
 }  // namespace
 
-PosedPhotographs parse_polycam(const PolycamFiles& files,
-                               const std::function<PosedPhotograph(const std::string&)>& photograph_of) {
-  PosedPhotographs posed;
+Capture parse_polycam(const PolycamFiles& files,
+                      const std::function<PosedPhotograph(const std::string&)>& photograph_of) {
+  Capture posed;
   std::size_t with_confidence = 0;
   const glm::dmat4 mesh_from_world = alignment_of(files, posed);
   for (const auto& [id, text] : files.frames) {
@@ -142,7 +142,7 @@ std::optional<fs::path> find_polycam(const fs::path& scene) {
   return folders ? std::optional(scene / folders->cameras) : std::nullopt;
 }
 
-PosedPhotographs read_polycam(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_polycam(const fs::path& scene, const std::optional<fs::path>& images) {
   const Folders folders = folders_of(scene).value();
   PolycamFiles files{scene / folders.cameras, {}, scene / "mesh_info.json", std::nullopt};
   for (const fs::path& file : files_ending_in(files.cameras, ".json")) {

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
@@ -34,12 +34,12 @@ struct PolycamFiles {
 };
 
 // `photograph_of` gives name and file of a camera's ID. Throws InputError that names file and place.
-[[nodiscard]] PosedPhotographs parse_polycam(const PolycamFiles& files,
-                                             const std::function<PosedPhotograph(const std::string&)>& photograph_of);
+[[nodiscard]] Capture parse_polycam(const PolycamFiles& files,
+                                    const std::function<PosedPhotograph(const std::string&)>& photograph_of);
 
 // The folder of cameras, if there is one.
 [[nodiscard]] std::optional<std::filesystem::path> find_polycam(const std::filesystem::path& scene);
-[[nodiscard]] PosedPhotographs read_polycam(const std::filesystem::path& scene,
-                                            const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_polycam(const std::filesystem::path& scene,
+                                   const std::optional<std::filesystem::path>& images);
 
 }  // namespace lumatlas

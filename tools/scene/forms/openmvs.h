@@ -15,18 +15,18 @@
 #include <optional>
 #include <span>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
 // Throws InputError that names the entry and its index, and what the lookup throws. Allocates no more than a small
 // multiple of the bytes that it is given.
-[[nodiscard]] PosedPhotographs parse_openmvs(std::span<const std::byte> file, const std::filesystem::path& path,
-                                             const PhotographLookup& photographs);
+[[nodiscard]] Capture parse_openmvs(std::span<const std::byte> file, const std::filesystem::path& path,
+                                    const PhotographLookup& photographs);
 
 // The first .mvs file, by name, that begins so.
 [[nodiscard]] std::optional<std::filesystem::path> find_openmvs(const std::filesystem::path& scene);
-[[nodiscard]] PosedPhotographs read_openmvs(const std::filesystem::path& scene,
-                                            const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_openmvs(const std::filesystem::path& scene,
+                                   const std::optional<std::filesystem::path>& images);
 
 }  // namespace lumatlas

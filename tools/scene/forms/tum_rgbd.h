@@ -17,7 +17,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
@@ -28,12 +28,10 @@ struct TumFiles {
 };
 
 // Throws InputError that names file and line, and what size_of throws.
-[[nodiscard]] PosedPhotographs parse_tum(const TumFiles& files,
-                                         const std::function<ImageSize(const PosedPhotograph&)>& size_of);
+[[nodiscard]] Capture parse_tum(const TumFiles& files, const std::function<ImageSize(const PosedPhotograph&)>& size_of);
 
 // groundtruth.txt, if the folder is one of these.
 [[nodiscard]] std::optional<std::filesystem::path> find_tum(const std::filesystem::path& scene);
-[[nodiscard]] PosedPhotographs read_tum(const std::filesystem::path& scene,
-                                        const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_tum(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
 
 }  // namespace lumatlas

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/capture_forms.h"
+#include "tools/scene/forms/capture_forms.h"
 
 #include <array>
 #include <system_error>
 
-#include "tools/scene/colmap.h"
-#include "tools/scene/metashape.h"
-#include "tools/scene/openmvs.h"
-#include "tools/scene/polycam.h"
-#include "tools/scene/reality_capture.h"
-#include "tools/scene/scannet.h"
-#include "tools/scene/transforms_json.h"
-#include "tools/scene/tum_rgbd.h"
+#include "tools/scene/forms/colmap.h"
+#include "tools/scene/forms/metashape.h"
+#include "tools/scene/forms/openmvs.h"
+#include "tools/scene/forms/polycam.h"
+#include "tools/scene/forms/reality_capture.h"
+#include "tools/scene/forms/scannet.h"
+#include "tools/scene/forms/transforms_json.h"
+#include "tools/scene/forms/tum_rgbd.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/scannet.h"
+#include "tools/scene/forms/scannet.h"
 
 #include <algorithm>
 #include <array>
@@ -77,7 +77,7 @@ fs::path pose_file(const fs::path& folder, const std::string& name) {
   return folder / "pose" / (fs::path(name).stem().string() + ".txt");
 }
 
-void add_depths(const ScanNetFiles& files, PosedPhotographs& posed) {
+void add_depths(const ScanNetFiles& files, Capture& posed) {
   constexpr double kUnit = 0.001;
   const ScanNetDepths& depths = *files.depths;
   const fs::path path = files.folder / "intrinsic" / "intrinsic_depth.txt";
@@ -106,9 +106,8 @@ std::optional<ScanNetDepths> depths_in(const fs::path& scene) {
 
 }  // namespace
 
-PosedPhotographs parse_scannet(const ScanNetFiles& files,
-                               const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
-  PosedPhotographs posed;
+Capture parse_scannet(const ScanNetFiles& files, const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
+  Capture posed;
   std::size_t lost = 0;
   for (const auto& [name, text] : files.poses) {
     const fs::path path = pose_file(files.folder, name);
@@ -142,7 +141,7 @@ std::optional<fs::path> find_scannet(const fs::path& scene) {
   return is_one ? std::optional(intrinsic) : std::nullopt;
 }
 
-PosedPhotographs read_scannet(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_scannet(const fs::path& scene, const std::optional<fs::path>& images) {
   ScanNetFiles files{scene, read_whole_file(scene / "intrinsic" / "intrinsic_color.txt"), {}};
   files.depths = depths_in(scene);
   std::size_t without_pose = 0;
@@ -155,7 +154,7 @@ PosedPhotographs read_scannet(const fs::path& scene, const std::optional<fs::pat
       ++without_pose;
     }
   }
-  PosedPhotographs posed = parse_scannet(files, sizes_in(scene, images));
+  Capture posed = parse_scannet(files, sizes_in(scene, images));
   note_skipped(posed, without_pose, "have no file in pose/");
   return posed;
 }

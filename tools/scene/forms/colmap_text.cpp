@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "tools/scene/colmap.h"
-#include "tools/scene/colmap_records.h"
+#include "tools/scene/forms/colmap.h"
+#include "tools/scene/forms/colmap_records.h"
 
 namespace lumatlas {
 namespace {

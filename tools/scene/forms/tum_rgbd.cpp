@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // https://cvg.cit.tum.de/data/datasets/rgbd-dataset/file_formats
-#include "tools/scene/tum_rgbd.h"
+#include "tools/scene/forms/tum_rgbd.h"
 
 #include <algorithm>
 #include <array>
@@ -13,7 +13,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/text_rows.h"
+#include "tools/scene/forms/text_rows.h"
 
 namespace lumatlas {
 
@@ -105,7 +105,7 @@ const std::array<PublishedLens, 3>& published_lenses() {
   return lenses;
 }
 
-BrownLens lens_by_name(const fs::path& folder, const ImageSize& size, PosedPhotographs& posed) {
+BrownLens lens_by_name(const fs::path& folder, const ImageSize& size, Capture& posed) {
   const std::string name = fs::absolute(folder / ".").lexically_normal().parent_path().filename().string();
   for (const PublishedLens& lens : published_lenses()) {
     if (name.find(lens.name) == std::string::npos || size.width != 640 || size.height != 480) continue;
@@ -117,7 +117,7 @@ BrownLens lens_by_name(const fs::path& folder, const ImageSize& size, PosedPhoto
                    ": no such file, but only it could tell the lens: write fx fy cx cy on one line, in pixels");
 }
 
-CameraModel lens_of_scene(const TumFiles& files, const ImageSize& size, PosedPhotographs& posed) {
+CameraModel lens_of_scene(const TumFiles& files, const ImageSize& size, Capture& posed) {
   const fs::path path = files.folder / "camera.txt";
   BrownLens lens = files.camera ? lens_of_file(*files.camera, path) : lens_by_name(files.folder, size, posed);
   lens.width = size.width;
@@ -158,7 +158,7 @@ PosedFiles posed_files(const std::string& text, const fs::path& list, const std:
   return result;
 }
 
-void add_depths(const PosedFiles& found, const CameraModel& lens, PosedPhotographs& posed) {
+void add_depths(const PosedFiles& found, const CameraModel& lens, Capture& posed) {
   constexpr double kUnit = 1.0 / 5000;  // of TUM's files
   for (PosedPhotograph depth : found.files) {
     depth.lens = lens;
@@ -172,10 +172,10 @@ void add_depths(const PosedFiles& found, const CameraModel& lens, PosedPhotograp
 
 }  // namespace
 
-PosedPhotographs parse_tum(const TumFiles& files, const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
+Capture parse_tum(const TumFiles& files, const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
   const fs::path trajectory = files.folder / "groundtruth.txt";
   const std::vector<TimedPose> poses = poses_of(files.groundtruth, trajectory);
-  PosedPhotographs posed;
+  Capture posed;
   PosedFiles photographs = posed_files(files.rgb, files.folder / "rgb.txt", poses, trajectory);
   posed.photographs = std::move(photographs.files);
   note_skipped(posed, photographs.without_pose, "have no pose within 20 ms in groundtruth.txt");
@@ -193,7 +193,7 @@ std::optional<fs::path> find_tum(const fs::path& scene) {
   return std::nullopt;
 }
 
-PosedPhotographs read_tum(const fs::path& scene, const std::optional<fs::path>& images) {
+Capture read_tum(const fs::path& scene, const std::optional<fs::path>& images) {
   TumFiles files{scene, read_whole_file(scene / "rgb.txt"), read_whole_file(scene / "groundtruth.txt")};
   std::error_code ignored;
   if (fs::exists(scene / "camera.txt", ignored)) files.camera = read_whole_file(scene / "camera.txt");

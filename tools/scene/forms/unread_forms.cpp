@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/unread_forms.h"
+#include "tools/scene/forms/unread_forms.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <system_error>
 
 #include "tools/base/child_process.h"
-#include "tools/scene/posed_photographs.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
