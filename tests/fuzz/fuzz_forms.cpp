@@ -9,12 +9,17 @@
 #include <vector>
 
 #include "tests/fuzz/sentence_laws.h"
+#include "tools/scene/forms/bundler.h"
+#include "tools/scene/forms/meshroom.h"
 #include "tools/scene/forms/metashape.h"
+#include "tools/scene/forms/openmvg.h"
 #include "tools/scene/forms/openmvs.h"
+#include "tools/scene/forms/opensfm.h"
 #include "tools/scene/forms/polycam.h"
 #include "tools/scene/forms/reality_capture.h"
 #include "tools/scene/forms/scannet.h"
 #include "tools/scene/forms/tum_rgbd.h"
+#include "tools/scene/forms/visual_sfm.h"
 
 namespace {
 
@@ -59,6 +64,17 @@ Capture parse(char form, std::string_view text) {
       return parse_reality_capture(text, "cameras.csv", lookup);
     case 'M':
       return parse_metashape(text, "cameras.xml", lookup);
+    case 'F':
+      return parse_opensfm(text, "reconstruction.json", lookup);
+    case 'G':
+      return parse_openmvg(text, "sfm_data.json", lookup);
+    case 'H':
+      return parse_meshroom(text, "cameras.sfm", lookup);
+    case 'N':
+      return parse_visual_sfm(text, "scene.nvm", lookup);
+    case 'B':
+      files.resize(2);
+      return parse_bundler(files[0], "bundle.out", files[1], "list.txt", lookup);
     case 'P':
       return parse_polycam(
           {"cameras", rest, "mesh_info.json", files[0].empty() ? std::nullopt : std::optional(files[0])},

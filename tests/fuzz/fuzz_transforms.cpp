@@ -8,17 +8,17 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lumatlas;
   check_refusal([&] {
-    const Capture read = parse_transforms(
-        text_of(data, size), "transforms.json", [](const std::filesystem::path& file) { return file; },
-        [](const PosedPhotograph&) {
-          return ImageSize{64, 48};
-        });
+    const Capture read = parse_transforms(text_of(data, size), "transforms.json",
+                                          {[](const std::filesystem::path& file) { return file; },
+                                           [](const PosedPhotograph&) {
+                                             return ImageSize{64, 48};
+                                           }});
     require(!read.photographs.empty());
     for (const PosedPhotograph& frame : read.photographs) {
       check(frame.lens);
       require(std::abs(glm::length(frame.cam_from_world_rotation) - 1) < 1e-9);
       require(std::isfinite(glm::length(frame.cam_from_world_translation)));
-      require(!frame.name.empty() && !frame.file.is_absolute());
+      require(!frame.name.empty());
     }
   });
   return 0;

@@ -2,6 +2,7 @@
 #include "tools/base/strict_json.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <set>
 
@@ -113,6 +114,7 @@ std::string JsonPlace::one_of(std::initializer_list<std::string_view> words) con
 }
 
 double JsonPlace::number() const {
+  if (value_->is_string()) refuse("is " + value_->dump() + ", must be a number");
   expect(value_->is_number(), "a number");
   const double number = value_->get<double>();
   if (!std::isfinite(number)) refuse("must be a finite number");
@@ -130,6 +132,45 @@ std::size_t JsonPlace::count(std::size_t least, std::size_t most) const {
 bool JsonPlace::boolean() const {
   expect(value_->is_boolean(), "true or false");
   return value_->get<bool>();
+}
+
+namespace {
+
+// The length of what stands at the start of `text` in place of a number that JSON cannot hold: nan, -nan(ind), inf,
+// Infinity and the like; 0 if nothing does.
+std::size_t no_number_at(std::string_view text) {
+  const auto lower = [](unsigned char c) { return static_cast<char>(std::tolower(c)); };
+  const std::size_t sign = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
+  std::size_t end = sign;
+  while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end]))) ++end;
+  std::string word(text.substr(sign, end - sign));
+  std::transform(word.begin(), word.end(), word.begin(), lower);
+  if (word != "nan" && word != "inf" && word != "infinity") return 0;
+  if (end == text.size() || text[end] != '(') return end;
+  const std::size_t close = text.find(')', end);
+  return close == std::string_view::npos ? end : close + 1;
+}
+
+// The length of the text in quotes that stands at the start of `text`, with its quotes.
+std::size_t quoted_length(std::string_view text) {
+  std::size_t end = 1;
+  while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
+  return std::min(end + 1, text.size());
+}
+
+}  // namespace
+
+json parse_json_with_nan(std::string_view text, const std::string& file) {
+  std::string quoted;
+  while (!text.empty()) {
+    const bool is_quote = text.front() == '"';
+    const std::size_t no_number = is_quote ? 0 : no_number_at(text);
+    const std::size_t length = is_quote ? quoted_length(text) : std::max<std::size_t>(no_number, 1);
+    const std::string_view taken = text.substr(0, length);
+    quoted += no_number > 0 ? '"' + std::string(taken) + '"' : std::string(taken);
+    text.remove_prefix(length);
+  }
+  return parse_json(quoted, file);
 }
 
 json parse_json(std::string_view text, const std::string& file) {

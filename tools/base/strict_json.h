@@ -53,6 +53,10 @@ inline constexpr int kDeepestJson = 100;
 // kDeepestJson. Every JSON text that this process did not write itself comes through here.
 [[nodiscard]] nlohmann::json parse_json(std::string_view text, const std::string& file);
 
+// The same of a text in which numbers may be nan or inf, as Python and C++ write what is no number and what is too
+// large: these become texts such as "NaN", so that JsonPlace::number() refuses them where they stand.
+[[nodiscard]] nlohmann::json parse_json_with_nan(std::string_view text, const std::string& file);
+
 // A file's value. Throws InputError as read_whole_file() and parse_json() do; the second also where a key is repeated.
 [[nodiscard]] nlohmann::json read_json(const std::filesystem::path& path);
 [[nodiscard]] nlohmann::json read_json_with_comments(const std::filesystem::path& path);

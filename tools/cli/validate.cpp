@@ -56,11 +56,19 @@ std::filesystem::path report_of(const std::filesystem::path& model) {
   return model.parent_path() / (model.stem().string() + "-report");
 }
 
-// The protocol that was asked for, else the one that the model was built with: none if it was built from every view.
+// The protocol that was asked for, else the one that the model was built with: none if it was built from every view, or
+// from those that the scene's own list leaves.
 std::optional<HoldOut> protocol(const ValidateFlags& flags, const ModelNotes& notes) {
   if (const std::optional<HoldOut> asked = flags.hold.protocol()) return asked;
   if (const std::optional<HoldOut> built = hold_out_of(notes, flags.model)) return built;
-  if (!flags.test.empty()) return std::nullopt;
+  return std::nullopt;
+}
+
+// Without a protocol, views to score must come from elsewhere.
+void require_views_to_score(const ValidateFlags& flags, const ValidationOptions& options, const SceneViews& scene) {
+  const auto is_listed = [](const SceneView& view) { return view.held_out; };
+  if (options.protocol || !flags.test.empty()) return;
+  if (std::any_of(scene.views.begin(), scene.views.end(), is_listed)) return;
   throw InputError(
       flags.model.string() +
       ": was built from every view, so none is left to score: build it with --hold 8, for example, or name others "
@@ -124,7 +132,9 @@ std::string table_text(const Report& report) {
   const std::vector<MethodScores> means = method_means(report);
   std::ostringstream text;
   text << report.views.size();
-  if (report.test.empty()) {
+  if (report.test.empty() && !report.protocol) {
+    text << " views that the scene names for scoring\n";
+  } else if (report.test.empty()) {
     text << " held-out views (--hold " << report.protocol->hold << " --block " << report.protocol->block << ")\n";
   } else {
     text << " views of " << report.test << '\n';
@@ -173,6 +183,7 @@ void run(const ValidateFlags& flags) {
   PictureFolders pictures = flags.pictures.folders();
   pictures.skip_bad = skips_bad(notes);
   SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, pictures);
+  require_views_to_score(flags, options, scene);
   correct_lenses(scene.views, notes, flags.model);
   if (wants("texture-all")) {
     options.texture_all = offered_photographs(scene, options.protocol, model.validity, notes, flags.model);

@@ -27,7 +27,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblumatlas-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Static libraries, headers and the CMake package of lumatlas")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "libceres-dev, libcgal-dev, libeigen3-dev, libembree-dev, libepoxy-dev, libglm-dev, libjpeg-dev, liblcms2-dev, libmeshoptimizer-dev, libopenimageio-dev, libopenmesh-dev, libpugixml-dev, libtbb-dev, nlohmann-json3-dev, zlib1g-dev")
+  "libceres-dev, libcgal-dev, libeigen3-dev, libembree-dev, libepoxy-dev, libglm-dev, libheif-dev, libjpeg-dev, liblcms2-dev, libmeshoptimizer-dev, libopenimageio-dev, libopenmesh-dev, libpugixml-dev, libraw-dev, libtbb-dev, libutf8proc-dev, nlohmann-json3-dev, zlib1g-dev")
 
 if(LUMATLAS_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)

@@ -27,14 +27,7 @@ std::vector<std::size_t> evenly(const std::vector<std::size_t>& ranks, std::size
 }
 
 std::vector<std::size_t> ranks_to_match(const SceneViews& scene, const SceneMeshOptions& options) {
-  std::vector<std::size_t> ranks;
-  if (options.hold_out) {
-    ranks = split_to_score(scene, *options.hold_out).input;
-  } else {
-    for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
-  }
-  leave_out_bad(scene, ranks);
-  return evenly(ranks, options.most_photographs);
+  return evenly(split(scene, options.hold_out).input, options.most_photographs);
 }
 
 // Standard deviation of a structure-from-motion point, in pixels of the nearest view that saw it.

@@ -283,9 +283,8 @@ void require_faces(const TriangleSoup& mesh, const std::filesystem::path& file, 
 std::vector<Camera> cameras_to_complete(const std::filesystem::path& scene, const glm::dvec3& offset,
                                         const SceneMeshOptions& options) {
   const SceneViews views = read_scene_views(scene, offset, options.pictures);
-  if (!options.hold_out) return cameras_of(views);
   std::vector<Camera> cameras;
-  for (const std::size_t rank : split_to_score(views, *options.hold_out).input) {
+  for (const std::size_t rank : split(views, options.hold_out).input) {
     cameras.push_back(views.views[rank].camera);
   }
   return cameras;

@@ -41,13 +41,7 @@ std::vector<Camera> cameras_of(const std::vector<SceneView>& views, const std::v
 }
 
 std::vector<std::size_t> offered_ranks(const SceneViews& scene, const std::optional<HoldOut>& hold_out) {
-  std::vector<std::size_t> ranks;
-  if (hold_out) {
-    ranks = split(scene.views.size(), *hold_out).input;
-  } else {
-    for (std::size_t rank = 0; rank < scene.views.size(); ++rank) ranks.push_back(rank);
-  }
-  leave_out_bad(scene, ranks);
+  std::vector<std::size_t> ranks = split(scene, hold_out).input;
   if (ranks.empty()) {
     throw InputError(scene.root.string() + ": none of its " + std::to_string(scene.views.size()) +
                      " views is left to build from: check --hold and --block");
@@ -158,6 +152,8 @@ std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views) {
 
 void note_scene(const SceneViews& scene, BuildResult& result) {
   result.views = scene.views.size();
+  result.listed_to_score = static_cast<std::size_t>(
+      std::count_if(scene.views.begin(), scene.views.end(), [](const SceneView& view) { return view.held_out; }));
   result.masked_views = masked_views(scene);
   result.scene_notes = scene.notes;
   result.skipped = skipped_views(scene.views);

@@ -95,6 +95,7 @@ struct BuildResult {
   std::vector<SkippedView> skipped;         // by name
   std::vector<std::string> scene_notes;     // sentences: what was assumed of the scene, see SceneViews::notes
   std::size_t views = 0, masked_views = 0;  // of the scene
+  std::size_t listed_to_score = 0;          // of these, SceneView::held_out
   PlannerOptions effective;                 // with every automatic value filled in, its masks those of the snapshot
   std::optional<OfflinePlan> offline;       // of ViewChoice::offline
   std::optional<Parsimony> parsimony;       // of planner.max_loss_db

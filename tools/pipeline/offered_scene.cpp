@@ -2,7 +2,6 @@
 #include "tools/pipeline/offered_scene.h"
 
 #include <memory>
-#include <numeric>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -44,10 +43,7 @@ RefinementOptions refinement_of(const ModelNotes& notes, const std::filesystem::
 OfferedPhotographs offered_photographs(const SceneViews& scene, const std::optional<HoldOut>& protocol,
                                        const ValidityOptions& validity, const ModelNotes& notes,
                                        const std::filesystem::path& model) {
-  std::vector<std::size_t> ranks(scene.views.size());
-  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
-  if (protocol) ranks = split(scene.views.size(), *protocol).input;
-  leave_out_bad(scene, ranks);
+  const std::vector<std::size_t> ranks = split(scene, protocol).input;
   const auto views = std::make_shared<std::vector<SceneView>>();
   OfferedPhotographs offered;
   for (const std::size_t rank : ranks) {

@@ -51,7 +51,7 @@ PhotographsUsed photographs_used(const BuildResult& result, std::size_t unplaced
   const auto outliers = std::count_if(result.planned.begin(), result.planned.end(), [](const PlannedView& view) {
     return view.verdict.decision == Decision::outlier;
   });
-  return {unplaced + (hold_out ? split(result.views, *hold_out).input.size() : result.views),
+  return {unplaced + (hold_out ? split(result.views, *hold_out).input.size() : result.views - result.listed_to_score),
           result.planned.size() - static_cast<std::size_t>(outliers), count_views(result.snapshot)};
 }
 

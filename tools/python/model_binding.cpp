@@ -112,8 +112,10 @@ void check_baselines(const std::set<std::string>& baselines) {
   }
 }
 
-HoldOut protocol_to_score(const Model& model) {
+std::optional<HoldOut> protocol_to_score(const Model& model, const SceneViews& scene) {
   if (const std::optional<HoldOut> built = hold_out_of(model.notes(), model.path())) return *built;
+  const auto is_listed = [](const SceneView& view) { return view.held_out; };
+  if (std::any_of(scene.views.begin(), scene.views.end(), is_listed)) return std::nullopt;
   throw InputError(model.path().string() +
                    ": was built from every photograph, so none is left to score: build it with hold=8, for example");
 }
@@ -126,7 +128,6 @@ py::object validate(const Model& model, const Scene& scene, std::optional<std::s
     const py::gil_scoped_release unlocked;
     ValidationOptions options;
     options.protocol = protocol_of(hold, block);
-    if (!options.protocol) options.protocol = protocol_to_score(model);
     options.validity = model.model().validity;
     options.unbounded = baselines.contains("unbounded");
     options.texture = baselines.contains("texture");
@@ -135,6 +136,7 @@ py::object validate(const Model& model, const Scene& scene, std::optional<std::s
     options.pictures = false;
     options.quiet = true;
     SceneViews views = read_scene_views(scene.path, model.offset(), scene.pictures);
+    if (!options.protocol) options.protocol = protocol_to_score(model, views);
     correct_lenses(views.views, model.notes(), model.path());
     const EglContext context;
     scores = report_json(validate_model(model.model().snapshot, views, context, options, Path()));

@@ -321,6 +321,53 @@ void check(const CameraModel& lens) {
   check_coefficients(lens);
 }
 
+namespace {
+
+// The model of two focal lengths, in place of one, that has the same distortion; its coefficients begin with the
+// same ones, and the others are 0.
+LensModel with_two_focal_lengths(LensModel model) {
+  switch (model) {
+    case LensModel::kSimplePinhole:
+      return LensModel::kPinhole;
+    case LensModel::kSimpleRadial:
+    case LensModel::kRadial:
+      return LensModel::kOpenCv;
+    case LensModel::kSimpleRadialFisheye:
+    case LensModel::kRadialFisheye:
+      return LensModel::kOpenCvFisheye;
+    case LensModel::kSimpleDivision:
+      return LensModel::kDivision;
+    case LensModel::kSimpleFisheye:
+      return LensModel::kFisheye;
+    default:
+      return model;
+  }
+}
+
+}  // namespace
+
+CameraModel scaled(const CameraModel& lens, std::uint32_t width, std::uint32_t height) {
+  const glm::dvec2 factor(static_cast<double>(width) / lens.width, static_cast<double>(height) / lens.height);
+  CameraModel result = lens;
+  result.width = width;
+  result.height = height;
+  if (lens.model == LensModel::kEquirectangular) {
+    result.parameters = {static_cast<double>(width), static_cast<double>(height)};
+    return result;
+  }
+  if (factor.x != factor.y) result.model = with_two_focal_lengths(lens.model);
+  const std::size_t focal_count = description(result.model).focal_count;
+  const glm::dvec2 focal = lens.focal_length() * factor, middle = lens.principal_point() * factor;
+  result.parameters = {};
+  result.parameters[0] = focal.x;
+  result.parameters[focal_count - 1] = focal_count == 1 ? focal.x : focal.y;
+  result.parameters[focal_count] = middle.x;
+  result.parameters[focal_count + 1] = middle.y;
+  std::copy_n(coefficients(lens), parameter_count(lens.model) - description(lens.model).focal_count - 2,
+              result.parameters.begin() + static_cast<std::ptrdiff_t>(focal_count) + 2);
+  return result;
+}
+
 bool can_be_pinhole(LensModel model) {
   return description(model).distortion != nullptr;
 }

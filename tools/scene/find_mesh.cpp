@@ -33,9 +33,12 @@ constexpr std::array kNames{
     "scene_dense_mesh_texture",         // OpenMVS
     "scene_mesh_texture",               // OpenMVS
     "raw",                              // Polycam
+    "odm_mesh",                         // OpenDroneMap
+    "odm_25dmesh",                      // OpenDroneMap
+    "texturedMesh",                     // Meshroom
 };
 constexpr std::array kMeshEndings{".ply", ".obj", ".stl", ".glb", ".gltf"};  // the preferred first
-constexpr std::array kFolders{"", "dense", "dense/0"};
+constexpr std::array kFolders{"", "dense", "dense/0", "odm_meshing"};
 
 bool is_file(const fs::path& path) {
   std::error_code ignored;
@@ -111,10 +114,11 @@ fs::path find_mesh(const fs::path& scene, const std::optional<fs::path>& given) 
   }
   if (std::optional<fs::path> found = mesh_beside(scene)) return *std::move(found);
   if (forms_in(scene).empty() && !unread_form_hint(scene).empty()) throw InputError(no_poses(scene));
-  throw InputError(scene.string() +
-                   ": no mesh in it, in dense/ or in dense/0/ (looked for .ply, .obj, .stl, .glb and .gltf of " +
-                   list_of_names() + ")" + others_in(scene) + ": name one with --mesh, or make one with `" +
-                   shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
+  throw InputError(
+      scene.string() +
+      ": no mesh in it, in dense/, dense/0/ or odm_meshing/ (looked for .ply, .obj, .stl, .glb and .gltf of " +
+      list_of_names() + ")" + others_in(scene) + ": name one with --mesh, or make one with `" +
+      shell_line("lumatlas", {"mesh", scene.string(), "-o", (scene / "mesh.ply").string()}) + "`");
 }
 
 }  // namespace lumatlas

@@ -111,7 +111,10 @@ void GrowingScene::look_at(const ListedView& listed, Candidate& candidate, News&
   ++candidate.rested;
   if (!candidate.bad.empty() && candidate.rested != kPatience) return;
   try {
-    view.orientation = orientation_of(listed);
+    ListedView fitted = listed;
+    fit_to_photograph(fitted);
+    fitted.view.mask = view.mask;
+    view = std::move(fitted.view);
     if (candidate.rested == kPatience && !candidate.bad.empty()) (void)load_photograph(view);
     candidate.given = view;
     candidate.bad.clear();

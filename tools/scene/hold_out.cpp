@@ -34,15 +34,26 @@ Split split(std::size_t view_count, const HoldOut& protocol) {
   return result;
 }
 
-Split split_to_score(const SceneViews& scene, const HoldOut& protocol) {
-  Split result = split(scene.views.size(), protocol);
+Split split(const SceneViews& scene, const std::optional<HoldOut>& protocol) {
+  Split result;
+  if (protocol) {
+    result = split(scene.views.size(), *protocol);
+  } else {
+    for (std::size_t rank = 0; rank < scene.views.size(); ++rank) {
+      (scene.views[rank].held_out ? result.scored : result.input).push_back(rank);
+    }
+  }
   leave_out_bad(scene, result.input);
   leave_out_bad(scene, result.scored);
-  if (result.scored.empty()) {
-    throw InputError(scene.root.string() + ": the protocol scores none of its " + std::to_string(scene.views.size()) +
-                     " views: check --hold and --block");
-  }
   return result;
+}
+
+Split split_to_score(const SceneViews& scene, const std::optional<HoldOut>& protocol) {
+  Split result = split(scene, protocol);
+  if (!result.scored.empty()) return result;
+  if (!protocol) throw InputError(scene.root.string() + ": names no photograph that can be scored: give --hold");
+  throw InputError(scene.root.string() + ": the protocol scores none of its " + std::to_string(scene.views.size()) +
+                   " views: check --hold and --block");
 }
 
 }  // namespace lumatlas

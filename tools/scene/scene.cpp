@@ -9,6 +9,7 @@
 #include "mesh/base/number_text.h"
 #include "tools/scene/black_rim.h"
 #include "tools/scene/for_each_index.h"
+#include "tools/scene/picture_shape.h"
 #include "tools/scene/scene_list.h"
 #include "tools/scene/scene_notes.h"
 #include "tools/scene/undistortion.h"
@@ -45,10 +46,11 @@ void find_masks(const fs::path& folder, bool asked_for, SceneViews& scene) {
   if (is_there) note_masks(folder, scene);
 }
 
-void check_has_lens_size(std::uint32_t width, std::uint32_t height, const fs::path& file, const SceneView& view) {
-  if (width == view.lens.width && height == view.lens.height) return;
+void check_has_size_of_file(std::uint32_t width, std::uint32_t height, const fs::path& file, const SceneView& view) {
+  const ImageSize expected = size_of_file(view);
+  if (width == expected.width && height == expected.height) return;
   throw InputError(file.string() + ": is " + size_text(width, height) + " pixels, but its camera is " +
-                   size_text(view.lens.width, view.lens.height));
+                   size_text(expected.width, expected.height));
 }
 
 // Of each pixel of the photograph whether it may be used; empty: all may.
@@ -62,13 +64,20 @@ UsedPixels pixels_with_alpha(const SceneView& view) {
   return used;
 }
 
-// A mask is as the photograph is stored: of those that have to be turned for their camera it has the camera's size.
+// A mask is as the photograph is stored: of those that have to be turned for their camera it has the camera's size. One
+// of another size but the same shape is scaled: a pixel is used if the one that its middle falls on is.
 UsedPixels pixels_of_mask(const SceneView& view) {
-  Photograph mask = read_photograph(*view.mask, Orientation::as_stored);
-  check_has_lens_size(mask.width, mask.height, *view.mask, view);
-  UsedPixels used(std::size_t{mask.width} * mask.height);
+  const Photograph mask = read_photograph(*view.mask, Orientation::as_stored);
+  const ImageSize size = size_of_file(view);
+  if (!same_shape({mask.width, mask.height}, size)) {
+    check_has_size_of_file(mask.width, mask.height, *view.mask, view);
+  }
+  UsedPixels used(std::size_t{size.width} * size.height);
   for (std::size_t i = 0; i < used.size(); ++i) {
-    used[i] = mask.rgb[3 * i] != 0 || mask.rgb[3 * i + 1] != 0 || mask.rgb[3 * i + 2] != 0;
+    const std::size_t column = (2 * (i % size.width) + 1) * mask.width / (2 * std::size_t{size.width});
+    const std::size_t row = (2 * (i / size.width) + 1) * mask.height / (2 * std::size_t{size.height});
+    const std::uint8_t* const rgb = &mask.rgb[3 * (row * mask.width + column)];
+    used[i] = rgb[0] != 0 || rgb[1] != 0 || rgb[2] != 0;
   }
   return used;
 }
@@ -107,11 +116,11 @@ void find_bad(SceneViews& scene) {
 SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
   SceneList list = list_scene_views(scene, offset, folders);
   SceneViews result{scene, {}, std::move(list.depths), std::move(list.form), std::move(list.notes)};
-  for (const ListedView& listed : list.views) result.views.push_back(listed.view);
-  for_each_index(result.views.size(), [&](std::size_t i) {
-    SceneView& view = result.views[i];
-    look_at_photograph(folders.skip_bad, view, [&] { view.orientation = orientation_of(list.views[i]); });
+  for_each_index(list.views.size(), [&](std::size_t i) {
+    look_at_photograph(folders.skip_bad, list.views[i].view, [&] { fit_to_photograph(list.views[i]); });
   });
+  if (std::string note = scaled_lenses_note(list.views); !note.empty()) result.notes.push_back(std::move(note));
+  for (ListedView& listed : list.views) result.views.push_back(std::move(listed.view));
   find_masks(mask_folder(scene, folders), folders.masks.has_value(), result);
   note_unposed(list.left_out, result);
   if (folders.skip_bad) find_bad(result);
@@ -127,12 +136,21 @@ std::size_t masked_views(const SceneViews& scene) {
                                                 [](const SceneView& view) { return view.mask.has_value(); }));
 }
 
+ImageSize size_of_file(const SceneView& view) {
+  return view.panorama ? view.panorama->size : ImageSize{view.lens.width, view.lens.height};
+}
+
+std::string photograph_name(const SceneView& view) {
+  return view.panorama ? fs::path(view.name).parent_path().generic_string() : view.name;
+}
+
 Photograph load_photograph(const SceneView& view) {
   Photograph photograph = read_photograph(view.image, view.orientation);
-  check_has_lens_size(photograph.width, photograph.height, view.image, view);
+  check_has_size_of_file(photograph.width, photograph.height, view.image, view);
   take_out(pixels_with_alpha(view), photograph);
   if (view.black_rim) take_out(pixels_without_rim(photograph), photograph);
   if (view.mask) take_out(pixels_of_mask(view), photograph);
+  if (view.panorama) photograph = view_of_panorama(photograph, *view.panorama, pinhole_view(view.lens));
   return undistort(std::move(photograph), view.lens, view.camera, view.correction);
 }
 

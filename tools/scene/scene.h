@@ -13,21 +13,30 @@
 #include "mesh/lens_correction.h"
 #include "mesh/mesh.h"
 #include "tools/scene/camera_model.h"
+#include "tools/scene/panorama_view.h"
 
 namespace lumatlas {
 
 // One registered photograph. Poses are relative to Scene::offset.
 struct SceneView {
-  std::string name;                                  // as the model names it, with '/' between folders
+  std::string name;                                  // of the file from its folder on, with '/' between folders
   std::filesystem::path image;                       // the file
-  CameraModel lens;                                  // as the model gives it
+  CameraModel lens;                                  // as the model gives it, but of the photograph's size
   Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
   Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
   std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
   bool black_rim = false;          // a rim of it that is black was not photographed, see tools/scene/black_rim.h
+  // The file is a panorama, of which this is a view; the name is then the panorama's with the view's behind a '/'.
+  std::optional<PanoramaFace> panorama = std::nullopt;
+  bool held_out = false;  // the scene's own list names it among those to score
 };
+
+// The name of the view's file from its folder on; that of views of panoramas is the panorama's.
+[[nodiscard]] std::string photograph_name(const SceneView& view);
+// The size that the file must have, turned as the view says: the lens's, or that of its panorama.
+[[nodiscard]] ImageSize size_of_file(const SceneView& view);
 
 // A depth image of the scene, see PosedDepth.
 struct SceneDepth {
@@ -62,14 +71,19 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // How many views have a mask.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
 
-// Reads a COLMAP workspace, or without one the first of the other forms (tools/scene/forms/capture_forms.h). A
-// workspace: sparse/, the largest model in a folder of sparse/, or the model's files in the folder itself, binary or
-// text; with images/ beside it. Poses and cameras only; photographs are opened for their sizes. `offset` is subtracted
-// from every camera position in double precision. A photograph is taken as it is stored, as COLMAP takes it, even if an
-// EXIF orientation says otherwise; only where that does not fit its camera's size but the upright one does, it is
-// turned. The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names()
-// (tools/scene/scene_notes.h); a photograph need not have one. Throws InputError: file, index, value, what to do, also
-// where folders.masks has no mask of any photograph, and with skip_bad where all are bad.
+// Reads the capture in the folder `scene`, by the first of its forms (tools/scene/forms/capture_forms.h): COLMAP's
+// workspace before others, with sparse/, the largest model in a folder of sparse/, or the model's files in the folder
+// itself, binary or text, and images/ beside it. Poses and cameras only; photographs are opened for their sizes.
+// `offset` is subtracted from every camera position in double precision.
+//
+// A photograph that is not where the form says is looked for by its name (tools/scene/forms/find_photographs.h). It is
+// taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where that does not fit
+// its camera's size but the upright one does, it is turned. Of a photograph of another size but the same shape the lens
+// is scaled, and a note says so. The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names()
+// (tools/scene/scene_notes.h); a photograph need not have one.
+//
+// Throws InputError: file, index, value, what to do, also where folders.masks has no mask of any photograph, and with
+// skip_bad where all are bad.
 [[nodiscard]] SceneViews read_scene_views(const std::filesystem::path& scene, const glm::dvec3& offset,
                                           const PictureFolders& folders = {});
 
@@ -109,7 +123,11 @@ struct Split {
 };
 [[nodiscard]] Split split(std::size_t view_count, const HoldOut& protocol);
 
-// split() of a scene's views for scoring, without bad ones. Throws InputError if the protocol scores none of them.
-[[nodiscard]] Split split_to_score(const SceneViews& scene, const HoldOut& protocol);
+// Ranks of a scene's views by the protocol, else by the scene's own list: what SceneView::held_out says is scored, and
+// the others are to learn from. Bad ones are in neither.
+[[nodiscard]] Split split(const SceneViews& scene, const std::optional<HoldOut>& protocol);
+
+// The same for scoring. Throws InputError if there is none to score.
+[[nodiscard]] Split split_to_score(const SceneViews& scene, const std::optional<HoldOut>& protocol);
 
 }  // namespace lumatlas

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/scene/scene_list.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <glm/gtc/quaternion.hpp>
-#include <map>
+#include <numeric>
 #include <stdexcept>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "mesh/base/errors.h"
@@ -15,7 +16,7 @@
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
-#include "tools/scene/forms/colmap.h"
+#include "tools/scene/picture_shape.h"
 #include "tools/scene/scene_notes.h"
 #include "tools/scene/undistortion.h"
 
@@ -23,31 +24,6 @@ namespace lumatlas {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The pinhole cameras, of identity pose, of the cameras that some image has; by camera id.
-std::map<std::uint32_t, Camera> pinhole_views(const ColmapModel& model) {
-  std::vector<ColmapCamera> used;
-  for (const ColmapImage& image : model.images) {
-    used.push_back(model.camera_of(image));
-  }
-  const auto by_id = [](const ColmapCamera& a, const ColmapCamera& b) { return a.id < b.id; };
-  const auto same_id = [](const ColmapCamera& a, const ColmapCamera& b) { return a.id == b.id; };
-  std::sort(used.begin(), used.end(), by_id);
-  used.erase(std::unique(used.begin(), used.end(), same_id), used.end());
-  std::vector<Camera> cameras(used.size());
-  for_each_index(used.size(), [&](std::size_t i) {
-    try {
-      cameras[i] = pinhole_view(used[i].lens);
-    } catch (const std::invalid_argument& error) {
-      throw InputError(model.cameras_path.string() + ": camera " + std::to_string(used[i].id) + ": " + error.what());
-    }
-  });
-  std::map<std::uint32_t, Camera> result;
-  for (std::size_t i = 0; i < used.size(); ++i) {
-    result.emplace(used[i].id, cameras[i]);
-  }
-  return result;
-}
 
 // x_cam = R x + t = R (x - offset) + (t + R offset).
 // Of a ColmapImage, a PosedPhotograph or a PosedDepth.
@@ -68,89 +44,119 @@ void check_is_folder(const fs::path& folder) {
   }
 }
 
-SceneList colmap_list(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
-  const ColmapModel model = read_colmap_model(scene);
-  const std::map<std::uint32_t, Camera> cameras = pinhole_views(model);
-  const fs::path folder = folders.images.value_or(scene / "images");
-  check_is_folder(folder);
-  SceneList result{"COLMAP", {}, {}, {}};
-  if (!model.note.empty()) result.notes.push_back(model.note);
-  for (const ColmapImage& image : model.images) {
-    SceneView view{image.name, folder / image.name, model.camera_of(image).lens, Orientation::as_stored,
-                   cameras.at(image.camera_id)};
-    place(view.camera, image, offset);
-    result.views.push_back({std::move(view), "image " + std::to_string(image.id) + " of " + model.images_path.string(),
-                            "camera " + std::to_string(image.camera_id) + " of " + model.cameras_path.string()});
+// The pinhole cameras, of identity pose, of lenses; equal ones are worked out once. What is wrong with one is its
+// complaint.
+struct PinholeView {
+  Camera camera;
+  std::string complaint;
+};
+std::vector<PinholeView> pinhole_views(const std::vector<CameraModel>& lenses) {
+  std::vector<std::size_t> order(lenses.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto key = [&](std::size_t i) {
+    return std::tie(lenses[i].model, lenses[i].width, lenses[i].height, lenses[i].parameters);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  std::vector<std::size_t> firsts;  // in `order`, of equal lenses
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    if (i == 0 || lenses[order[i]] != lenses[order[i - 1]]) firsts.push_back(i);
   }
-  return result;
-}
-
-// The pinhole cameras, of identity pose, of photographs or depth images. Lenses that these share are worked out once.
-template <typename Posed, typename Name>
-std::vector<Camera> pinhole_views(const std::vector<Posed>& frames, const fs::path& path, const Name& name) {
-  std::vector<Camera> result;
-  const CameraModel* last = nullptr;
-  for (const Posed& frame : frames) {
+  std::vector<PinholeView> views(lenses.size());
+  for_each_index(firsts.size(), [&](std::size_t group) {
+    PinholeView view;
     try {
-      result.push_back(last && *last == frame.lens ? result.back() : pinhole_view(frame.lens));
+      view.camera = pinhole_view(lenses[order[firsts[group]]]);
     } catch (const std::invalid_argument& error) {
-      throw InputError(path.string() + ": the camera of " + name(frame) + ": " + error.what());
+      view.complaint = error.what();
     }
-    last = &frame.lens;
-  }
-  return result;
+    const std::size_t end = group + 1 < firsts.size() ? firsts[group + 1] : order.size();
+    for (std::size_t i = firsts[group]; i < end; ++i) views[order[i]] = view;
+  });
+  return views;
 }
 
-std::vector<Camera> pinhole_views(const std::vector<PosedPhotograph>& frames, const fs::path& path) {
-  return pinhole_views(frames, path, [](const PosedPhotograph& frame) { return frame.name; });
-}
-
-std::vector<SceneDepth> placed_depths(const std::vector<PosedDepth>& depths, const fs::path& scene,
-                                      const fs::path& path, const glm::dvec3& offset) {
-  const std::vector<Camera> cameras =
-      pinhole_views(depths, path, [](const PosedDepth& depth) { return depth.file.string(); });
+std::vector<SceneDepth> placed_depths(const Capture& capture, const fs::path& scene, const glm::dvec3& offset) {
+  std::vector<CameraModel> lenses;
+  for (const PosedDepth& depth : capture.depths) lenses.push_back(depth.lens);
+  const std::vector<PinholeView> views = pinhole_views(lenses);
   std::vector<SceneDepth> result;
-  for (std::size_t i = 0; i < depths.size(); ++i) {
-    SceneDepth depth{scene / depths[i].file, depths[i].unit, depths[i].lens, cameras[i]};
-    if (depths[i].confidence) depth.confidence = scene / *depths[i].confidence;
-    place(depth.camera, depths[i], offset);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    const PosedDepth& posed = capture.depths[i];
+    if (!views[i].complaint.empty()) {
+      throw InputError(capture.file.string() + ": the camera of " + posed.file.string() + ": " + views[i].complaint);
+    }
+    SceneDepth depth{scene / posed.file, posed.unit, posed.lens, views[i].camera};
+    if (posed.confidence) depth.confidence = scene / *posed.confidence;
+    place(depth.camera, posed, offset);
     result.push_back(std::move(depth));
   }
   return result;
 }
 
-SceneList posed_list(const fs::path& scene, const CaptureForm& form, const glm::dvec3& offset,
-                     const PictureFolders& folders) {
-  const fs::path& path = form.file;
-  if (folders.images) check_is_folder(*folders.images);
-  Capture posed = form.read(scene, folders.images);
-  const std::vector<Camera> cameras = pinhole_views(posed.photographs, path);
-  SceneList result{
-      form.name, std::move(posed.notes), {}, placed_depths(posed.depths, scene, path, offset), posed.left_out};
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    const PosedPhotograph& frame = posed.photographs[i];
-    SceneView view{frame.name, folders.images ? *folders.images / frame.name : scene / frame.file, frame.lens,
-                   Orientation::as_stored, cameras[i]};
-    if (frame.mask && !folders.masks) view.mask = scene / *frame.mask;
-    view.black_rim = frame.black_rim;
-    place(view.camera, frame, offset);
-    result.views.push_back({std::move(view), path.string(), "its camera in " + path.string()});
-  }
-  return result;
+// One that stands for the lens of a photograph that cannot be used.
+CameraModel any_lens() {
+  return {LensModel::kPinhole, 1, 1, {1, 1, 0.5, 0.5}};
 }
 
-bool has_lens_size(const SceneView& view, Orientation orientation) {
-  const ImageSize size = photograph_size(view.image, orientation);
-  return size.width == view.lens.width && size.height == view.lens.height;
+std::string folder_name(const PosedPhotograph& photograph) {
+  return photograph.panorama ? fs::path(photograph.name).parent_path().generic_string() : photograph.name;
+}
+
+ListedView listed_view(const PosedPhotograph& photograph, const PinholeView& pinhole, const Capture& capture,
+                       const fs::path& scene, const PictureFolders& folders) {
+  const bool given = photograph.named_by.empty();
+  ListedView listed{
+      {photograph.name, folders.images ? *folders.images / folder_name(photograph) : scene / photograph.file,
+       photograph.bad.empty() ? photograph.lens : any_lens(), Orientation::as_stored, pinhole.camera},
+      given ? capture.file.string() : photograph.named_by,
+      given ? "its camera in " + capture.file.string() : photograph.sized_by};
+  SceneView& view = listed.view;
+  if (photograph.mask && !folders.masks) view.mask = scene / *photograph.mask;
+  view.bad = photograph.bad;
+  view.black_rim = photograph.black_rim;
+  view.panorama = photograph.panorama;
+  view.held_out = photograph.held_out;
+  if (pinhole.complaint.empty()) return listed;
+  const std::string complaint =
+      given ? capture.file.string() + ": the camera of " + photograph.name : photograph.sized_by;
+  if (!folders.skip_bad) throw InputError(complaint + ": " + pinhole.complaint);
+  view.bad = complaint + ": " + pinhole.complaint;
+  view.lens = any_lens();
+  view.camera = pinhole_view(view.lens);
+  return listed;
+}
+
+void scale_lens(ListedView& listed, const ImageSize& size) {
+  SceneView& view = listed.view;
+  listed.scale = static_cast<double>(size.width) / size_of_file(view).width;
+  if (view.panorama) {
+    view.panorama->size = size;
+    return;
+  }
+  view.lens = scaled(view.lens, size.width, size.height);
+  const Camera pose = view.camera;
+  view.camera = pinhole_view(view.lens);
+  view.camera.cam_from_world_rotation = pose.cam_from_world_rotation;
+  view.camera.cam_from_world_translation = pose.cam_from_world_translation;
 }
 
 }  // namespace
 
 SceneList list_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
-  const std::vector<CaptureForm> forms = forms_in(scene);
-  SceneList result = !forms.empty() && forms.front().read ? posed_list(scene, forms.front(), offset, folders)
-                                                          : colmap_list(scene, offset, folders);
-  if (std::string note = other_forms_note(forms); !note.empty()) result.notes.push_back(std::move(note));
+  if (folders.images) check_is_folder(*folders.images);
+  Capture capture =
+      read_capture({scene, folders.images, folders.skip_bad ? BadPhotographs::keep : BadPhotographs::refuse});
+  std::vector<CameraModel> lenses;
+  for (const PosedPhotograph& photograph : capture.photographs) {
+    lenses.push_back(photograph.bad.empty() ? photograph.lens : any_lens());
+  }
+  const std::vector<PinholeView> pinholes = pinhole_views(lenses);
+  SceneList result{capture.form, std::move(capture.notes), {}, placed_depths(capture, scene, offset), capture.left_out};
+  for (std::size_t i = 0; i < pinholes.size(); ++i) {
+    const PosedPhotograph& photograph = capture.photographs[i];
+    result.views.push_back(listed_view(photograph, pinholes[i], capture, scene, folders));
+    place(result.views.back().view.camera, photograph, offset);
+  }
   return result;
 }
 
@@ -158,7 +164,7 @@ std::vector<fs::path> files_of_list(const fs::path& scene) {
   const std::vector<CaptureForm> forms = forms_in(scene);
   if (forms.empty()) return {};
   std::vector<fs::path> files{forms.front().file};
-  if (forms.front().read) return files;
+  if (forms.front().name != "COLMAP") return files;
   for (const char* const name : {"cameras.bin", "cameras.txt", "images.bin", "images.txt"}) {
     std::error_code ignored;
     fs::path file = files.front().parent_path() / name;
@@ -167,19 +173,53 @@ std::vector<fs::path> files_of_list(const fs::path& scene) {
   return files;
 }
 
-Orientation orientation_of(const ListedView& listed) {
-  const SceneView& view = listed.view;
+void fit_to_photograph(ListedView& listed) {
+  SceneView& view = listed.view;
   std::error_code error;
   const bool is_there = fs::exists(view.image, error);
   if (error) throw InputError(view.image.string() + ": cannot be looked at (" + error.message() + ")");
-  if (!is_there) throw InputError(view.image.string() + ": no such photograph, but " + listed.named_by + " names it");
-  for (const Orientation orientation : {Orientation::as_stored, Orientation::exif}) {
-    if (has_lens_size(view, orientation)) return orientation;
+  if (!is_there) {
+    const bool has_folder = fs::is_directory(view.image.parent_path(), error);
+    throw InputError(view.image.string() + ": no such photograph, but " + listed.named_by + " names it" +
+                     (has_folder ? "" : ": name the folder of the photographs with --images"));
+  }
+  const ImageSize expected = size_of_file(view);
+  constexpr std::array kOrientations{Orientation::as_stored, Orientation::exif};
+  for (const Orientation orientation : kOrientations) {
+    view.orientation = orientation;
+    const ImageSize size = photograph_size(view.image, orientation);
+    if (size.width == expected.width && size.height == expected.height) return;
+  }
+  for (const Orientation orientation : kOrientations) {
+    view.orientation = orientation;
+    const ImageSize size = photograph_size(view.image, orientation);
+    if (same_shape(size, expected)) return scale_lens(listed, size);
   }
   const ImageSize size = photograph_size(view.image, Orientation::as_stored);
+  const ImageSize quarter{size.height, size.width};
+  const bool turned =
+      same_shape(quarter, expected) || (quarter.width == expected.width && quarter.height == expected.height);
   throw InputError(view.image.string() + ": is " + size_text(size.width, size.height) + " pixels, but " +
-                   listed.sized_by + " is " + size_text(view.lens.width, view.lens.height) +
-                   ": put the photographs that the model was made from there");
+                   listed.sized_by + " is " + size_text(expected.width, expected.height) +
+                   (turned ? ": it was turned by a quarter after its pose was found; turn it back"
+                           : ": put the photographs that the model was made from there"));
+}
+
+std::string scaled_lenses_note(const std::vector<ListedView>& views) {
+  const auto is_scaled = [](const ListedView& listed) { return listed.scale != 1; };
+  const auto count = std::count_if(views.begin(), views.end(), is_scaled);
+  if (count == 0) return {};
+  const ListedView& first = *std::find_if(views.begin(), views.end(), is_scaled);
+  const ImageSize size = size_of_file(first.view);
+  constexpr std::ptrdiff_t kMostNamed = 5;
+  std::string names;
+  for (const ListedView& listed : views) {
+    if (is_scaled(listed) && count <= kMostNamed) names += (names.empty() ? ": " : ", ") + listed.view.name;
+  }
+  return std::to_string(count) + " of " + std::to_string(views.size()) +
+         " photographs have another size than the model says, so their lenses are scaled, the first by " +
+         number_text(std::round(1000 * first.scale) / 1000) + " to " + size_text(size.width, size.height) + " pixels" +
+         names;
 }
 
 fs::path mask_folder(const fs::path& scene, const PictureFolders& folders) {
@@ -188,7 +228,7 @@ fs::path mask_folder(const fs::path& scene, const PictureFolders& folders) {
 
 std::optional<fs::path> mask_of(const SceneView& view, const fs::path& folder) {
   std::error_code ignored;
-  for (const fs::path& name : mask_names(view.name)) {
+  for (const fs::path& name : mask_names(photograph_name(view))) {
     if (fs::is_regular_file(folder / name, ignored)) return folder / name;
   }
   return std::nullopt;

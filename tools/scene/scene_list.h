@@ -15,6 +15,7 @@ namespace lumatlas {
 struct ListedView {
   SceneView view;
   std::string named_by, sized_by;  // what names the photograph, and what says its size, for messages
+  double scale = 1;                // of the lens, width by width
 };
 
 struct SceneList {
@@ -34,9 +35,13 @@ struct SceneList {
 // left out. Never throws.
 [[nodiscard]] std::vector<std::filesystem::path> files_of_list(const std::filesystem::path& scene);
 
-// Finds out how the photograph's pixels become the lens's image. Throws InputError unless the file is there and of the
-// lens's size.
-[[nodiscard]] Orientation orientation_of(const ListedView& listed);
+// Finds out how the photograph's pixels become the lens's image, and scales the lens and the camera where the
+// photograph has another size but the same shape, within a pixel. Throws InputError unless the file is there and of
+// such a size.
+void fit_to_photograph(ListedView& listed);
+
+// What should be said of views whose lenses fit_to_photograph() has scaled; empty where there are none.
+[[nodiscard]] std::string scaled_lenses_note(const std::vector<ListedView>& views);
 
 // The mask of the view in the scene's folder of masks, or that which was asked for; none if there is none.
 [[nodiscard]] std::optional<std::filesystem::path> mask_of(const SceneView& view, const std::filesystem::path& folder);

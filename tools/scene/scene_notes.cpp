@@ -7,8 +7,10 @@
 #include <set>
 #include <system_error>
 
+#include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "tools/scene/forms/capture.h"
+#include "tools/scene/picture_shape.h"
 
 namespace lumatlas {
 
@@ -17,22 +19,22 @@ namespace {
 namespace fs = std::filesystem;
 
 // Endings of pictures that cameras make and this program does not read.
-constexpr std::array kUnreadEndings{".heic", ".heif", ".avif", ".jxl", ".jp2", ".dng", ".cr2",
-                                    ".cr3",  ".nef",  ".arw",  ".raf", ".orf", ".rw2", ".gif"};
+constexpr std::array kUnreadEndings{".jxl", ".jp2", ".gif"};
 
 // The folder that the names of the photographs go from; empty if that is the scene's own, where anything may lie.
 fs::path photograph_folder(const SceneViews& scene) {
   if (scene.views.empty()) return {};
   const SceneView& view = scene.views.front();
   const std::string image = view.image.generic_string();
-  if (!image.ends_with("/" + view.name)) return {};
-  fs::path folder = image.substr(0, image.size() - view.name.size() - 1);
+  const std::string name = photograph_name(view);
+  if (!image.ends_with("/" + name)) return {};
+  fs::path folder = image.substr(0, image.size() - name.size() - 1);
   return folder.lexically_normal() == (scene.root / "").lexically_normal().parent_path() ? fs::path() : folder;
 }
 
 std::set<std::string> names_of(const std::vector<SceneView>& views) {
   std::set<std::string> names;
-  for (const SceneView& view : views) names.insert(view.name);
+  for (const SceneView& view : views) names.insert(photograph_name(view));
   return names;
 }
 
@@ -67,14 +69,36 @@ std::vector<fs::path> mask_names(const std::string& photograph) {
 
 std::string no_mask_fits(const fs::path& folder, const std::vector<SceneView>& views) {
   const std::vector<std::string> pictures = pictures_in(folder);
-  const std::vector<fs::path> names = mask_names(views.front().name);
+  const std::vector<fs::path> names = mask_names(photograph_name(views.front()));
   return folder.string() + ": has a mask of none of the " + std::to_string(views.size()) + " photographs: that of " +
-         short_reason(views.front().name) + " would be " + short_reason(names[0].string()) + " or " +
+         short_reason(photograph_name(views.front())) + " would be " + short_reason(names[0].string()) + " or " +
          short_reason(names[2].string()) +
          (pictures.empty() ? ", but there is no picture" : ", but there is " + short_reason(pictures.front()));
 }
 
+namespace {
+
+// What cannot be opened is told when it is read.
+bool is_scaled(const SceneView& view) {
+  try {
+    const ImageSize mask = photograph_size(*view.mask, Orientation::as_stored), size = size_of_file(view);
+    return mask.width != size.width && same_shape(mask, size);
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+void note_scaled_masks(SceneViews& scene) {
+  const auto count = std::count_if(scene.views.begin(), scene.views.end(),
+                                   [](const SceneView& view) { return view.mask && is_scaled(view); });
+  if (count == 0) return;
+  scene.notes.push_back(std::to_string(count) + " masks have another size than their photographs, and are scaled");
+}
+
+}  // namespace
+
 void note_masks(const fs::path& folder, SceneViews& scene) {
+  note_scaled_masks(scene);
   const std::vector<std::string> pictures = pictures_in(folder);
   if (pictures.empty()) return;
   const std::size_t masked = masked_views(scene);
@@ -90,7 +114,7 @@ void note_masks(const fs::path& folder, SceneViews& scene) {
   }
   std::set<std::string> fitting;
   for (const SceneView& view : scene.views) {
-    for (const fs::path& name : mask_names(view.name)) fitting.insert(name.generic_string());
+    for (const fs::path& name : mask_names(photograph_name(view))) fitting.insert(name.generic_string());
     if (view.mask)
       fitting.insert(view.mask->lexically_normal().lexically_relative(folder.lexically_normal()).generic_string());
   }

@@ -13,6 +13,7 @@
 #include "mesh/base/whole_file.h"
 #include "mesh/finite.h"
 #include "mesh/ply_reader.h"
+#include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
 #include "tools/scene/forms/colmap.h"
 
@@ -50,22 +51,30 @@ std::optional<fs::path> dense_points_in(const fs::path& scene) {
   return std::nullopt;
 }
 
-ScenePoints points_of_model(const ColmapModel& model) {
-  std::unordered_map<std::uint32_t, std::uint32_t> rank_of_id;
-  for (std::size_t rank = 0; rank < model.images.size(); ++rank) {
-    rank_of_id.emplace(model.images[rank].id, static_cast<std::uint32_t>(rank));
+// Whether a photograph has this in front of it. Of the views of a panorama, a point is in front of one or more.
+bool looks_towards(const PosedPhotograph& photograph, const glm::dvec3& point) {
+  const glm::dvec3 cam = photograph.cam_from_world_rotation * point + photograph.cam_from_world_translation;
+  return !photograph.panorama || cam.z >= std::max(std::abs(cam.x), std::abs(cam.y));
+}
+
+ScenePoints points_of_model(const ColmapModel& model, const std::vector<PosedPhotograph>& photographs) {
+  std::unordered_multimap<std::uint32_t, std::uint32_t> ranks_of_id;
+  for (std::size_t rank = 0; rank < photographs.size(); ++rank) {
+    ranks_of_id.emplace(photographs[rank].id, static_cast<std::uint32_t>(rank));
   }
   ScenePoints points{points_path(model), {}, {}, {}, {}};
   for (const ColmapPoint& point : read_colmap_points(model)) {
     std::vector<std::uint32_t> ranks;
     for (const std::uint32_t id : point.images) {
-      const auto found = rank_of_id.find(id);
-      if (found == rank_of_id.end()) {
+      const auto [first, last] = ranks_of_id.equal_range(id);
+      if (first == last) {
         throw InputError(points.file.string() + ": the point at index " + std::to_string(points.positions.size()) +
                          " was seen by image " + std::to_string(id) + ", which is not in " +
                          model.images_path.filename().string() + ": the two files are of different models");
       }
-      ranks.push_back(found->second);
+      for (auto found = first; found != last; ++found) {
+        if (looks_towards(photographs[found->second], point.position)) ranks.push_back(found->second);
+      }
     }
     std::sort(ranks.begin(), ranks.end());
     ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
@@ -76,10 +85,17 @@ ScenePoints points_of_model(const ColmapModel& model) {
   return points;
 }
 
-ScenePoints points_of_form(const fs::path& scene, const CaptureForm& form) {
-  const std::optional<fs::path> points = form.read(scene, std::nullopt).points;
-  if (points) return points_of_ply(scene / *points);
-  throw InputError(form.file.string() + ": names no points: name a PLY of points with --points");
+// Those that came with the poses; none if there are none.
+std::optional<ScenePoints> points_of_capture(const fs::path& scene, const Capture& capture) {
+  std::error_code ignored;
+  if (capture.form != "COLMAP") {
+    const bool exists = capture.points && fs::exists(scene / *capture.points, ignored);
+    return exists ? std::optional(points_of_ply(scene / *capture.points)) : std::nullopt;
+  }
+  const ColmapModel model = read_colmap_model(scene);
+  if (!fs::exists(points_path(model), ignored)) return std::nullopt;
+  ScenePoints points = points_of_model(model, capture.photographs);
+  return points.positions.empty() ? std::nullopt : std::optional(std::move(points));
 }
 
 }  // namespace
@@ -87,26 +103,13 @@ ScenePoints points_of_form(const fs::path& scene, const CaptureForm& form) {
 ScenePoints read_scene_points(const fs::path& scene, const std::optional<fs::path>& given) {
   if (given) return points_of_ply(*given);
   if (const std::optional<fs::path> dense = dense_points_in(scene)) return points_of_ply(*dense);
-  const std::vector<CaptureForm> forms = forms_in(scene);
-  if (!forms.empty() && forms.front().read) return points_of_form(scene, forms.front());
-  ScenePoints points = points_of_model(read_colmap_model(scene));
-  if (points.positions.empty()) throw InputError(points.file.string() + ": holds no point");
-  return points;
+  const Capture capture = read_capture({scene});
+  if (std::optional<ScenePoints> points = points_of_capture(scene, capture)) return *std::move(points);
+  throw InputError(capture.file.string() + ": comes with no points: name a PLY of points with --points");
 }
 
 std::optional<ScenePoints> find_scene_points(const fs::path& scene, const std::optional<fs::path>& given) {
-  if (given) return read_scene_points(scene, given);
-  std::error_code ignored;
-  const std::vector<CaptureForm> forms = forms_in(scene);
-  if (!forms.empty() && forms.front().read) {
-    const std::optional<fs::path> file = forms.front().read(scene, std::nullopt).points;
-    const bool exists = file && fs::exists(scene / *file, ignored);
-    return exists ? std::optional(points_of_ply(scene / *file)) : std::nullopt;
-  }
-  const ColmapModel model = read_colmap_model(scene);
-  if (!fs::exists(points_path(model), ignored)) return std::nullopt;
-  ScenePoints points = points_of_model(model);
-  return points.positions.empty() ? std::nullopt : std::optional(std::move(points));
+  return given ? read_scene_points(scene, given) : points_of_capture(scene, read_capture({scene}));
 }
 
 bool has_dense_points(const fs::path& scene) {

@@ -58,14 +58,15 @@ struct ReportShortfall {
 };
 
 struct Report {
-  std::string title;                            // of the page: the scene's name
-  std::optional<HoldOut> protocol = HoldOut();  // which views were left out, if any
-  std::string test;                             // the workspace all of whose views are scored; empty: those left out
-  std::size_t input_views = 0;                  // that the methods learned from
-  std::vector<ReportMethod> methods;            // the one to look at first comes first
-  std::vector<ReportView> views;                // that were scored
-  std::optional<ReportShortfall> shortfall;     // measured with the unbounded baseline alone
-  std::vector<ReportRefinement> refinements;    // of the views that the model was built from
+  std::string title;  // of the page: the scene's name
+  std::optional<HoldOut> protocol =
+      HoldOut();                              // which views were left out; none: those of the scene's own list, if any
+  std::string test;                           // the workspace all of whose views are scored; empty: those left out
+  std::size_t input_views = 0;                // that the methods learned from
+  std::vector<ReportMethod> methods;          // the one to look at first comes first
+  std::vector<ReportView> views;              // that were scored
+  std::optional<ReportShortfall> shortfall;   // measured with the unbounded baseline alone
+  std::vector<ReportRefinement> refinements;  // of the views that the model was built from
   std::vector<std::pair<std::string, std::string>> facts;  // more to tell about the run: what, value
 };
 

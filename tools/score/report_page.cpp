@@ -59,7 +59,8 @@ std::string protocol_sentence(const Report& report) {
                              count_of(report.input_views, "other photograph") + " could be learned from.";
   if (!report.test.empty())
     return "The views of " + html_escaped(report.test) + ", none of them in the scene: " + counts;
-  const HoldOut& protocol = report.protocol.value();
+  if (!report.protocol) return "The photographs that the scene itself names for scoring were held out: " + counts;
+  const HoldOut& protocol = *report.protocol;
   if (protocol.block == 1) {
     return "Of every " + std::to_string(protocol.hold) +
            " photographs by name one was held out, so its neighbours are known: " + counts;

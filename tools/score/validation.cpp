@@ -33,18 +33,13 @@ namespace {
 
 // What to learn from, by rank in the scene, and what to score, by rank in the test views if there are any.
 Split parts_of(const SceneViews& scene, const ValidationOptions& options) {
-  if (!options.test) {
-    if (!options.protocol) throw std::invalid_argument("validation: protocol is missing, must be given without test");
-    return split_to_score(scene, *options.protocol);
-  }
+  if (!options.test) return split_to_score(scene, options.protocol);
   if (std::filesystem::equivalent(options.test->root, scene.root)) {
     throw InputError(options.test->root.string() + ": is what the model was built from, name other views as a test");
   }
   if (options.test->views.empty()) throw InputError(options.test->root.string() + ": has no views to score");
   Split parts;
-  if (options.protocol) parts.input = split(scene.views.size(), *options.protocol).input;
-  for (std::size_t rank = 0; !options.protocol && rank < scene.views.size(); ++rank) parts.input.push_back(rank);
-  leave_out_bad(scene, parts.input);
+  parts.input = split(scene, options.protocol).input;
   parts.scored.resize(options.test->views.size());
   std::iota(parts.scored.begin(), parts.scored.end(), std::size_t{0});
   leave_out_bad(*options.test, parts.scored);

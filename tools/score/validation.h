@@ -15,7 +15,8 @@
 namespace lumatlas {
 
 struct ValidationOptions {
-  std::optional<HoldOut> protocol = HoldOut();  // none: the model was built from every view; then `test` is needed
+  // None: the scene's own list of views to score, or the model was built from every view; then `test` is needed.
+  std::optional<HoldOut> protocol = HoldOut();
   std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
   BlendOptions blend;
   ValidityOptions validity;  // of the unbounded baseline's masks
@@ -34,7 +35,7 @@ struct ValidationOptions {
 // "unbounded", "vertex"),
 // writes the pictures of the views into `folder`, which must exist, and returns what the report page shows. Needs a GL
 // context current on this thread. Throws InputError if the model holds a view that the protocol leaves out, or if
-// nothing is left to score, or if the test views are the scene itself; std::invalid_argument without protocol and test.
+// nothing is left to score, or if the test views are the scene itself.
 [[nodiscard]] Report validate_model(const Snapshot& model, const SceneViews& scene, const EglContext& context,
                                     const ValidationOptions& options, const std::filesystem::path& folder);
 

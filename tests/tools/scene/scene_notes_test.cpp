@@ -120,8 +120,8 @@ TEST_CASE("photographs that have no pose are told, and files of forms that are n
   CHECK(scene.read().notes.empty());
   write_grey(scene.path / "images/left/d.png");
   write_grey(scene.path / "images/e.png");
-  write_file(scene.path / "images/IMG_1.HEIC", "heic");
-  write_file(scene.path / "images/IMG_2.heic", "heic");
+  write_file(scene.path / "images/IMG_1.JXL", "jxl");
+  write_file(scene.path / "images/IMG_2.jxl", "jxl");
   write_file(scene.path / "images/IMG_2.mov", "video");
   const SceneViews read = scene.read();
   REQUIRE(read.notes.size() == 2);
@@ -129,7 +129,7 @@ TEST_CASE("photographs that have no pose are told, and files of forms that are n
                              " have no pose and are not used, the first of them e.png");
   CHECK(read.notes[1] ==
         "2 files in " + (scene.path / "images").string() +
-            " are of a form that is not read, the first of them IMG_1.HEIC: convert them to JPEG before "
+            " are of a form that is not read, the first of them IMG_1.JXL: convert them to JPEG before "
             "the poses are made");
 }
 
@@ -159,15 +159,16 @@ TEST_CASE("a photograph of a form that is not read is refused by the form's name
   };
   const std::string start = (scene.path / "images/a.png").string() + ": ";
   const std::string size("\0\0\0\x18", 4);
-  for (const char* const brand : {"heic", "heix", "mif1", "hevc"}) {
-    CHECK(refused(size + "ftyp" + brand + "xxxxxxxx") ==
-          start + "is a HEIC image, as iPhones take them, which this program does not read: convert it to JPEG");
+  for (const char* const brand : {"heic", "heix", "mif1", "hevc", "avif"}) {
+    CHECK_THAT(refused(size + "ftyp" + brand + "xxxxxxxx"),
+               Catch::StartsWith(start + "is damaged, cut off or no HEIC or AVIF image that libheif reads"));
   }
-  CHECK(refused(size + "ftypavif" + "xxxxxxxx") ==
-        start + "is an AVIF image, which this program does not read: convert it to JPEG");
+  CHECK(refused(std::string("\xff\x0a and more bytes")) ==
+        start + "is a JPEG XL image, which this program does not read: convert it to JPEG");
   CHECK(refused("version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 1\n") ==
         start + "is a pointer of Git LFS instead of the picture: fetch it with `git lfs pull`");
-  CHECK(refused("GIF89a, and more") == start + "is no JPEG, PNG, TIFF, WebP or OpenEXR image, by its first bytes");
+  CHECK(refused("GIF89a, and more") ==
+        start + "is no JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw image, by its first bytes");
 }
 
 }  // namespace

@@ -54,11 +54,8 @@ TEST_CASE("a folder of photographs alone names the command that finds out where 
 
 TEST_CASE("a form that is not read is named, and the forms that are") {
   const std::vector<std::pair<std::string, std::string>> forms{
-      {"reconstruction.json", "OpenSfM"}, {"opensfm/reconstruction.json", "OpenDroneMap"},
-      {"scene.nvm", "VisualSFM"},         {"bundle.out", "Bundler"},
-      {"sfm_data.json", "OpenMVG"},       {"cameras.sfm", "Meshroom"},
-      {"office.psx", "Metashape"},        {"scene.mvs", "OpenMVS"},
-      {"scan.sens", "ScanNet"},           {"capture.r3d", "Record3D"}};
+      {"scene.nvm", "VisualSFM"},  {"sfm_data.bin", "OpenMVG"}, {"scan.sfm", "Meshroom"}, {"cameras.abc", "Meshroom"},
+      {"office.psx", "Metashape"}, {"scene.mvs", "OpenMVS"},    {"scan.sens", "ScanNet"}, {"capture.r3d", "Record3D"}};
   for (const auto& [file, program] : forms) {
     CAPTURE(file);
     const TemporaryFolder scene;
@@ -72,24 +69,24 @@ TEST_CASE("a form that is not read is named, and the forms that are") {
 }
 
 TEST_CASE("a CSV of cameras with other columns says which columns are expected") {
-  const std::vector<std::string> heads{"#name,x,y,alt,yaw,pitch,roll,f_35mm,px_norm\n",
-                                       "name,x,y,alt,heading,pitch,roll,f\n",
-                                       "#cameras 12\n#name,x,y,alt,heading,pitch,roll,f\n"};
+  const std::vector<std::string> heads{"#name,x,y,alt,heading,pitch,roll,focal\n", "name,x,y,alt,omega,pitch,roll,f\n"};
   for (const std::string& head : heads) {
     const TemporaryFolder scene;
     write_file(scene / "cameras.csv", head);
-    CHECK_THAT(refusal_of_views(scene.path()),
-               Catch::Contains("; cameras.csv looks like cameras of RealityCapture, whose first line must begin with "
-                               "#name,x,y,alt,heading,pitch,roll,f: "));
+    CHECK_THAT(
+        refusal_of_views(scene.path()),
+        Catch::Contains("; cameras.csv looks like cameras of RealityCapture, whose columns must be name, x, y, alt, "
+                        "heading, pitch, roll and f: "));
   }
 }
 
 TEST_CASE("a mesh under another name is named where none is found") {
   const TemporaryFolder scene;
   write_file(scene / "transforms.json", "{}");
-  CHECK_THAT(refusal_of_mesh(scene.path()), Catch::Contains("raw): name one with --mesh"));
+  CHECK_THAT(refusal_of_mesh(scene.path()), Catch::Contains("texturedMesh): name one with --mesh"));
   write_file(scene / "office_scan.ply", "ply");
-  CHECK_THAT(refusal_of_mesh(scene.path()), Catch::Contains("raw); there is office_scan.ply: name one with --mesh"));
+  CHECK_THAT(refusal_of_mesh(scene.path()),
+             Catch::Contains("texturedMesh); there is office_scan.ply: name one with --mesh"));
 }
 
 }  // namespace

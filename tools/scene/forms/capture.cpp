@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/scene/forms/capture.h"
 
+#include <utf8proc.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <glm/glm.hpp>
 #include <map>
@@ -34,7 +37,9 @@ std::string lower_case(std::string text) {
 }
 
 bool is_picture(const fs::path& file) {
-  constexpr std::array kPhotographEndings{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp"};
+  constexpr std::array kPhotographEndings{".jpg", ".jpeg", ".png",  ".tif",  ".tiff", ".webp", ".exr",
+                                          ".bmp", ".heic", ".heif", ".avif", ".dng",  ".cr2",  ".cr3",
+                                          ".nef", ".arw",  ".raf",  ".orf",  ".rw2"};
   return std::find(kPhotographEndings.begin(), kPhotographEndings.end(), lower_case(file.extension().string())) !=
          kPhotographEndings.end();
 }
@@ -128,14 +133,55 @@ std::string name_without(const fs::path& file, std::string_view first) {
   return name.starts_with(start) ? name.substr(start.size()) : name;
 }
 
-void finish(Capture& posed, const fs::path& path) {
-  std::vector<PosedPhotograph>& all = posed.photographs;
-  if (all.empty()) throw InputError(path.string() + ": gives no photograph a pose, so there is nothing to see");
-  std::sort(all.begin(), all.end(), [](const PosedPhotograph& a, const PosedPhotograph& b) { return a.name < b.name; });
-  for (std::size_t i = 1; i < all.size(); ++i) {
-    if (all[i].name != all[i - 1].name) continue;
-    throw InputError(path.string() + ": two frames have the photograph " + in_quotes(all[i].name));
+namespace {
+
+bool same_name(const PosedPhotograph& a, const PosedPhotograph& b) {
+  return a.name == b.name;
+}
+
+// Leaves the first of each name, and names the others in a note.
+void leave_out_repeated(Capture& capture, const fs::path& path) {
+  std::vector<PosedPhotograph>& all = capture.photographs;
+  std::string names;
+  const std::size_t count = all.size();
+  for (auto second = all.begin(); (second = std::adjacent_find(second, all.end(), same_name)) != all.end();) {
+    second = all.erase(second + 1) - 1;
+    names += (names.empty() ? "" : ", ") + in_quotes(second->name);
   }
+  if (names.empty()) return;
+  capture.left_out += count - all.size();
+  capture.notes.push_back(path.string() + " names photographs more than once, of which the first is used: " + names);
+}
+
+}  // namespace
+
+void finish(Capture& capture, const fs::path& path, BadPhotographs bad) {
+  std::vector<PosedPhotograph>& all = capture.photographs;
+  if (all.empty()) throw InputError(path.string() + ": gives no photograph a pose, so there is nothing to see");
+  std::stable_sort(all.begin(), all.end(),
+                   [](const PosedPhotograph& a, const PosedPhotograph& b) { return a.name < b.name; });
+  if (bad == BadPhotographs::keep) return leave_out_repeated(capture, path);
+  const auto repeated = std::adjacent_find(all.begin(), all.end(), same_name);
+  if (repeated == all.end()) return;
+  throw InputError(path.string() + ": two frames have the photograph " + in_quotes(repeated->name));
+}
+
+void hold_out(Capture& capture, const std::vector<std::string>& paths, const std::string& list) {
+  std::vector<std::string> files;
+  for (const PosedPhotograph& photograph : capture.photographs) files.push_back(photograph.file.generic_string());
+  const PhotographNames names(files);
+  std::size_t found = 0;
+  for (const std::string& path : paths) {
+    const std::string file = names.find_by_path(path);
+    for (PosedPhotograph& photograph : capture.photographs) {
+      if (photograph.file.generic_string() != file || photograph.held_out) continue;
+      photograph.held_out = true;
+      ++found;
+    }
+  }
+  capture.notes.push_back(std::to_string(found) + " of " + std::to_string(capture.photographs.size()) +
+                          " photographs are for scoring alone, as " + list + " says" +
+                          (found == paths.size() ? "" : ", which names " + std::to_string(paths.size())));
 }
 
 void note_skipped(Capture& posed, std::size_t skipped, const std::string& why) {
@@ -191,36 +237,55 @@ std::string first_bytes(const fs::path& file) {
   return bytes;
 }
 
+std::string folded(const std::string& text) {
+  constexpr auto kOptions = static_cast<utf8proc_option_t>(UTF8PROC_STABLE | UTF8PROC_COMPOSE | UTF8PROC_CASEFOLD);
+  utf8proc_uint8_t* mapped = nullptr;
+  const utf8proc_ssize_t length = utf8proc_map(reinterpret_cast<const utf8proc_uint8_t*>(text.data()),
+                                               static_cast<utf8proc_ssize_t>(text.size()), &mapped, kOptions);
+  const std::unique_ptr<utf8proc_uint8_t, decltype(&std::free)> owner(mapped, &std::free);
+  if (length < 0) return lower_case(text);
+  return {reinterpret_cast<const char*>(mapped), static_cast<std::size_t>(length)};
+}
+
 PhotographNames::PhotographNames(std::vector<std::string> names) : names_(std::move(names)) {
   std::sort(names_.begin(), names_.end());
   for (std::size_t i = 0; i < names_.size(); ++i) {
-    by_file_.emplace(fs::path(names_[i]).filename().string(), i);
-    by_stem_.emplace(fs::path(names_[i]).stem().string(), i);
+    folded_.push_back(folded(names_[i]));
+    by_file_.emplace(fs::path(folded_[i]).filename().string(), i);
+    by_stem_.emplace(fs::path(folded_[i]).stem().string(), i);
   }
 }
 
-std::optional<std::string> PhotographNames::only_one(const Index& index, const std::string& label,
-                                                     bool with_ending) const {
-  std::optional<std::size_t> found;
-  const auto [first, last] = index.equal_range(fs::path(label).filename().string());
+// Of those that the folded label ends, the only one; or the only one that the label itself ends.
+std::optional<std::string> PhotographNames::only_one(const Index& index, const std::string& label, bool with_ending,
+                                                     const std::string& named) const {
+  const auto form = [&](const std::string& name) { return with_ending ? name : without_ending(name); };
+  const std::string folded_label = folded(label);
+  std::vector<std::size_t> found, exact;
+  const auto [first, last] = index.equal_range(fs::path(folded_label).filename().string());
   for (auto entry = first; entry != last; ++entry) {
-    const std::string& name = names_[entry->second];
-    if (!ends_a_path(with_ending ? name : without_ending(name), label)) continue;
-    if (found) {
-      const auto [a, b] = std::minmax(names_[*found], name);
-      throw InputError("the photograph " + in_quotes(label) + " may be " + in_quotes(a) + " or " + in_quotes(b) +
-                       ": keep one of them");
-    }
-    found = entry->second;
+    if (!ends_a_path(form(folded_[entry->second]), folded_label)) continue;
+    found.push_back(entry->second);
+    if (ends_a_path(form(names_[entry->second]), label)) exact.push_back(entry->second);
   }
-  return found ? std::optional(names_[*found]) : std::nullopt;
+  if (found.empty()) return std::nullopt;
+  if (exact.size() == 1) return names_[exact.front()];
+  if (found.size() == 1) return names_[found.front()];
+  const std::vector<std::size_t>& several = exact.empty() ? found : exact;
+  const auto [a, b] = std::minmax(names_[several[0]], names_[several[1]]);
+  throw InputError("the photograph " + in_quotes(named) + " may be " + in_quotes(a) + " or " + in_quotes(b) +
+                   ": keep one of them");
+}
+
+bool PhotographNames::has(const std::string& name) const {
+  return std::binary_search(names_.begin(), names_.end(), name);
 }
 
 std::string PhotographNames::find(const std::string& label) const {
-  if (std::binary_search(names_.begin(), names_.end(), label)) return label;
-  if (const auto name = only_one(by_file_, label, true)) return *name;
-  if (const auto name = only_one(by_stem_, label, false)) return *name;
-  return only_one(by_stem_, without_ending(label), false).value_or(label);
+  if (has(label)) return label;
+  if (const auto name = only_one(by_file_, label, true, label)) return *name;
+  if (const auto name = only_one(by_stem_, label, false, label)) return *name;
+  return only_one(by_stem_, without_ending(label), false, label).value_or(label);
 }
 
 std::string PhotographNames::find_by_path(std::string_view path) const {
@@ -229,7 +294,7 @@ std::string PhotographNames::find_by_path(std::string_view path) const {
   const std::optional<fs::path> inner = inner_path(end);
   while (true) {
     std::string name = find(end);
-    if (std::binary_search(names_.begin(), names_.end(), name)) return name;
+    if (has(name)) return name;
     const std::size_t separator = end.find('/');
     if (separator == std::string::npos) return inner ? inner->generic_string() : name;
     end.erase(0, separator + 1);
@@ -266,7 +331,9 @@ std::function<ImageSize(const PosedPhotograph&)> sizes_in(const fs::path& scene,
   };
 }
 
-PhotographLookup photographs_of(const fs::path& scene, const std::optional<fs::path>& images) {
+PhotographLookup photographs_of(const CaptureRequest& request) {
+  const fs::path& scene = request.scene;
+  const std::optional<fs::path>& images = request.images;
   std::error_code ignored;
   const fs::path below = fs::is_directory(scene / "images", ignored) ? "images" : "";
   const fs::path folder = images.value_or(scene / below);
@@ -280,6 +347,7 @@ PhotographLookup photographs_of(const fs::path& scene, const std::optional<fs::p
     return photograph;
   };
   lookup.size_of = sizes_in(scene, images);
+  lookup.bad = request.bad;
   return lookup;
 }
 

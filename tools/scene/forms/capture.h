@@ -16,18 +16,33 @@
 #include <vector>
 
 #include "atlas/photograph.h"
+#include "mesh/base/errors.h"
 #include "tools/scene/camera_model.h"
+#include "tools/scene/panorama_view.h"
 
 namespace lumatlas {
 
+// A photograph as a form of capture names it. Its paths may be those of another computer: find_photographs()
+// (tools/scene/forms/find_photographs.h) makes them files of this one.
 struct PosedPhotograph {
   std::string name;                                // relative to the folder of photographs, with '/' between folders
-  std::filesystem::path file = {};                 // relative to the scene's folder, which it does not leave
-  std::optional<std::filesystem::path> mask = {};  // the same
+  std::filesystem::path file = {};                 // relative to the scene's folder
+  std::optional<std::filesystem::path> mask = {};  // the same; does not leave it
   CameraModel lens = {};                           // passes check()
   glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
   glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
   bool black_rim = false;                          // another program's undistortion may have left one
+  std::uint32_t id = 0;                            // of COLMAP's image, which its points name
+  std::optional<PanoramaFace> panorama = {};       // the file is a panorama, of which this is a view by the lens
+  bool held_out = false;                           // its form names it among those that are for scoring
+  std::string bad = {};  // why it cannot be used; lens and pose then mean nothing. See BadPhotographs
+  std::string named_by = {}, sized_by = {};  // what names it, and what says its size; empty: the form's file
+};
+
+// What to do with a photograph of which a form says what cannot be, such as a focal length that is no number.
+enum class BadPhotographs {
+  refuse,  // throw InputError
+  keep,    // as PosedPhotograph::bad
 };
 
 // A picture of depths, z in the camera frame, beside the photographs.
@@ -43,6 +58,8 @@ struct PosedDepth {
 };
 
 struct Capture {
+  std::string form = {};  // such as "COLMAP", and the file that it was told by: see read_capture()
+  std::filesystem::path file = {};
   std::vector<PosedPhotograph> photographs = {};  // by name, in byte order; at least one, no name twice
   std::vector<PosedDepth> depths = {};
   std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
@@ -85,8 +102,29 @@ void check_last_row(const std::array<double, 4>& row);
 // `file` without the folder `first` if it begins with it.
 [[nodiscard]] std::string name_without(const std::filesystem::path& file, std::string_view first);
 
-// Sorts by name. Throws InputError that begins with `path` if there is no photograph or a name occurs twice.
-void finish(Capture& posed, const std::filesystem::path& path);
+// What a form is asked for.
+struct CaptureRequest {
+  std::filesystem::path scene;                       // the folder
+  std::optional<std::filesystem::path> images = {};  // where the photographs are, if not where the form says
+  BadPhotographs bad = BadPhotographs::refuse;
+};
+
+// Adds the photograph that `read` returns. What it throws of InputError is the caller's, or, where bad ones are kept,
+// what is bad about the photograph `name`.
+template <typename Read>
+void add_photograph(Capture& capture, BadPhotographs bad, const std::string& name, const Read& read) {
+  try {
+    capture.photographs.push_back(read());
+  } catch (const InputError& error) {
+    if (bad == BadPhotographs::refuse) throw;
+    capture.photographs.push_back({name, name});
+    capture.photographs.back().bad = error.what();
+  }
+}
+
+// Sorts by name. Throws InputError that begins with `path` if there is no photograph, and, unless bad ones are kept, if
+// a name occurs twice; else the first of these is kept, and a note names the others.
+void finish(Capture& capture, const std::filesystem::path& path, BadPhotographs bad = BadPhotographs::refuse);
 
 // One that was taken with the photograph, from its place and by its lens.
 [[nodiscard]] PosedDepth depth_with(const PosedPhotograph& photograph, std::filesystem::path file, double unit);
@@ -97,13 +135,18 @@ void note_depths(Capture& posed, const std::string& assumed);
 // "3 of 7 photographs WHY and are left out"; empty where none is.
 void note_skipped(Capture& posed, std::size_t skipped, const std::string& why);
 
+// Holds out the photographs whose names or files end in one of `paths`, as PhotographNames::find_by_path() has it.
+// `list` names these paths in a note on how many there are.
+void hold_out(Capture& capture, const std::vector<std::string>& paths, const std::string& list);
+
 // The names of photographs, to be found by what a form calls them.
 class PhotographNames {
  public:
   explicit PhotographNames(std::vector<std::string> names);
 
   // The name that is `label`, else the only one that ends in it after a '/', else the only one that does so without its
-  // ending, or without both's. `label` itself if there is none. Throws InputError if there are several.
+  // ending, or without both's; where several do, the only one of the same capitals. `label` itself if there is none.
+  // Throws InputError if there are several.
   [[nodiscard]] std::string find(const std::string& label) const;
 
   // The same for a path of any system that may lead elsewhere, as it was where the photographs were aligned: the
@@ -111,14 +154,23 @@ class PhotographNames {
   // last part.
   [[nodiscard]] std::string find_by_path(std::string_view path) const;
 
+  // Whether a photograph has this name.
+  [[nodiscard]] bool has(const std::string& name) const;
+
  private:
   using Index = std::unordered_multimap<std::string, std::size_t>;
-  [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label,
-                                                    bool with_ending) const;
+  // `named`: what sentences call the label.
+  [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label, bool with_ending,
+                                                    const std::string& named) const;
 
-  std::vector<std::string> names_;  // in byte order
-  Index by_file_, by_stem_;         // the last part of a name, with and without its ending
+  std::vector<std::string> names_;   // in byte order
+  std::vector<std::string> folded_;  // the same names, see folded()
+  Index by_file_, by_stem_;          // the last part of a folded name, with and without its ending
 };
+
+// `text` with capitals made small and characters composed, as Unicode has it: two texts that look the same but for
+// their capitals are then equal. Text that is not UTF-8 is returned with ASCII's capitals made small.
+[[nodiscard]] std::string folded(const std::string& text);
 
 // How parsers ask about photographs, so that they need no files themselves.
 struct PhotographLookup {
@@ -128,6 +180,7 @@ struct PhotographLookup {
   // In pixels, as stored; of a photograph that cannot be looked at, the size of one beside it, so that a scene can be
   // listed whole and whoever comes to that photograph says what is wrong with it. Throws InputError if there is none.
   std::function<ImageSize(const PosedPhotograph&)> size_of;
+  BadPhotographs bad = BadPhotographs::refuse;
 };
 
 // PhotographLookup::size_of. Of photographs in `images` by their names if it is given, else of their files in the
@@ -145,8 +198,8 @@ struct PhotographLookup {
                                                                  std::string_view ending);
 [[nodiscard]] std::string first_bytes(const std::filesystem::path& file);
 
-// In `images` if it is given, else in the scene's folder images/ or, without one, in the scene's folder.
-[[nodiscard]] PhotographLookup photographs_of(const std::filesystem::path& scene,
-                                              const std::optional<std::filesystem::path>& images);
+// In the folder of photographs if one is given, else in the scene's folder images/ or, without one, in the scene's
+// folder.
+[[nodiscard]] PhotographLookup photographs_of(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -4,14 +4,21 @@
 #include <array>
 #include <system_error>
 
+#include "tools/scene/forms/bundler.h"
 #include "tools/scene/forms/colmap.h"
+#include "tools/scene/forms/find_photographs.h"
+#include "tools/scene/forms/meshroom.h"
 #include "tools/scene/forms/metashape.h"
+#include "tools/scene/forms/openmvg.h"
 #include "tools/scene/forms/openmvs.h"
+#include "tools/scene/forms/opensfm.h"
+#include "tools/scene/forms/panorama.h"
 #include "tools/scene/forms/polycam.h"
 #include "tools/scene/forms/reality_capture.h"
 #include "tools/scene/forms/scannet.h"
 #include "tools/scene/forms/transforms_json.h"
 #include "tools/scene/forms/tum_rgbd.h"
+#include "tools/scene/forms/visual_sfm.h"
 
 namespace lumatlas {
 
@@ -37,12 +44,17 @@ struct Reader {
 };
 
 constexpr std::array kReaders{
-    Reader{"COLMAP", find_colmap, nullptr},
+    Reader{"COLMAP", find_colmap, read_colmap},
     Reader{"transforms.json", find_transforms, read_transforms},
     Reader{"Polycam", find_polycam, read_polycam},
     Reader{"Metashape", find_metashape, read_metashape},
     Reader{"RealityCapture", find_reality_capture, read_reality_capture},
     Reader{"OpenMVS", find_openmvs, read_openmvs},
+    Reader{"OpenSfM", find_opensfm, read_opensfm},
+    Reader{"OpenMVG", find_openmvg, read_openmvg},
+    Reader{"Meshroom", find_meshroom, read_meshroom},
+    Reader{"VisualSFM", find_visual_sfm, read_visual_sfm},
+    Reader{"Bundler", find_bundler, read_bundler},
     Reader{"ScanNet", find_scannet, read_scannet},
     Reader{"TUM RGB-D", find_tum, read_tum},
 };
@@ -55,6 +67,19 @@ std::vector<CaptureForm> forms_in(const fs::path& scene) {
     if (const std::optional<fs::path> file = reader.find(scene)) forms.push_back({reader.name, *file, reader.read});
   }
   return forms;
+}
+
+Capture read_capture(const CaptureRequest& request) {
+  const std::vector<CaptureForm> forms = forms_in(request.scene);
+  if (forms.empty()) return read_colmap(request);  // says what is missing
+  const CaptureForm& form = forms.front();
+  Capture capture = form.read(request);
+  capture.form = form.name;
+  capture.file = form.file;
+  find_photographs(capture, form.file, request.scene, request.images, request.bad);
+  cut_panoramas(capture);
+  if (std::string note = other_forms_note(forms); !note.empty()) capture.notes.push_back(std::move(note));
+  return capture;
 }
 
 std::string other_forms_note(const std::vector<CaptureForm>& forms) {

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,10 +11,9 @@
 namespace lumatlas {
 
 struct CaptureForm {
-  std::string name;            // such as "COLMAP"
-  std::filesystem::path file;  // what the form was told by
-  // Throws InputError. Empty for COLMAP's, which tools/scene/forms/colmap.h reads.
-  Capture (*read)(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
+  std::string name;                                // such as "COLMAP"
+  std::filesystem::path file;                      // what the form was told by
+  Capture (*read)(const CaptureRequest& request);  // throws InputError
 };
 
 // The forms in the folder `scene`, the one to read first: COLMAP, then those that say most of lenses and names, then
@@ -24,5 +22,9 @@ struct CaptureForm {
 
 // What should be said where a folder has several forms; empty where it has not.
 [[nodiscard]] std::string other_forms_note(const std::vector<CaptureForm>& forms);
+
+// The capture in the folder, by the first of its forms: each photograph is where this computer has it, and each full
+// panorama is cut into views (tools/scene/forms/panorama.h). Throws InputError, also where there is none.
+[[nodiscard]] Capture read_capture(const CaptureRequest& request);
 
 }  // namespace lumatlas

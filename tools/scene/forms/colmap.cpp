@@ -158,24 +158,24 @@ const ColmapCamera& ColmapModel::camera_of(const ColmapImage& image) const {
   return *found;
 }
 
-ColmapModel read_colmap_model(const fs::path& scene) {
+ColmapModel read_colmap_model(const fs::path& scene, BadPhotographs bad) {
   std::optional<Choice> choice = choose_model(scene);
   if (!choice) refuse_missing(scene);
   const Files& files = choice->files;
   const std::string cameras = read_whole_file(files.cameras);
   const std::string images = read_whole_file(files.images);
   ColmapModel model{files.cameras, files.images, {}, {}, std::move(choice->note)};
-  model.cameras = files.binary ? parse_cameras_binary(std::as_bytes(std::span(cameras)), files.cameras)
-                               : parse_cameras_text(cameras, files.cameras);
-  model.images = files.binary ? parse_images_binary(std::as_bytes(std::span(images)), files.images)
-                              : parse_images_text(images, files.images);
+  model.cameras = files.binary ? parse_cameras_binary(std::as_bytes(std::span(cameras)), files.cameras, bad)
+                               : parse_cameras_text(cameras, files.cameras, bad);
+  model.images = files.binary ? parse_images_binary(std::as_bytes(std::span(images)), files.images, bad)
+                              : parse_images_text(images, files.images, bad);
   if (model.images.empty()) {
     throw InputError(files.images.string() + ": holds no image, so there is nothing to see the scene from");
   }
   std::sort(model.cameras.begin(), model.cameras.end(),
             [](const ColmapCamera& a, const ColmapCamera& b) { return a.id < b.id; });
-  std::sort(model.images.begin(), model.images.end(),
-            [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
+  std::stable_sort(model.images.begin(), model.images.end(),
+                   [](const ColmapImage& a, const ColmapImage& b) { return a.name < b.name; });
   check_cameras_exist(model);
   return model;
 }

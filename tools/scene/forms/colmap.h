@@ -21,20 +21,23 @@
 #include <vector>
 
 #include "tools/scene/camera_model.h"
+#include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
 
 struct ColmapCamera {
   std::uint32_t id = 0;
-  CameraModel lens;  // passes check()
+  CameraModel lens;      // passes check()
+  std::string bad = {};  // why it cannot be used: the lens then does not pass. See BadPhotographs
 };
 
 struct ColmapImage {
   std::uint32_t id = 0;
   std::uint32_t camera_id = 0;
-  std::string name;                                // relative to the folder of photographs, which it does not leave
+  std::string name;                                // relative to the folder of photographs, as it is written
   glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit
   glm::dvec3 cam_from_world_translation{0.0};      // model units, each within 1e12
+  std::string bad = {};                            // why its pose cannot be used
 };
 
 // A point that images were matched at.
@@ -45,13 +48,18 @@ struct ColmapPoint {
 };
 
 // Each parser returns the records in the order of the file; ids and names occur once, those of points are not looked
-// at.
+// at. Where bad ones are kept, names may occur more than once.
 [[nodiscard]] std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file,
-                                                             const std::filesystem::path& path);
-[[nodiscard]] std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path);
+                                                             const std::filesystem::path& path,
+                                                             BadPhotographs bad = BadPhotographs::refuse);
+[[nodiscard]] std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path,
+                                                           BadPhotographs bad = BadPhotographs::refuse);
 [[nodiscard]] std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file,
-                                                           const std::filesystem::path& path);
-[[nodiscard]] std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path);
+                                                           const std::filesystem::path& path,
+                                                           BadPhotographs bad = BadPhotographs::refuse);
+// The lines of 2D points may be missing, all of them or some.
+[[nodiscard]] std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path,
+                                                         BadPhotographs bad = BadPhotographs::refuse);
 [[nodiscard]] std::vector<ColmapPoint> parse_points_binary(std::span<const std::byte> file,
                                                            const std::filesystem::path& path);
 [[nodiscard]] std::vector<ColmapPoint> parse_points_text(std::string_view file, const std::filesystem::path& path);
@@ -68,7 +76,11 @@ struct ColmapModel {
 
 // The model in `scene`/sparse, else the one with most images in the folders of `scene`/sparse, where COLMAP's mapper
 // leaves several, else the one in `scene` itself; binary before text, as COLMAP does. Throws InputError.
-[[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& scene);
+[[nodiscard]] ColmapModel read_colmap_model(const std::filesystem::path& scene,
+                                            BadPhotographs bad = BadPhotographs::refuse);
+
+// The photographs of that model, each with its image's id.
+[[nodiscard]] Capture read_colmap(const CaptureRequest& request);
 
 // The images of the model that read_colmap_model() reads; none where no model is whole. Never throws: what cannot be
 // looked at is not there.

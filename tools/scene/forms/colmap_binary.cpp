@@ -100,7 +100,7 @@ std::uint32_t read_size(Cursor& cursor, const char* what, const Place& place) {
   return static_cast<std::uint32_t>(size);
 }
 
-ColmapCamera read_camera(Cursor& cursor, const Place& place) {
+ColmapCamera read_camera(Cursor& cursor, const Place& place, BadPhotographs bad) {
   ColmapCamera camera;
   camera.id = cursor.read<std::uint32_t>(place);
   const auto id = cursor.read<std::int32_t>(place);
@@ -114,7 +114,7 @@ ColmapCamera read_camera(Cursor& cursor, const Place& place) {
   for (std::size_t i = 0; i < parameter_count(*model); ++i) {
     camera.lens.parameters[i] = cursor.read<double>(place);
   }
-  colmap::check_camera(camera, place);
+  colmap::check_camera(camera, place, bad);
   return camera;
 }
 
@@ -127,14 +127,14 @@ std::array<double, N> read_doubles(Cursor& cursor, const Place& place) {
   return values;
 }
 
-ColmapImage read_image(Cursor& cursor, const Place& place) {
+ColmapImage read_image(Cursor& cursor, const Place& place, BadPhotographs bad) {
   const auto id = cursor.read<std::uint32_t>(place);
   const auto quaternion = read_doubles<4>(cursor, place);
   const auto translation = read_doubles<3>(cursor, place);
   const auto camera_id = cursor.read<std::uint32_t>(place);
   const std::string_view name = cursor.read_name(place);
   cursor.skip_points(place);
-  return colmap::checked_image(id, quaternion, translation, camera_id, name, place);
+  return colmap::checked_image(id, quaternion, translation, camera_id, name, place, bad);
 }
 
 ColmapPoint read_point(Cursor& cursor, const Place& place) {
@@ -161,13 +161,12 @@ ColmapPoint read_point(Cursor& cursor, const Place& place) {
 
 // All records of a file. `records` and `record` are what they are called, and one of them where it stands; one takes at
 // least `smallest` bytes.
-template <typename Record>
-std::vector<Record> read_records(std::span<const std::byte> file, const std::filesystem::path& path,
-                                 const char* records, const char* record, std::size_t smallest,
-                                 Record (*read)(Cursor&, const Place&)) {
+template <typename Read>
+auto read_records(std::span<const std::byte> file, const std::filesystem::path& path, const char* records,
+                  const char* record, std::size_t smallest, const Read& read) {
   Cursor cursor(file);
   const std::size_t count = read_count(cursor, path, records, smallest);
-  std::vector<Record> all;
+  std::vector<decltype(read(cursor, {path, record, 0}))> all;
   all.reserve(count);
   for (std::size_t i = 0; i < count; ++i) all.push_back(read(cursor, {path, record, i}));
   require_end(cursor, path, count, records);
@@ -181,19 +180,21 @@ std::vector<ColmapPoint> parse_points_binary(std::span<const std::byte> file, co
   return read_records(file, path, "points", "the point at index", kSmallestRecord, read_point);
 }
 
-std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
+std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file, const std::filesystem::path& path,
+                                               BadPhotographs bad) {
   constexpr std::size_t kSmallestRecord = 4 + 4 + 8 + 8 + 2 * 8;
-  std::vector<ColmapCamera> cameras =
-      read_records(file, path, "cameras", "the camera at index", kSmallestRecord, read_camera);
+  const auto read = [bad](Cursor& cursor, const Place& place) { return read_camera(cursor, place, bad); };
+  std::vector<ColmapCamera> cameras = read_records(file, path, "cameras", "the camera at index", kSmallestRecord, read);
   colmap::check_unique(cameras, path);
   return cameras;
 }
 
-std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file, const std::filesystem::path& path) {
+std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file, const std::filesystem::path& path,
+                                             BadPhotographs bad) {
   constexpr std::size_t kSmallestRecord = 4 + 7 * 8 + 4 + 2 + 8;
-  std::vector<ColmapImage> images =
-      read_records(file, path, "images", "the image at index", kSmallestRecord, read_image);
-  colmap::check_unique(images, path);
+  const auto read = [bad](Cursor& cursor, const Place& place) { return read_image(cursor, place, bad); };
+  std::vector<ColmapImage> images = read_records(file, path, "images", "the image at index", kSmallestRecord, read);
+  colmap::check_unique(images, path, bad);
   return images;
 }
 

@@ -44,17 +44,6 @@ void check_translation(const std::array<double, 3>& translation, const Place& pl
   }
 }
 
-bool has_parent_component(std::string_view name) {
-  while (!name.empty()) {
-    const std::size_t end = std::min(name.find('/'), name.size());
-    if (name.substr(0, end) == "..") {
-      return true;
-    }
-    name.remove_prefix(std::min(end + 1, name.size()));
-  }
-  return false;
-}
-
 void check_name(std::string_view name, const Place& place) {
   if (name.empty()) {
     fail(place, "its name is empty, must be that of a photograph");
@@ -62,13 +51,6 @@ void check_name(std::string_view name, const Place& place) {
   const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
   if (std::any_of(name.begin(), name.end(), is_control)) {
     fail(place, "its name " + escaped_in_quotes(name) + " holds a control character");
-  }
-  if (name.front() == '/') {
-    fail(place,
-         "its name " + escaped_in_quotes(name) + " is an absolute path, must be relative to the folder of photographs");
-  }
-  if (has_parent_component(name)) {
-    fail(place, "its name " + escaped_in_quotes(name) + " holds '..', must not leave the folder of photographs");
   }
 }
 
@@ -120,21 +102,43 @@ std::string escaped_in_quotes(std::string_view text) {
   return result + (text.size() > kLongest ? "...'" : "'");
 }
 
-void check_camera(const ColmapCamera& camera, const Place& place) {
+namespace {
+
+// What `check` throws is the caller's, or what is bad where bad ones are kept.
+template <typename Check>
+void check_or_keep(BadPhotographs bad, std::string& reason, const Check& check) {
   try {
-    check(camera.lens);
-  } catch (const std::invalid_argument& error) {
-    fail(place,
-         "camera " + std::to_string(camera.id) + " (" + std::string(name(camera.lens.model)) + "): " + error.what());
+    check();
+  } catch (const InputError& error) {
+    if (bad == BadPhotographs::refuse) throw;
+    reason = error.what();
   }
+}
+
+}  // namespace
+
+void check_camera(ColmapCamera& camera, const Place& place, BadPhotographs bad) {
+  check_or_keep(bad, camera.bad, [&] {
+    try {
+      check(camera.lens);
+    } catch (const std::invalid_argument& error) {
+      fail(place,
+           "camera " + std::to_string(camera.id) + " (" + std::string(name(camera.lens.model)) + "): " + error.what());
+    }
+  });
 }
 
 ColmapImage checked_image(std::uint32_t id, const std::array<double, 4>& quaternion,
                           const std::array<double, 3>& translation, std::uint32_t camera_id, std::string_view name,
-                          const Place& place) {
+                          const Place& place, BadPhotographs bad) {
   check_name(name, place);
-  check_translation(translation, place);
-  return {id, camera_id, std::string(name), unit(quaternion, place), {translation[0], translation[1], translation[2]}};
+  ColmapImage image{id, camera_id, std::string(name)};
+  check_or_keep(bad, image.bad, [&] {
+    check_translation(translation, place);
+    image.cam_from_world_rotation = unit(quaternion, place);
+    image.cam_from_world_translation = {translation[0], translation[1], translation[2]};
+  });
+  return image;
 }
 
 void check_point(const ColmapPoint& point, const Place& place) {
@@ -152,11 +156,12 @@ void check_unique(const std::vector<ColmapCamera>& cameras, const std::filesyste
   }
 }
 
-void check_unique(const std::vector<ColmapImage>& images, const std::filesystem::path& path) {
+void check_unique(const std::vector<ColmapImage>& images, const std::filesystem::path& path, BadPhotographs bad) {
   const auto id = [](const ColmapImage& image) { return image.id; };
   if (const auto repetition = first_repetition(images, id)) {
     fail_repeated(path, "images", "id " + std::to_string(images[repetition->second].id), *repetition);
   }
+  if (bad == BadPhotographs::keep) return;
   const auto name = [](const ColmapImage& image) { return std::string_view(image.name); };
   if (const auto repetition = first_repetition(images, name)) {
     fail_repeated(path, "images", "name " + escaped_in_quotes(images[repetition->second].name), *repetition);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // COLMAP's text files. Blank lines and lines that begin with '#' are skipped, except that the line after an image's own
-// is always that of its 2D points, blank if there are none:
+// is that of its 2D points, blank if there are none; scripts that leave blank lines out leave these out too:
 //
 //   cameras.txt: CAMERA_ID MODEL WIDTH HEIGHT PARAMETERS...
 //   images.txt:  IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME
@@ -38,7 +38,11 @@ std::string_view trimmed(std::string_view text) {
 
 class Lines {
  public:
-  explicit Lines(std::string_view file) : rest_(file) {}
+  // Editors of Windows begin a file with a mark of its byte order.
+  explicit Lines(std::string_view file) : rest_(file) {
+    constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+    if (rest_.starts_with(kByteOrderMark)) rest_.remove_prefix(kByteOrderMark.size());
+  }
 
   // The next line, without blanks at its ends; false after the last.
   bool next(std::string_view& line) {
@@ -150,7 +154,7 @@ void read_parameters(Fields& fields, CameraModel& lens) {
   }
 }
 
-ColmapCamera read_camera(std::string_view line, const Place& place) {
+ColmapCamera read_camera(std::string_view line, const Place& place, BadPhotographs bad) {
   Fields fields(line, place);
   ColmapCamera camera;
   camera.id = fields.id("camera id");
@@ -164,11 +168,11 @@ ColmapCamera read_camera(std::string_view line, const Place& place) {
   camera.lens.width = fields.size("width");
   camera.lens.height = fields.size("height");
   read_parameters(fields, camera.lens);
-  colmap::check_camera(camera, place);
+  colmap::check_camera(camera, place, bad);
   return camera;
 }
 
-ColmapImage read_image(std::string_view line, const Place& place) {
+ColmapImage read_image(std::string_view line, const Place& place, BadPhotographs bad) {
   Fields fields(line, place);
   const std::uint32_t id = fields.id("image id");
   std::array<double, 4> quaternion;
@@ -180,7 +184,7 @@ ColmapImage read_image(std::string_view line, const Place& place) {
     component = fields.number("translation");
   }
   const std::uint32_t camera_id = fields.id("camera id");
-  return colmap::checked_image(id, quaternion, translation, camera_id, fields.rest("name"), place);
+  return colmap::checked_image(id, quaternion, translation, camera_id, fields.rest("name"), place, bad);
 }
 
 ColmapPoint read_point(std::string_view line, const Place& place) {
@@ -206,16 +210,17 @@ constexpr std::array<bool, 256> characters_of_numbers() {
   return table;
 }
 
-// Looks only as closely at the points as it takes not to mistake the next image for them.
-void check_points(std::string_view line, const Place& place) {
+// Whether the line holds nothing but what numbers are written with: a name of a photograph has other characters too.
+bool holds_numbers(std::string_view line) {
   static constexpr std::array<bool, 256> kOfNumbers = characters_of_numbers();
+  return std::all_of(line.begin(), line.end(), [](char c) { return kOfNumbers[static_cast<unsigned char>(c)]; });
+}
+
+void check_points(std::string_view line, const Place& place) {
+  if (line.starts_with('#')) return;
   std::size_t words = 0;
   bool in_word = false;
   for (const char c : line) {
-    if (!kOfNumbers[static_cast<unsigned char>(c)]) {
-      fail(place,
-           "is " + escaped_in_quotes(line) + ", must hold the 2D points of the image in the line before, or be blank");
-    }
     words += in_word || is_blank(c) ? 0 : 1;
     in_word = !is_blank(c);
   }
@@ -228,11 +233,12 @@ void check_points(std::string_view line, const Place& place) {
 
 }  // namespace
 
-std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path) {
+std::vector<ColmapCamera> parse_cameras_text(std::string_view file, const std::filesystem::path& path,
+                                             BadPhotographs bad) {
   Lines lines(file);
   std::vector<ColmapCamera> cameras;
   for (std::string_view line; lines.next_record(line);) {
-    cameras.push_back(read_camera(line, {path, "line", lines.number()}));
+    cameras.push_back(read_camera(line, {path, "line", lines.number()}, bad));
   }
   colmap::check_unique(cameras, path);
   return cameras;
@@ -247,16 +253,20 @@ std::vector<ColmapPoint> parse_points_text(std::string_view file, const std::fil
   return points;
 }
 
-std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path) {
+std::vector<ColmapImage> parse_images_text(std::string_view file, const std::filesystem::path& path,
+                                           BadPhotographs bad) {
   Lines lines(file);
   std::vector<ColmapImage> images;
-  for (std::string_view line; lines.next_record(line);) {
-    images.push_back(read_image(line, {path, "line", lines.number()}));
-    if (lines.next(line)) {
-      check_points(line, {path, "line", lines.number()});
-    }
+  std::string_view line;
+  for (bool is_image = lines.next_record(line); is_image;) {
+    images.push_back(read_image(line, {path, "line", lines.number()}, bad));
+    if (!lines.next(line)) break;
+    is_image = !line.empty() && line.front() != '#' && !holds_numbers(line);
+    if (is_image) continue;
+    check_points(line, {path, "line", lines.number()});
+    is_image = lines.next_record(line);
   }
-  colmap::check_unique(images, path);
+  colmap::check_unique(images, path, bad);
   return images;
 }
 

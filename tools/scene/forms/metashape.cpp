@@ -104,8 +104,17 @@ void refuse_unread_calibration(const pugi::xml_node& calibration, const XmlPlace
   }
 }
 
+CameraModel panorama_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) {
+  const pugi::xml_node resolution = sensor.child("resolution");
+  CameraModel lens{LensModel::kEquirectangular, size_in(resolution, "width", place),
+                   size_in(resolution, "height", place)};
+  lens.parameters = {static_cast<double>(lens.width), static_cast<double>(lens.height)};
+  return lens;
+}
+
 CameraModel lens_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) {
   const pugi::xml_node calibration = calibration_of(sensor);
+  if (sensor.attribute("type").value() == std::string_view("spherical")) return panorama_of_sensor(sensor, place);
   if (!calibration) place.refuse("has no calibration: export the cameras after aligning them");
   const pugi::xml_node resolution =
       calibration.child("resolution") ? calibration.child("resolution") : sensor.child("resolution");
@@ -129,7 +138,7 @@ CameraModel lens_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) 
   std::string_view type = calibration.attribute("type").value();
   if (type.empty()) type = sensor.attribute("type").value();
   if (type != "frame" && type != "fisheye" && type != "equidistant_fisheye") {
-    place.refuse("is of the type " + in_quotes(type) + ", must be frame or fisheye");
+    place.refuse("is of the type " + in_quotes(type) + ", must be frame, fisheye or spherical");
   }
   lens.fisheye = type != "frame";
   try {
@@ -211,13 +220,13 @@ class ChunkReader {
     }
     collect_cameras(chunk_.child("cameras"));
     for (const pugi::xml_node& group : chunk_.child("cameras").children("group")) collect_cameras(group);
-    for (const pugi::xml_node& camera : cameras_) read_camera(camera);
+    for (const pugi::xml_node& camera : cameras_) add_camera(camera);
     if (in_rigs_ > 0) {
       posed_.notes.push_back(std::to_string(in_rigs_) +
                              " cameras of rigs are placed by their masters' poses and their sensors' offsets");
     }
     note_skipped(posed_, without_pose_, "are disabled or were not aligned");
-    finish(posed_, path_);
+    finish(posed_, path_, photographs_.bad);
     const std::string_view reference = chunk_.child("reference").text().get();
     if (!reference.empty() && !reference.starts_with("LOCAL_CS")) {
       posed_.notes.emplace_back(
@@ -243,28 +252,41 @@ class ChunkReader {
     return found == cameras_by_id_.end() ? camera : found->second;
   }
 
-  void read_camera(const pugi::xml_node& camera) {
+  void add_camera(const pugi::xml_node& camera) {
     const std::string_view enabled = camera.attribute("enabled").value();
     const pugi::xml_node master = master_of(camera);
     if (enabled == "false" || enabled == "0" || !master.child("transform")) {
       ++without_pose_;
       return;
     }
+    if (master != camera) ++in_rigs_;
+    add_photograph(posed_, photographs_.bad, camera.attribute("label").value(),
+                   [&] { return photograph_of(camera, master); });
+  }
+
+  PosedPhotograph photograph_of(const pugi::xml_node& camera, const pugi::xml_node& master) {
     const std::string label = camera.attribute("label").value();
     const XmlPlace place{path_, "camera " + in_quotes(label)};
     RigPose chunk_from_camera = pose_of(master.child("transform"), place);
-    if (master != camera) {
-      chunk_from_camera = chunk_from_camera * pose_in_rig(sensor_of(camera, place), place);
-      ++in_rigs_;
-    }
-    PosedPhotograph photograph = photographs_.find(label);
+    if (master != camera) chunk_from_camera = chunk_from_camera * pose_in_rig(sensor_of(camera, place), place);
+    PosedPhotograph photograph = find_photograph(label, camera.parent().attribute("label").value());
     const Similarity& world = world_of(master);
     const glm::dvec3 center = world.scale * (world.rotation * chunk_from_camera.center) + world.translation;
     const std::string broken =
         set_pose(photograph, world.rotation * chunk_from_camera.rotation, center, CameraAxes::right_down_forward);
     if (!broken.empty()) place.refuse("its transform " + broken);
     photograph.lens = lens_of_camera(camera, place);
-    posed_.photographs.push_back(std::move(photograph));
+    return photograph;
+  }
+
+  // Where several photographs have the camera's label, the one in a folder that is called as the camera's group is.
+  [[nodiscard]] PosedPhotograph find_photograph(const std::string& label, const std::string& group) const {
+    try {
+      return photographs_.find(label);
+    } catch (const InputError&) {
+      if (group.empty()) throw;
+      return photographs_.find(group + "/" + label);
+    }
   }
 
   [[nodiscard]] const Similarity& world_of(const pugi::xml_node& camera) const {
@@ -333,9 +355,9 @@ std::optional<fs::path> find_metashape(const fs::path& scene) {
   return std::nullopt;
 }
 
-Capture read_metashape(const fs::path& scene, const std::optional<fs::path>& images) {
-  const fs::path path = find_metashape(scene).value();
-  return parse_metashape(read_whole_file(path), path, photographs_of(scene, images));
+Capture read_metashape(const CaptureRequest& request) {
+  const fs::path path = find_metashape(request.scene).value();
+  return parse_metashape(read_whole_file(path), path, photographs_of(request));
 }
 
 }  // namespace lumatlas

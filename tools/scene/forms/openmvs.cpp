@@ -162,6 +162,35 @@ CameraModel lens_in(const PlatformCamera& camera, const PosedPhotograph& photogr
   return lens_of(lens);
 }
 
+// An element of a list, or what refuse() says that `what` is.
+template <typename Element, typename Refuse>
+const Element& element(const std::vector<Element>& list, std::uint32_t index, const char* what, const Refuse& refuse) {
+  if (index >= list.size()) refuse("has " + std::string(what) + " " + std::to_string(index) + ", which is not there");
+  return list[index];
+}
+
+PosedPhotograph photograph_of(const Image& image, const std::vector<Platform>& platforms, const fs::path& path,
+                              std::uint64_t index, const PhotographLookup& photographs) {
+  const auto refuse = [&](const std::string& reason) {
+    throw InputError(path.string() + ": image " + std::to_string(index) + " (" + in_quotes(image.name) +
+                     "): " + reason);
+  };
+  const Platform& platform = element(platforms, image.platform, "platform", refuse);
+  const PlatformCamera& camera = element(platform.cameras, image.camera, "camera", refuse);
+  const Pose& pose = element(platform.poses, image.pose, "pose", refuse);
+  PosedPhotograph photograph = photographs.find(image.name);
+  const glm::dvec3 center = glm::transpose(pose.R) * camera.in_platform.C + pose.C;
+  const std::string broken =
+      set_pose(photograph, glm::transpose(camera.in_platform.R * pose.R), center, CameraAxes::right_down_forward);
+  if (!broken.empty()) refuse("its pose " + broken);
+  try {
+    photograph.lens = lens_in(camera, photograph, photographs);
+  } catch (const std::invalid_argument& error) {
+    refuse(std::string("a camera that cannot be: ") + error.what());
+  }
+  return photograph;
+}
+
 }  // namespace
 
 Capture parse_openmvs(std::span<const std::byte> file, const fs::path& path, const PhotographLookup& photographs) {
@@ -182,35 +211,15 @@ Capture parse_openmvs(std::span<const std::byte> file, const fs::path& path, con
   for (std::uint64_t index = 0; index < count; ++index) {
     const Image image = take_image(archive, version);
     if (!image.mask.empty()) ++masks;
-    const auto refuse = [&](const std::string& reason) {
-      archive.refuse("image " + std::to_string(index) + " (" + in_quotes(image.name) + "): " + reason);
-    };
     if (image.pose == kNone) {
       ++without_pose;
       continue;
     }
-    if (image.platform >= platforms.size())
-      refuse("has platform " + std::to_string(image.platform) + ", which is not there");
-    const Platform& platform = platforms[image.platform];
-    if (image.camera >= platform.cameras.size())
-      refuse("has camera " + std::to_string(image.camera) + ", which is not there");
-    if (image.pose >= platform.poses.size()) refuse("has pose " + std::to_string(image.pose) + ", which is not there");
-    const PlatformCamera& camera = platform.cameras[image.camera];
-    const Pose& pose = platform.poses[image.pose];
-    PosedPhotograph photograph = photographs.find(image.name);
-    const glm::dvec3 center = glm::transpose(pose.R) * camera.in_platform.C + pose.C;
-    const std::string broken =
-        set_pose(photograph, glm::transpose(camera.in_platform.R * pose.R), center, CameraAxes::right_down_forward);
-    if (!broken.empty()) refuse("its pose " + broken);
-    try {
-      photograph.lens = lens_in(camera, photograph, photographs);
-    } catch (const std::invalid_argument& error) {
-      refuse(std::string("a camera that cannot be: ") + error.what());
-    }
-    posed.photographs.push_back(std::move(photograph));
+    add_photograph(posed, photographs.bad, image.name,
+                   [&] { return photograph_of(image, platforms, path, index, photographs); });
   }
   note_skipped(posed, without_pose, "have no pose");
-  finish(posed, path);
+  finish(posed, path, photographs.bad);
   if (masks > 0) {
     posed.notes.push_back(std::to_string(masks) +
                           " of its images name a mask, which is not read: masks are taken from "
@@ -226,10 +235,10 @@ std::optional<fs::path> find_openmvs(const fs::path& scene) {
   return std::nullopt;
 }
 
-Capture read_openmvs(const fs::path& scene, const std::optional<fs::path>& images) {
-  const fs::path path = find_openmvs(scene).value();
+Capture read_openmvs(const CaptureRequest& request) {
+  const fs::path path = find_openmvs(request.scene).value();
   const std::string file = read_whole_file(path);
-  PhotographLookup lookup = photographs_of(scene, images);
+  PhotographLookup lookup = photographs_of(request);
   // OpenMVS names photographs from its working folder on, or wholly: the file's name is what is left of it here.
   lookup.find = [find = lookup.find](std::string_view name) {
     const fs::path whole(name);

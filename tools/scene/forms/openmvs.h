@@ -26,7 +26,6 @@ namespace lumatlas {
 
 // The first .mvs file, by name, that begins so.
 [[nodiscard]] std::optional<std::filesystem::path> find_openmvs(const std::filesystem::path& scene);
-[[nodiscard]] Capture read_openmvs(const std::filesystem::path& scene,
-                                   const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_openmvs(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -142,19 +142,20 @@ std::optional<fs::path> find_polycam(const fs::path& scene) {
   return folders ? std::optional(scene / folders->cameras) : std::nullopt;
 }
 
-Capture read_polycam(const fs::path& scene, const std::optional<fs::path>& images) {
-  const Folders folders = folders_of(scene).value();
-  PolycamFiles files{scene / folders.cameras, {}, scene / "mesh_info.json", std::nullopt};
+Capture read_polycam(const CaptureRequest& request) {
+  const Folders folders = folders_of(request.scene).value();
+  PolycamFiles files{request.scene / folders.cameras, {}, request.scene / "mesh_info.json", std::nullopt};
   for (const fs::path& file : files_ending_in(files.cameras, ".json")) {
     files.frames.emplace_back(file.stem().string(), read_whole_file(file));
   }
-  for (const fs::path& file : files_ending_in(scene / kDepths, ".png")) files.depths.insert(file.stem().string());
-  for (const fs::path& file : files_ending_in(scene / kConfidences, ".png")) {
+  for (const fs::path& file : files_ending_in(request.scene / kDepths, ".png"))
+    files.depths.insert(file.stem().string());
+  for (const fs::path& file : files_ending_in(request.scene / kConfidences, ".png")) {
     files.confidences.insert(file.stem().string());
   }
   std::error_code ignored;
   if (fs::exists(files.mesh_info, ignored)) files.mesh_info_text = read_whole_file(files.mesh_info);
-  const PhotographNames names(pictures_in(images.value_or(scene / folders.images)));
+  const PhotographNames names(pictures_in(request.images.value_or(request.scene / folders.images)));
   return parse_polycam(files, [&](const std::string& id) {
     PosedPhotograph photograph{names.find(id + ".jpg")};
     photograph.file = folders.images / photograph.name;

@@ -39,7 +39,6 @@ struct PolycamFiles {
 
 // The folder of cameras, if there is one.
 [[nodiscard]] std::optional<std::filesystem::path> find_polycam(const std::filesystem::path& scene);
-[[nodiscard]] Capture read_polycam(const std::filesystem::path& scene,
-                                   const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_polycam(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 #include "tools/scene/forms/text_rows.h"
@@ -25,18 +26,64 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kFilmWidth = 36;  // millimetres
-constexpr auto kReadColumns = std::to_array<std::string_view>(
-    {"name", "x", "y", "alt", "heading", "pitch", "roll", "f", "px", "py", "k1", "k2", "k3", "k4", "t1", "t2"});
-constexpr std::string_view kFirstColumns = "#name,x,y,alt,heading,pitch,roll,f,";
+constexpr auto kReadColumns =
+    std::to_array<std::string_view>({"name", "x", "y", "alt", "heading", "pitch", "roll", "f", "px", "py", "k1", "k2",
+                                     "k3", "k4", "t1", "t2", "px_norm", "py_norm"});
+constexpr auto kNeededColumns =
+    std::to_array<std::string_view>({"name", "x", "y", "alt", "heading", "pitch", "roll", "f"});
 
-// The first line says the columns. It begins with '#', as comments do.
+// What other programs that write this form call its columns.
+struct OtherName {
+  std::string_view name, usual;
+};
+constexpr std::array kOtherNames{OtherName{"z", "alt"}, OtherName{"yaw", "heading"}, OtherName{"f_35mm", "f"}};
+
+std::string usual_name(std::string_view name) {
+  const auto* const other =
+      std::find_if(kOtherNames.begin(), kOtherNames.end(), [&](const OtherName& o) { return o.name == name; });
+  return std::string(other == kOtherNames.end() ? name : other->usual);
+}
+
+// The line that says the columns. It usually begins with '#', as comments do, of which some may stand before it.
+struct Header {
+  std::size_t line = 0;  // from 1
+  std::vector<std::string> names;
+};
+
+std::vector<std::string> column_names(std::string_view line) {
+  line.remove_prefix(line.starts_with('#') ? 1 : 0);
+  std::vector<std::string> names;
+  for (const TextRow& row : rows_of(line, true)) {
+    for (const std::string_view name : row.fields) names.push_back(usual_name(name));
+  }
+  return names;
+}
+
+bool has_needed_columns(const std::vector<std::string>& names) {
+  return std::all_of(kNeededColumns.begin(), kNeededColumns.end(), [&](std::string_view needed) {
+    return std::find(names.begin(), names.end(), needed) != names.end();
+  });
+}
+
+std::string_view without_byte_order_mark(std::string_view text) {
+  return text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;
+}
+
+std::optional<Header> header_in(std::string_view text) {
+  text = without_byte_order_mark(text);
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::string_view line = take_line(text);
+    std::vector<std::string> names = column_names(line);
+    if (has_needed_columns(names)) return Header{number, std::move(names)};
+    const bool is_comment = line.starts_with('#') || line.find_first_not_of(" \t\r") == std::string_view::npos;
+    if (!is_comment) return std::nullopt;
+  }
+  return std::nullopt;
+}
+
 class Columns {
  public:
-  Columns(std::string_view header, const fs::path& path) : path_(path) {
-    header.remove_prefix(header.find('#') + 1);
-    const std::vector<TextRow> rows = rows_of(header, true);
-    for (const std::string_view name : rows.front().fields) names_.emplace_back(name);
-  }
+  Columns(std::vector<std::string> names, const fs::path& path) : path_(path), names_(std::move(names)) {}
 
   [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const {
     const auto found = std::find(names_.begin(), names_.end(), name);
@@ -108,47 +155,59 @@ bool are_degrees(const std::vector<glm::dvec3>& centers) {
   return on_earth && wide > 0 && wide < kFewKilometres && far > kFarther * wide;
 }
 
-std::string_view without_byte_order_mark(std::string_view text) {
-  return text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text;
+// Where the principal point is given in another unit, which is not known, it must be the middle.
+void check_middle(const Columns& columns, const TextRow& row, const fs::path& path) {
+  for (const char* const name : {"px_norm", "py_norm"}) {
+    const double value = columns.number_or_0(row, name);
+    if (value == 0) continue;
+    refuse_row(path, row,
+               std::string(name) + " is " + number_text(value) +
+                   ", in a unit that is not known: export px "
+                   "and py in millimetres");
+  }
 }
 
-bool begins_with_columns(std::string_view text) {
-  std::string line(take_line(text));
-  std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
-  return line.starts_with(kFirstColumns);
+PosedPhotograph photograph_in(const Columns& columns, const TextRow& row, const fs::path& path,
+                              const PhotographLookup& photographs) {
+  try {
+    PosedPhotograph photograph = photographs.find(row.fields[columns.find("name").value()]);
+    const glm::dvec3 center(columns.number(row, "x"), columns.number(row, "y"), columns.number(row, "alt"));
+    const std::string broken =
+        set_pose(photograph, world_from_camera(columns, row), center, CameraAxes::right_up_backward);
+    if (!broken.empty()) refuse_row(path, row, broken);
+    check_middle(columns, row, path);
+    photograph.lens = lens_of(lens_in(columns, row, photographs.size_of(photograph)));
+    return photograph;
+  } catch (const std::invalid_argument& error) {
+    refuse_row(path, row, std::string("a camera that cannot be: ") + error.what());
+  }
 }
 
 }  // namespace
 
 Capture parse_reality_capture(std::string_view text, const fs::path& path, const PhotographLookup& photographs) {
-  text = without_byte_order_mark(text);
-  if (!begins_with_columns(text)) {
-    throw InputError(path.string() + ": its first line does not begin with " + std::string(kFirstColumns));
+  std::optional<Header> header = header_in(text);
+  if (!header) {
+    throw InputError(path.string() +
+                     ": has no line with the columns name, x, y, alt, heading, pitch, roll and f before its values");
   }
-  std::string_view header = text;
-  const Columns columns(take_line(header), path);
+  const std::size_t header_line = header->line;
+  const Columns columns(std::move(header->names), path);
   Capture posed;
   std::vector<glm::dvec3> centers;
-  for (const TextRow& row : rows_of(text, true)) {
+  for (const TextRow& row : rows_of(without_byte_order_mark(text), true)) {
+    if (row.line <= header_line) continue;
     if (row.fields.size() != columns.count()) {
       refuse_row(path, row,
-                 "has " + std::to_string(row.fields.size()) + " values, but the first line names " +
-                     std::to_string(columns.count()) + " columns");
+                 "has " + std::to_string(row.fields.size()) + " values, but line " + std::to_string(header_line) +
+                     " names " + std::to_string(columns.count()) + " columns");
     }
-    try {
-      PosedPhotograph photograph = photographs.find(row.fields.front());
-      const glm::dvec3 center(columns.number(row, "x"), columns.number(row, "y"), columns.number(row, "alt"));
-      const std::string broken =
-          set_pose(photograph, world_from_camera(columns, row), center, CameraAxes::right_up_backward);
-      if (!broken.empty()) refuse_row(path, row, broken);
-      centers.push_back(center);
-      photograph.lens = lens_of(lens_in(columns, row, photographs.size_of(photograph)));
-      posed.photographs.push_back(std::move(photograph));
-    } catch (const std::invalid_argument& error) {
-      refuse_row(path, row, std::string("a camera that cannot be: ") + error.what());
-    }
+    const std::string name(row.fields[columns.find("name").value()]);
+    add_photograph(posed, photographs.bad, name, [&] { return photograph_in(columns, row, path, photographs); });
+    if (!posed.photographs.back().bad.empty()) continue;
+    centers.emplace_back(columns.number(row, "x"), columns.number(row, "y"), columns.number(row, "alt"));
   }
-  finish(posed, path);
+  finish(posed, path, photographs.bad);
   if (are_degrees(centers)) {
     throw InputError(path.string() +
                      ": x and y look like degrees of longitude and latitude beside heights in metres: export cameras "
@@ -165,14 +224,14 @@ Capture parse_reality_capture(std::string_view text, const fs::path& path, const
 
 std::optional<fs::path> find_reality_capture(const fs::path& scene) {
   for (const fs::path& file : files_ending_in(scene, ".csv")) {
-    if (begins_with_columns(without_byte_order_mark(first_bytes(file)))) return file;
+    if (header_in(first_bytes(file))) return file;
   }
   return std::nullopt;
 }
 
-Capture read_reality_capture(const fs::path& scene, const std::optional<fs::path>& images) {
-  const fs::path path = find_reality_capture(scene).value();
-  return parse_reality_capture(read_whole_file(path), path, photographs_of(scene, images));
+Capture read_reality_capture(const CaptureRequest& request) {
+  const fs::path path = find_reality_capture(request.scene).value();
+  return parse_reality_capture(read_whole_file(path), path, photographs_of(request));
 }
 
 }  // namespace lumatlas

@@ -9,8 +9,9 @@
 //   px py                the same, from the middle of the photograph to its principal point, right and down
 //   k1 k2 k3 k4 t1 t2    Brown's, by the plane z = 1; t1 and t2 are OpenCV's p1 and p2
 //
-// Columns are found by these names, others are told in a note; distortion may be missing. Longitude and latitude in
-// degrees are refused.
+// Columns are found by these names, in the first line that has those up to f, with or without '#', which comments may
+// precede; alt may be called z, heading yaw, and f f_35mm. Other columns are told in a note; distortion may be missing.
+// Longitude and latitude in degrees are refused.
 #pragma once
 
 #include <filesystem>
@@ -25,9 +26,8 @@ namespace lumatlas {
 [[nodiscard]] Capture parse_reality_capture(std::string_view text, const std::filesystem::path& path,
                                             const PhotographLookup& photographs);
 
-// The first .csv, by name, that begins with such columns.
+// The first .csv, by name, that has such columns.
 [[nodiscard]] std::optional<std::filesystem::path> find_reality_capture(const std::filesystem::path& scene);
-[[nodiscard]] Capture read_reality_capture(const std::filesystem::path& scene,
-                                           const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_reality_capture(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -141,20 +141,20 @@ std::optional<fs::path> find_scannet(const fs::path& scene) {
   return is_one ? std::optional(intrinsic) : std::nullopt;
 }
 
-Capture read_scannet(const fs::path& scene, const std::optional<fs::path>& images) {
-  ScanNetFiles files{scene, read_whole_file(scene / "intrinsic" / "intrinsic_color.txt"), {}};
-  files.depths = depths_in(scene);
+Capture read_scannet(const CaptureRequest& request) {
+  ScanNetFiles files{request.scene, read_whole_file(request.scene / "intrinsic" / "intrinsic_color.txt"), {}};
+  files.depths = depths_in(request.scene);
   std::size_t without_pose = 0;
-  for (const std::string& name : pictures_in(images.value_or(scene / "color"))) {
+  for (const std::string& name : pictures_in(request.images.value_or(request.scene / "color"))) {
     std::error_code ignored;
-    const fs::path pose = pose_file(scene, name);
+    const fs::path pose = pose_file(request.scene, name);
     if (fs::exists(pose, ignored)) {
       files.poses.emplace_back(name, read_whole_file(pose));
     } else {
       ++without_pose;
     }
   }
-  Capture posed = parse_scannet(files, sizes_in(scene, images));
+  Capture posed = parse_scannet(files, sizes_in(request.scene, request.images));
   note_skipped(posed, without_pose, "have no file in pose/");
   return posed;
 }

@@ -42,7 +42,6 @@ struct ScanNetFiles {
 
 // intrinsic/intrinsic_color.txt, if the folder is one of these.
 [[nodiscard]] std::optional<std::filesystem::path> find_scannet(const std::filesystem::path& scene);
-[[nodiscard]] Capture read_scannet(const std::filesystem::path& scene,
-                                   const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_scannet(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -26,10 +26,17 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::string_view_literals;
 
-fs::path path_in(const JsonPlace& place) {
-  const std::string text = place.text();
-  if (const std::optional<fs::path> path = inner_path(text)) return *path;
-  place.refuse("is " + in_quotes(text) + ", must be a path to a file in the folder of this one");
+// As it is written, with '/' between folders.
+fs::path named_path(const JsonPlace& place) {
+  std::string text = place.text();
+  std::replace(text.begin(), text.end(), '\\', '/');
+  return inner_path(text).value_or(fs::path(text).lexically_normal());
+}
+
+fs::path path_in(const JsonPlace& place, const TransformsLookup& lookup) {
+  const fs::path named = named_path(place);
+  if (const std::optional<fs::path> path = inner_path(lookup.complete(named).string())) return *path;
+  place.refuse("is " + in_quotes(named.string()) + ", and no end of this path is a file in the folder of this one");
 }
 
 // A frame's own value, else that of all frames.
@@ -66,10 +73,28 @@ class Settings {
 };
 
 // What is read, of a frame or of the whole file, beside the coefficients.
-constexpr auto kReadKeys = std::to_array<std::string_view>(
-    {"frames", "file_path", "mask_path", "depth_file_path", "depth_unit_scale_factor", "applied_scale",
-     "applied_transform", "transform_matrix", "ply_file_path", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x",
-     "camera_angle_y", "camera_model", "is_fisheye"});
+constexpr auto kReadKeys = std::to_array<std::string_view>({"frames",
+                                                            "file_path",
+                                                            "mask_path",
+                                                            "depth_file_path",
+                                                            "depth_unit_scale_factor",
+                                                            "applied_scale",
+                                                            "applied_transform",
+                                                            "transform_matrix",
+                                                            "ply_file_path",
+                                                            "w",
+                                                            "h",
+                                                            "fl_x",
+                                                            "fl_y",
+                                                            "cx",
+                                                            "cy",
+                                                            "camera_angle_x",
+                                                            "camera_angle_y",
+                                                            "camera_model",
+                                                            "is_fisheye",
+                                                            "train_filenames",
+                                                            "val_filenames",
+                                                            "test_filenames"});
 
 // What changes nothing about these poses, lenses and pictures: how a program is to train, what it is to do to poses
 // first, what it found out on the way, and when.
@@ -91,9 +116,7 @@ constexpr auto kKeysOfNoConcern = std::to_array<std::string_view>({"aabb",
                                                                    "motion_blur",
                                                                    "timestamp",
                                                                    "time",
-                                                                   "train_filenames",
-                                                                   "val_filenames",
-                                                                   "test_filenames",
+                                                                   "rotation",
                                                                    "train_split",
                                                                    "n_extra_learnable_dims",
                                                                    "up",
@@ -112,7 +135,7 @@ bool is_in(std::string_view word, const Words& words) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-enum class Bending { perspective, full_opencv, fisheye };
+enum class Bending { perspective, full_opencv, fisheye, panorama };
 
 std::span<const std::string_view> coefficients_of(Bending bending) {
   static constexpr auto kAll = std::to_array<std::string_view>({"k1", "k2", "k3", "k4", "p1", "p2", "k5", "k6"});
@@ -121,6 +144,8 @@ std::span<const std::string_view> coefficients_of(Bending bending) {
       return std::span(kAll).first(4);
     case Bending::perspective:
       return std::span(kAll).first(6);
+    case Bending::panorama:
+      return {};
     case Bending::full_opencv:
       break;
   }
@@ -136,13 +161,11 @@ Bending bending_of(const Settings& settings) {
   if (!place) return is_fisheye ? Bending::fisheye : Bending::perspective;
   const std::string model = place->text();
   if (model == "OPENCV_FISHEYE") return Bending::fisheye;
-  if (model == "EQUIRECTANGULAR") {
-    place->refuse("is EQUIRECTANGULAR, but no plane holds a panorama: cut it into pinhole views");
-  }
+  if (model == "EQUIRECTANGULAR") return Bending::panorama;
   if (model != "FULL_OPENCV" && !is_in(model, kPerspective)) {
     place->refuse("is " + in_quotes(model) +
                   ", which this program does not read: undistort the photographs, or use SIMPLE_PINHOLE, PINHOLE, "
-                  "SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV or OPENCV_FISHEYE");
+                  "SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV, OPENCV_FISHEYE or EQUIRECTANGULAR");
   }
   if (is_fisheye) place->refuse("is " + in_quotes(model) + ", but is_fisheye is true: keep one of them");
   return model == "FULL_OPENCV" ? Bending::full_opencv : Bending::perspective;
@@ -186,6 +209,12 @@ CameraModel bent_lens(const Settings& settings, const BrownLens& pinhole) {
   return lens;
 }
 
+CameraModel panorama(const Settings& settings, std::uint32_t width, std::uint32_t height) {
+  refuse_unread_coefficients([&](std::string_view key) { return settings.find(key); },
+                             coefficients_of(Bending::panorama), " of a panorama");
+  return {LensModel::kEquirectangular, width, height, {static_cast<double>(width), static_cast<double>(height)}};
+}
+
 CameraModel lens_of(const Settings& settings, const PosedPhotograph& frame,
                     const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
   BrownLens lens;
@@ -198,6 +227,7 @@ CameraModel lens_of(const Settings& settings, const PosedPhotograph& frame,
     lens.width = width.value_or(size.width);
     lens.height = height.value_or(size.height);
   }
+  if (bending_of(settings) == Bending::panorama) return panorama(settings, lens.width, lens.height);
   lens.fx = focal_length(settings, "fl_x", "camera_angle_x", lens.width, std::nullopt);
   lens.fy = focal_length(settings, "fl_y", "camera_angle_y", lens.height, lens.fx);
   lens.cx = settings.number_or("cx", 0.5 * lens.width);
@@ -274,48 +304,97 @@ void note_unknown(const std::set<std::string>& unknown, const fs::path& path, Ca
       (unknown.size() > kMostNamed ? ", and " + std::to_string(unknown.size() - kMostNamed) + " more" : ""));
 }
 
-// NeRF's own files leave the ending out.
-fs::path with_ending(const fs::path& folder, const fs::path& file) {
+PosedPhotograph read_frame(const JsonPlace& place, const JsonPlace& all, const TransformsLookup& lookup) {
+  if (!place.has("file_path") || !place.has("transform_matrix")) {
+    place.refuse("must have file_path and transform_matrix");
+  }
+  PosedPhotograph frame;
+  frame.file = lookup.complete(named_path(place.at("file_path")));
+  frame.name = name_without(frame.file, "images");
+  if (place.has("mask_path")) frame.mask = path_in(place.at("mask_path"), lookup);
+  frame.lens = lens_of(Settings(place, all), frame, lookup.size_of);
+  set_pose(place.at("transform_matrix"), frame);
+  return frame;
+}
+
+// The file that a frame names, for one that cannot be read.
+std::string name_of(const JsonPlace& frame, std::size_t index) {
+  const bool named = frame.has("file_path") && frame.at("file_path").value().is_string();
+  return named ? name_without(named_path(frame.at("file_path")), "images") : "frames[" + std::to_string(index) + "]";
+}
+
+void read_frames(const JsonPlace& all, const TransformsLookup& lookup, Capture& result) {
+  std::size_t index = 0;
+  for (const JsonPlace& place : all.at("frames").elements()) {
+    if (!place.value().is_object()) place.refuse("must be an object with file_path and transform_matrix");
+    add_photograph(result, lookup.bad, name_of(place, index++), [&] { return read_frame(place, all, lookup); });
+    const PosedPhotograph& frame = result.photographs.back();
+    if (!frame.bad.empty() || !place.has("depth_file_path")) continue;
+    result.depths.push_back(
+        depth_with(frame, path_in(place.at("depth_file_path"), lookup), depth_unit(Settings(place, all))));
+  }
+}
+
+// nerfstudio's lists of files: those to score, else those that are looked at while training.
+void read_lists(const JsonPlace& all, const std::string& file, Capture& result) {
+  for (const char* const key : {"test_filenames", "val_filenames"}) {
+    if (!all.has(key)) continue;
+    std::vector<std::string> paths;
+    for (const JsonPlace& place : all.at(key).elements()) paths.push_back(named_path(place).string());
+    if (paths.empty()) continue;
+    return hold_out(result, paths, std::string(key) + " of " + file);
+  }
+}
+
+// The file that is there, of one that may lack its ending, as in NeRF's own files, or that is named by a path of
+// another computer; the path itself if there is none.
+fs::path completed(const fs::path& scene, const fs::path& file) {
+  constexpr std::array kEndings{"", ".png", ".jpg", ".jpeg", ".JPG"};
   std::error_code ignored;
-  if (fs::exists(folder / file, ignored)) return file;
-  for (const char* const ending : {".png", ".jpg", ".jpeg", ".JPG"}) {
-    fs::path candidate = file;
-    candidate += ending;
-    if (fs::exists(folder / candidate, ignored)) return candidate;
+  for (const char* const ending : kEndings) {
+    const std::optional<fs::path> candidate = inner_path(file.string() + ending);
+    if (candidate && fs::exists(scene / *candidate, ignored)) return *candidate;
   }
   return file;
 }
 
+// The first of Blender's files with photographs to score, if there is one.
+std::optional<fs::path> file_to_score(const fs::path& scene) {
+  std::error_code ignored;
+  for (const char* const name : {"transforms_test.json", "transforms_val.json"}) {
+    if (fs::exists(scene / name, ignored)) return scene / name;
+  }
+  return std::nullopt;
+}
+
+void add_photographs_to_score(const fs::path& path, const CaptureRequest& request, const TransformsLookup& lookup,
+                              Capture& capture) {
+  Capture other = parse_transforms(read_whole_file(path), path, lookup);
+  for (PosedPhotograph& photograph : other.photographs) {
+    photograph.held_out = true;
+    photograph.named_by = path.string();
+    photograph.sized_by = "its camera in " + path.string();
+  }
+  capture.notes.push_back(std::to_string(other.photographs.size()) + " photographs are for scoring alone, as " +
+                          path.string() + " says");
+  std::move(other.photographs.begin(), other.photographs.end(), std::back_inserter(capture.photographs));
+  finish(capture, request.scene, request.bad);
+}
+
 }  // namespace
 
-Capture parse_transforms(std::string_view text, const fs::path& path,
-                         const std::function<fs::path(const fs::path&)>& complete,
-                         const std::function<ImageSize(const PosedPhotograph&)>& size_of) {
-  const nlohmann::json content = parse_json(text, path.string());
+Capture parse_transforms(std::string_view text, const fs::path& path, const TransformsLookup& lookup) {
+  const nlohmann::json content = parse_json_with_nan(text, path.string());
   const JsonPlace all(path.string(), "", content);
   if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");
-  Capture result;
   std::set<std::string> unknown;
   collect_unknown(all, unknown);
-  for (const JsonPlace& place : all.at("frames").elements()) {
-    if (!place.value().is_object() || !place.has("file_path") || !place.has("transform_matrix")) {
-      place.refuse("must have file_path and transform_matrix");
-    }
-    collect_unknown(place, unknown);
-    PosedPhotograph frame;
-    frame.file = complete(path_in(place.at("file_path")));
-    frame.name = name_without(frame.file, "images");
-    if (place.has("mask_path")) frame.mask = path_in(place.at("mask_path"));
-    frame.lens = lens_of(Settings(place, all), frame, size_of);
-    set_pose(place.at("transform_matrix"), frame);
-    if (place.has("depth_file_path")) {
-      result.depths.push_back(
-          depth_with(frame, path_in(place.at("depth_file_path")), depth_unit(Settings(place, all))));
-    }
-    result.photographs.push_back(std::move(frame));
-  }
-  if (all.has("ply_file_path")) result.points = path_in(all.at("ply_file_path"));
-  finish(result, path);
+  Capture result;
+  read_frames(all, lookup, result);
+  for (const nlohmann::json& frame : content.at("frames")) collect_unknown(all.with(frame), unknown);
+  if (all.has("ply_file_path")) result.points = path_in(all.at("ply_file_path"), lookup);
+  finish(result, path, lookup.bad);
+  read_lists(all, path.filename().string(), result);
   note_unknown(unknown, path, result);
   if (!result.depths.empty()) {
     note_depths(result, "a step of the first taken to be " + number_text(result.depths.front().unit) +
@@ -326,15 +405,22 @@ Capture parse_transforms(std::string_view text, const fs::path& path,
 
 std::optional<fs::path> find_transforms(const fs::path& scene) {
   std::error_code ignored;
-  const fs::path path = scene / "transforms.json";
-  return fs::exists(path, ignored) ? std::optional(path) : std::nullopt;
+  for (const char* const name : {"transforms.json", "transforms_train.json"}) {
+    if (fs::exists(scene / name, ignored)) return scene / name;
+  }
+  return std::nullopt;
 }
 
-Capture read_transforms(const fs::path& scene, const std::optional<fs::path>& images) {
-  const fs::path path = scene / "transforms.json";
-  return parse_transforms(
-      read_whole_file(path), path, [&](const fs::path& file) { return with_ending(scene, file); },
-      sizes_in(scene, images));
+Capture read_transforms(const CaptureRequest& request) {
+  const fs::path path = find_transforms(request.scene).value();
+  const TransformsLookup lookup{[&](const fs::path& file) { return completed(request.scene, file); },
+                                sizes_in(request.scene, request.images), request.bad};
+  Capture capture = parse_transforms(read_whole_file(path), path, lookup);
+  if (path.filename() == "transforms.json") return capture;
+  if (const std::optional<fs::path> other = file_to_score(request.scene)) {
+    add_photographs_to_score(*other, request, lookup, capture);
+  }
+  return capture;
 }
 
 }  // namespace lumatlas

@@ -31,17 +31,24 @@
 
 namespace lumatlas {
 
-// `complete` is called with each file_path and returns the file's, with its ending; `size_of`, where w or h are
-// missing, with name and file. Throws InputError that begins with `path`, and what these two throw.
-[[nodiscard]] Capture parse_transforms(
-    std::string_view text, const std::filesystem::path& path,
-    const std::function<std::filesystem::path(const std::filesystem::path&)>& complete,
-    const std::function<ImageSize(const PosedPhotograph&)>& size_of);
+// How parse_transforms() asks about files, so that it needs none itself.
+struct TransformsLookup {
+  // The path of a file with its ending, of one that may lack it.
+  std::function<std::filesystem::path(const std::filesystem::path& file)> complete;
+  // Where w or h are missing: the size of the photograph, which has its name and file.
+  std::function<ImageSize(const PosedPhotograph&)> size_of;
+  BadPhotographs bad = BadPhotographs::refuse;
+};
 
-// transforms.json in the folder `scene`, if there is one.
+// Photographs keep paths that lead out of the folder, with '/' between folders: see find_photographs(). Throws
+// InputError that begins with `path`, and what `lookup` throws.
+[[nodiscard]] Capture parse_transforms(std::string_view text, const std::filesystem::path& path,
+                                       const TransformsLookup& lookup);
+
+// transforms.json in the folder `scene`, else Blender's transforms_train.json, if there is one.
 [[nodiscard]] std::optional<std::filesystem::path> find_transforms(const std::filesystem::path& scene);
-// Photographs are looked at for their endings, and for their sizes in `images` if it is given.
-[[nodiscard]] Capture read_transforms(const std::filesystem::path& scene,
-                                      const std::optional<std::filesystem::path>& images = std::nullopt);
+// Photographs are looked at for their endings, and for their sizes in `images` if it is given. Of Blender's files
+// those of transforms_test.json, or without it of transforms_val.json, are held out.
+[[nodiscard]] Capture read_transforms(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -193,12 +193,13 @@ std::optional<fs::path> find_tum(const fs::path& scene) {
   return std::nullopt;
 }
 
-Capture read_tum(const fs::path& scene, const std::optional<fs::path>& images) {
-  TumFiles files{scene, read_whole_file(scene / "rgb.txt"), read_whole_file(scene / "groundtruth.txt")};
+Capture read_tum(const CaptureRequest& request) {
+  TumFiles files{request.scene, read_whole_file(request.scene / "rgb.txt"),
+                 read_whole_file(request.scene / "groundtruth.txt")};
   std::error_code ignored;
-  if (fs::exists(scene / "camera.txt", ignored)) files.camera = read_whole_file(scene / "camera.txt");
-  if (fs::exists(scene / "depth.txt", ignored)) files.depth = read_whole_file(scene / "depth.txt");
-  return parse_tum(files, sizes_in(scene, images));
+  if (fs::exists(request.scene / "camera.txt", ignored)) files.camera = read_whole_file(request.scene / "camera.txt");
+  if (fs::exists(request.scene / "depth.txt", ignored)) files.depth = read_whole_file(request.scene / "depth.txt");
+  return parse_tum(files, sizes_in(request.scene, request.images));
 }
 
 }  // namespace lumatlas

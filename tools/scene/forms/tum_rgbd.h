@@ -32,6 +32,6 @@ struct TumFiles {
 
 // groundtruth.txt, if the folder is one of these.
 [[nodiscard]] std::optional<std::filesystem::path> find_tum(const std::filesystem::path& scene);
-[[nodiscard]] Capture read_tum(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
+[[nodiscard]] Capture read_tum(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -24,16 +24,10 @@ struct UnreadFile {
 
 // Files of programs that find out poses, or keep captures, in ways that this program does not read.
 constexpr std::array kUnreadFiles{
-    UnreadFile{"opensfm/reconstruction.json", "OpenDroneMap"},
-    UnreadFile{"reconstruction.json", "OpenSfM"},
-    UnreadFile{"sfm_data.json", "OpenMVG"},
-    UnreadFile{"sfm_data.bin", "OpenMVG"},
-    UnreadFile{"bundle.out", "Bundler"},
-    UnreadFile{"bundle.rd.out", "Bundler"},
-    UnreadFile{"bundle/bundle.out", "Bundler"},
-    UnreadFile{"*.nvm", "VisualSFM"},
-    UnreadFile{"*.sfm", "Meshroom"},
-    UnreadFile{"*.abc", "Meshroom"},
+    UnreadFile{"sfm_data.bin", "OpenMVG, of which sfm_data.json is read"},
+    UnreadFile{"*.nvm", "VisualSFM, of which version 3 is read"},
+    UnreadFile{"*.sfm", "Meshroom, without poses that are read"},
+    UnreadFile{"*.abc", "Meshroom, of which cameras.sfm is read"},
     UnreadFile{"*.psx", "Metashape, of which the XML of its cameras is read"},
     UnreadFile{"*.psz", "Metashape, of which the XML of its cameras is read"},
     UnreadFile{"*.rcproj", "RealityCapture, of which the CSV of its cameras is read"},
@@ -66,15 +60,16 @@ std::optional<fs::path> other_columns(const fs::path& scene) {
 }
 
 constexpr const char* kReadForms =
-    "COLMAP, transforms.json, Polycam, Metashape, RealityCapture, OpenMVS, ScanNet and TUM RGB-D are read";
+    "COLMAP, transforms.json, Polycam, Metashape, RealityCapture, OpenMVS, OpenSfM, OpenMVG, Meshroom, VisualSFM, "
+    "Bundler, ScanNet and TUM RGB-D are read";
 
 }  // namespace
 
 std::string unread_form_hint(const fs::path& scene) {
   if (const std::optional<fs::path> csv = other_columns(scene)) {
     return "; " + csv->string() +
-           " looks like cameras of RealityCapture, whose first line must begin with "
-           "#name,x,y,alt,heading,pitch,roll,f: export it again as \"Internal/External camera parameters\"";
+           " looks like cameras of RealityCapture, whose columns must be name, x, y, alt, heading, pitch, roll and f: "
+           "export it again as \"Internal/External camera parameters\"";
   }
   for (const UnreadFile& file : kUnreadFiles) {
     const std::optional<fs::path> path = file_like(scene, file.path);

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Pinhole views that are cut out of full panoramas.
+//
+// The panorama's camera looks along z with x to the right and y down. Columns are longitude, from -180 degrees at the
+// left over 0 in the middle, where z is, to 180; rows are latitude, from 90 degrees at the top, where -y is. COLMAP's
+// EQUIRECTANGULAR, nerfstudio, Metashape and OpenSfM have the same.
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "atlas/photograph.h"
+#include "mesh/camera.h"
+
+namespace lumatlas {
+
+// How a view lies in its panorama.
+struct PanoramaFace {
+  ImageSize size;                      // of the panorama, pixels
+  glm::dmat3 panorama_from_view{1.0};  // rotates directions of the view's camera into the panorama's
+};
+
+// Where a panorama of this size shows a direction of any length but 0, in pixels, (0, 0) is the picture's corner.
+[[nodiscard]] glm::dvec2 place_in_panorama(const ImageSize& size, const glm::dvec3& direction);
+
+// What the pinhole camera `view`, whatever its pose, sees of the panorama, bilinear. A pixel for which the panorama is
+// masked is invalid. Throws std::invalid_argument if the panorama has another size than the face says.
+[[nodiscard]] Photograph view_of_panorama(const Photograph& panorama, const PanoramaFace& face, const Camera& view);
+
+}  // namespace lumatlas
