@@ -20,6 +20,7 @@ constexpr cmsUInt32Number kConversion = cmsFLAGS_BLACKPOINTCOMPENSATION | cmsFLA
 
 using Context = std::unique_ptr<std::remove_pointer_t<cmsContext>, decltype(&cmsDeleteContext)>;
 using Profile = std::unique_ptr<void, decltype(&cmsCloseProfile)>;
+using ToneCurve = std::unique_ptr<cmsToneCurve, decltype(&cmsFreeToneCurve)>;
 using Transform = std::unique_ptr<void, decltype(&cmsDeleteTransform)>;
 
 Transform to_srgb(cmsContext context, cmsHPROFILE from, cmsUInt32Number format) {
@@ -94,6 +95,23 @@ void convert_to_srgb(std::span<const std::uint8_t> profile, std::vector<std::uin
   const std::uint32_t space = color_space_of(profile);
   if (space == cmsSigRgbData) convert_color(context.get(), from.get(), rgb);
   if (space == cmsSigGrayData) convert_grey(context.get(), from.get(), rgb);
+}
+
+std::vector<std::uint8_t> profile_of(const Primaries& primaries) {
+  constexpr std::array kSrgbCurve{2.4, 1 / 1.055, 0.055 / 1.055, 1 / 12.92, 0.04045};  // IEC 61966-2-1, type 4 of lcms
+  const Context context(cmsCreateContext(nullptr, nullptr), cmsDeleteContext);
+  if (!context) return {};
+  const ToneCurve curve(cmsBuildParametricToneCurve(context.get(), 4, kSrgbCurve.data()), cmsFreeToneCurve);
+  const auto color = [](const Chromaticity& c) { return cmsCIExyY{c.x, c.y, 1}; };
+  const cmsCIExyY white = color(primaries.white);
+  const cmsCIExyYTRIPLE corners{color(primaries.red), color(primaries.green), color(primaries.blue)};
+  const std::array<cmsToneCurve*, 3> curves{curve.get(), curve.get(), curve.get()};
+  if (!curve) return {};
+  const Profile profile(cmsCreateRGBProfileTHR(context.get(), &white, &corners, curves.data()), cmsCloseProfile);
+  cmsUInt32Number size = 0;
+  if (!profile || !cmsSaveProfileToMem(profile.get(), nullptr, &size)) return {};
+  std::vector<std::uint8_t> bytes(size);
+  return cmsSaveProfileToMem(profile.get(), bytes.data(), &size) ? bytes : std::vector<std::uint8_t>();
 }
 
 }  // namespace lumatlas

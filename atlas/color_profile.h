@@ -17,4 +17,13 @@ namespace lumatlas {
 //   - damaged.
 void convert_to_srgb(std::span<const std::uint8_t> profile, std::vector<std::uint8_t>& rgb);
 
+struct Chromaticity {
+  double x, y;  // CIE 1931
+};
+struct Primaries {
+  Chromaticity red, green, blue, white;
+};
+// Makes the ICC profile of colours with these primaries and the curve of sRGB. Empty where there is no such space.
+[[nodiscard]] std::vector<std::uint8_t> profile_of(const Primaries& primaries);
+
 }  // namespace lumatlas

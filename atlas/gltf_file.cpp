@@ -6,12 +6,14 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
 #include <utility>
 
 #include "atlas/json_nesting.h"
+#include "atlas/meshopt_compression.h"
 #include "atlas/model_extension.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
@@ -81,19 +83,23 @@ std::string percent_decoded(const std::string& uri) {
 // Stands for the URI of the buffer in a .glb, which has none.
 constexpr const char* kBinaryChunk = "binary chunk";
 
+// What a buffer that has no bytes in the file is read as: tinygltf takes none that is empty.
+constexpr std::size_t kEmptyBufferBytes = 4;
+
 // What tinygltf is given instead of the file system. It would look for a buffer along any path that the file says, and
 // then in the working directory too.
 struct Folder {
   const GltfFile& file;
   fs::path path;
   std::function<std::vector<unsigned char>()> binary_chunk;  // empty: there is none
-  std::set<fs::path> read;  // a buffer that is read a thousand times would fill the memory
+  std::set<std::string> empty_buffers;  // URIs that stand for buffers whose views are all compressed
+  std::set<fs::path> read;              // a buffer that is read a thousand times would fill the memory
 
   static Folder& of(void* user_data) { return *static_cast<Folder*>(user_data); }
 
   static std::string place(const std::string& uri, void* user_data) {
     Folder& folder = of(user_data);
-    if (folder.binary_chunk && uri == kBinaryChunk) return uri;
+    if ((folder.binary_chunk && uri == kBinaryChunk) || folder.empty_buffers.contains(uri)) return uri;
     const fs::path relative(uri);
     if (!stays_in_folder(relative) || has_control(uri)) {
       folder.file.refuse("its buffer has the path \"" + uri + "\", must lie in the model's own folder");
@@ -110,6 +116,10 @@ struct Folder {
     if (!folder.read.insert(path).second) folder.file.refuse("has two buffers with the path \"" + path + "\"");
     if (folder.binary_chunk && path == kBinaryChunk) {
       *bytes = folder.binary_chunk();
+      return true;
+    }
+    if (folder.empty_buffers.contains(path)) {
+      bytes->assign(kEmptyBufferBytes, 0);
       return true;
     }
     const std::string text = read_whole_file(path);
@@ -160,6 +170,24 @@ std::optional<std::uint64_t> name_binary_chunk(nlohmann::json& document, const G
   return bytes < frame.binary_bytes && frame.binary_bytes - bytes < 4 ? bytes : frame.binary_bytes;
 }
 
+// Gives a URI to each buffer that has no bytes because EXT_meshopt_compression compressed all of its views. Returns the
+// buffers' numbers by their URIs.
+std::map<std::string, int> name_empty_buffers(nlohmann::json& document) {
+  std::map<std::string, int> names;
+  const auto buffers = document.find("buffers");
+  if (buffers == document.end() || !buffers->is_array()) return names;
+  for (std::size_t i = 0; i < buffers->size(); ++i) {
+    nlohmann::json& buffer = (*buffers)[i];
+    if (!buffer.is_object() || buffer.contains("uri") || !buffer.contains("extensions")) continue;
+    if (!buffer["extensions"].is_object() || !buffer["extensions"].contains(kMeshoptExtension)) continue;
+    const std::string name = "compressed buffer " + std::to_string(i);
+    buffer["uri"] = name;
+    buffer["byteLength"] = kEmptyBufferBytes;
+    names.emplace(name, static_cast<int>(i));
+  }
+  return names;
+}
+
 }  // namespace
 
 void GltfFile::take_images(nlohmann::json& document) {
@@ -192,7 +220,7 @@ bool is_known(const std::string& extension, GltfUse use) {
   if (extension == kLumigraphExtension || extension == kUnlitExtension) return true;
   if (use == GltfUse::model) return false;
   constexpr std::array kElsewhere{"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_"};
-  return extension == "KHR_mesh_quantization" || extension == "KHR_node_visibility" ||
+  return extension == "KHR_mesh_quantization" || extension == "KHR_node_visibility" || extension == kMeshoptExtension ||
          std::any_of(kElsewhere.begin(), kElsewhere.end(), [&](auto start) { return extension.starts_with(start); });
 }
 
@@ -225,7 +253,8 @@ void GltfFile::check_required(const nlohmann::json& document, GltfUse use) const
 }
 
 void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
-  Folder folder{*this, path_.parent_path(), {}, {}};
+  Folder folder{*this, path_.parent_path(), {}, {}, {}};
+  std::set<int> empty_buffers;
   nlohmann::json document = nlohmann::json::parse(frame.json, nullptr, false);
   std::string json = frame.json;  // what is no JSON, tinygltf refuses
   if (document.is_object()) {
@@ -233,6 +262,12 @@ void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
     take_images(document);
     if (const std::optional<std::uint64_t> bytes = name_binary_chunk(document, frame)) {
       folder.binary_chunk = [&, count = *bytes] { return read_glb_binary(path_, frame, count); };
+    }
+    if (use == GltfUse::mesh) {
+      for (const auto& [name, number] : name_empty_buffers(document)) {
+        folder.empty_buffers.insert(name);
+        empty_buffers.insert(number);
+      }
     }
     json = document.dump();
   }
@@ -249,6 +284,56 @@ void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
     error = exception.what();
   }
   if (!parsed) refuse("is no glTF 2.0 file that can be read: " + short_reason(error));
+  decode_views(empty_buffers);
+}
+
+// Views of buffers that have bytes of their own are read from these.
+void GltfFile::decode_views(const std::set<int>& empty_buffers) {
+  std::uint64_t total = 0;
+  for (std::size_t i = 0; i < model_.bufferViews.size(); ++i) {
+    tinygltf::BufferView& view = model_.bufferViews[i];
+    const auto compression = view.extensions.find(kMeshoptExtension);
+    if (!empty_buffers.contains(view.buffer) || compression == view.extensions.end()) continue;
+    const std::string where = "buffer view " + std::to_string(i) + ": " + kMeshoptExtension;
+    const MeshoptView shape = meshopt_view(compression->second, where);
+    if (view.byteLength != shape.decoded_bytes() || (view.byteStride != 0 && view.byteStride != shape.stride)) {
+      refuse(where + " holds " + std::to_string(shape.count) + " elements of " + std::to_string(shape.stride) +
+             " bytes, but the buffer view has " + std::to_string(view.byteLength) + " bytes with a stride of " +
+             std::to_string(view.byteStride));
+    }
+    view.byteStride = shape.stride;
+    total += shape.decoded_bytes();
+    decoded_.emplace(static_cast<int>(i), decoded_bytes(compression->second, shape, where));
+    if (total > kMostMeshoptGrowth * buffer_bytes()) {  // views may share their bytes
+      refuse("its compressed buffer views hold more than its buffers can: it is damaged");
+    }
+  }
+}
+
+MeshoptView GltfFile::meshopt_view(const Object& compression, const std::string& where) const {
+  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+  const std::string mode_name = text(compression, where, "mode");
+  const std::string filter_name = compression.Has("filter") ? text(compression, where, "filter") : "NONE";
+  const std::optional<MeshoptMode> mode = meshopt_mode(mode_name);
+  const std::optional<MeshoptFilter> filter = meshopt_filter(filter_name);
+  if (!mode) refuse(where + " has the mode " + in_quotes(mode_name) + ", which is not known");
+  if (!filter) refuse(where + " has the filter " + in_quotes(filter_name) + ", which is not known");
+  return {*mode, *filter, whole_number(compression, where, "count", 0, kMost),
+          whole_number(compression, where, "byteStride", 0, kMost)};
+}
+
+std::vector<unsigned char> GltfFile::decoded_bytes(const Object& compression, const MeshoptView& shape,
+                                                   const std::string& where) const {
+  constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
+  const int buffer = static_cast<int>(whole_number(compression, where, "buffer", 0, kMaxIndex));
+  const std::size_t offset =
+      compression.Has("byteOffset") ? whole_number(compression, where, "byteOffset", 0, kMost) : 0;
+  const std::size_t length = whole_number(compression, where, "byteLength", 0, kMost);
+  const std::span<const unsigned char> compressed = part_of_buffer(buffer, offset, length, where);
+  if (const std::string broken = broken_rule(shape, compressed.size()); !broken.empty()) refuse(where + ": " + broken);
+  std::optional<std::vector<unsigned char>> bytes = decoded(shape, compressed);
+  if (!bytes) refuse(where + ": its bytes cannot be decoded: they are damaged, or of a later version");
+  return std::move(*bytes);
 }
 
 void GltfFile::check_version() const {
@@ -360,17 +445,23 @@ const tinygltf::BufferView& GltfFile::view_at(int view, const std::string& where
   return model_.bufferViews[static_cast<std::size_t>(view)];
 }
 
+std::span<const unsigned char> GltfFile::part_of_buffer(int buffer, std::size_t offset, std::size_t length,
+                                                        const std::string& where) const {
+  if (buffer < 0 || static_cast<std::size_t>(buffer) >= model_.buffers.size()) {
+    refuse(where + " is of buffer " + std::to_string(buffer) + ", which does not exist");
+  }
+  const std::vector<unsigned char>& bytes = model_.buffers[static_cast<std::size_t>(buffer)].data;
+  if (offset > bytes.size() || length > bytes.size() - offset) {
+    refuse(where + " reaches beyond its buffer of " + std::to_string(bytes.size()) + " bytes");
+  }
+  return std::span(bytes).subspan(offset, length);
+}
+
 std::span<const unsigned char> GltfFile::view_bytes(int view_index, const std::string& what) const {
   const std::string where = what + ": buffer view " + std::to_string(view_index);
   const tinygltf::BufferView& view = view_at(view_index, where);
-  if (view.buffer < 0 || static_cast<std::size_t>(view.buffer) >= model_.buffers.size()) {
-    refuse(where + " is of buffer " + std::to_string(view.buffer) + ", which does not exist");
-  }
-  const std::vector<unsigned char>& bytes = model_.buffers[static_cast<std::size_t>(view.buffer)].data;
-  if (view.byteOffset > bytes.size() || view.byteLength > bytes.size() - view.byteOffset) {
-    refuse(where + " reaches beyond its buffer of " + std::to_string(bytes.size()) + " bytes");
-  }
-  return std::span(bytes).subspan(view.byteOffset, view.byteLength);
+  if (const auto decoded = decoded_.find(view_index); decoded != decoded_.end()) return decoded->second;
+  return part_of_buffer(view.buffer, view.byteOffset, view.byteLength, where);
 }
 
 std::span<const unsigned char> GltfFile::packed_bytes(int view, const std::string& what) const {
@@ -426,6 +517,12 @@ GltfElements GltfFile::elements(int accessor_index, const std::string& what) con
 std::uint64_t GltfFile::buffer_bytes() const {
   std::uint64_t bytes = 0;
   for (const tinygltf::Buffer& buffer : model_.buffers) bytes += buffer.data.size();
+  return bytes;
+}
+
+std::uint64_t GltfFile::decoded_size() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [view, decoded] : decoded_) bytes += decoded.size();
   return bytes;
 }
 

@@ -9,12 +9,15 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "atlas/glb_file.h"
+#include "atlas/meshopt_compression.h"
 #include "atlas/tiny_gltf.h"
 
 namespace lumatlas {
@@ -59,6 +62,7 @@ class GltfFile {
 
   [[nodiscard]] const tinygltf::Model& contents() const { return model_; }  // with no check but of what is read below
   [[nodiscard]] std::uint64_t buffer_bytes() const;
+  [[nodiscard]] std::uint64_t decoded_size() const;  // bytes of all compressed buffer views, once decoded
 
   // Fields of an object; `where` names it in refusals.
   [[nodiscard]] const Object& field(const Object& object, const std::string& where, const char* name) const;
@@ -101,6 +105,12 @@ class GltfFile {
   void require_within(double x, const std::string& what, double least, double most) const;
   void parse(const GlbFrame& frame, GltfUse use);
   void take_images(nlohmann::json& document);
+  void decode_views(const std::set<int>& empty_buffers);
+  [[nodiscard]] MeshoptView meshopt_view(const Object& compression, const std::string& where) const;
+  [[nodiscard]] std::vector<unsigned char> decoded_bytes(const Object& compression, const MeshoptView& shape,
+                                                         const std::string& where) const;
+  [[nodiscard]] std::span<const unsigned char> part_of_buffer(int buffer, std::size_t offset, std::size_t length,
+                                                              const std::string& where) const;
   void check_required(const nlohmann::json& document, GltfUse use) const;
   void check_version() const;
 
@@ -113,6 +123,7 @@ class GltfFile {
   std::filesystem::path path_;
   std::vector<ImagePlace> images_;
   tinygltf::Model model_;
+  std::map<int, std::vector<unsigned char>> decoded_;  // the bytes of compressed buffer views, by their number
 };
 
 }  // namespace lumatlas

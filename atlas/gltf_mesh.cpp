@@ -24,6 +24,7 @@ namespace {
 
 // Nodes may show one mesh again and again, so a small file could fill any memory.
 constexpr std::uint64_t kMostGrowth = 64;           // times the bytes of its buffers
+constexpr std::uint64_t kMostDecodedGrowth = 8;     // times the bytes of its compressed views, once decoded
 constexpr std::uint64_t kAlwaysAllowed = 16 << 20;  // bytes
 
 template <typename T>
@@ -242,7 +243,9 @@ class MeshReader {
   void require_room(std::size_t vertices, std::size_t corners) const {
     const std::uint64_t bytes =
         27 * (std::uint64_t{soup_.positions.size()} + vertices) + 12 * (std::uint64_t{soup_.faces.size()} + corners);
-    if (bytes <= kAlwaysAllowed + kMostGrowth * file_.buffer_bytes()) return;
+    if (bytes <= kAlwaysAllowed + kMostGrowth * file_.buffer_bytes() + kMostDecodedGrowth * file_.decoded_size()) {
+      return;
+    }
     file_.refuse("its nodes show its meshes too often: write fewer copies, or another form");
   }
 

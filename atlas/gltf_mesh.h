@@ -13,7 +13,8 @@ namespace lumatlas {
 // nodes mirror is turned round, so that it keeps its outside. Colours are COLOR_0, from linear light to
 // sRGB, if every primitive has it. Points, lines, materials and textures are skipped. A buffer must lie in the file's
 // own folder, also behind symbolic links. Throws InputError that begins with `path` for anything damaged, and for what
-// would change the shape but is not read: compression, sparse accessors, skins, morphs, instances on the GPU.
+// would change the shape but is not read: compression by Draco, sparse accessors, skins, morphs, instances on the GPU.
+// What EXT_meshopt_compression compressed is read.
 [[nodiscard]] TriangleSoup read_gltf_mesh(const std::filesystem::path& path);
 
 }  // namespace lumatlas

@@ -87,26 +87,6 @@ std::optional<std::size_t> exif_entry(const Exif& exif, std::size_t directory, s
   return std::nullopt;
 }
 
-// Changes nothing for a segment that is not EXIF's.
-void read_exif(std::string_view app1, JpegHeader& header) {
-  constexpr std::string_view kExif("Exif\0\0", 6);
-  constexpr std::size_t kMake = 0x010f, kModel = 0x0110, kOrientation = 0x0112, kOwnDirectory = 0x8769, kFocal = 0x920a;
-  if (!app1.starts_with(kExif)) return;
-  const Exif exif(app1.substr(kExif.size()));
-  const std::size_t directory = exif.u32(4);
-  if (const auto make = exif_entry(exif, directory, kMake)) header.make = exif_text(exif, *make);
-  if (const auto model = exif_entry(exif, directory, kModel)) header.model = exif_text(exif, *model);
-  if (const auto orientation = exif_entry(exif, directory, kOrientation)) {
-    const std::size_t value = exif.u16(*orientation + 8);
-    if (value >= 1 && value <= 8) header.orientation = static_cast<int>(value);
-  }
-  const auto own = exif_entry(exif, directory, kOwnDirectory);
-  const auto focal = own ? exif_entry(exif, exif.u32(*own + 8), kFocal) : std::nullopt;
-  if (!focal) return;
-  const std::size_t at = exif.u32(*focal + 8), divisor = exif.u32(at + 4);
-  if (divisor != 0) header.focal_length_mm = static_cast<double>(exif.u32(at)) / static_cast<double>(divisor);
-}
-
 std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 | bytes[3];
 }
@@ -138,6 +118,24 @@ bool chunk_is_sound(std::istream& file, std::span<const std::uint8_t> type, std:
 
 }  // namespace
 
+ExifNote read_exif(std::string_view tiff, ExifNote note) {
+  constexpr std::size_t kMake = 0x010f, kModel = 0x0110, kOrientation = 0x0112, kOwnDirectory = 0x8769, kFocal = 0x920a;
+  const Exif exif(tiff);
+  const std::size_t directory = exif.u32(4);
+  if (const auto make = exif_entry(exif, directory, kMake)) note.make = exif_text(exif, *make);
+  if (const auto model = exif_entry(exif, directory, kModel)) note.model = exif_text(exif, *model);
+  if (const auto orientation = exif_entry(exif, directory, kOrientation)) {
+    const std::size_t value = exif.u16(*orientation + 8);
+    if (value >= 1 && value <= 8) note.orientation = static_cast<int>(value);
+  }
+  const auto own = exif_entry(exif, directory, kOwnDirectory);
+  const auto focal = own ? exif_entry(exif, exif.u32(*own + 8), kFocal) : std::nullopt;
+  if (!focal) return note;
+  const std::size_t at = exif.u32(*focal + 8), divisor = exif.u32(at + 4);
+  if (divisor != 0) note.focal_length_mm = static_cast<double>(exif.u32(at)) / static_cast<double>(divisor);
+  return note;
+}
+
 std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
   JpegHeader header;
   for (int marker = next_marker(file); marker >= 0 && marker != kSos; marker = next_marker(file)) {
@@ -153,7 +151,10 @@ std::optional<JpegHeader> read_jpeg_header(std::istream& file) {
     if (marker == kApp1) {
       std::string segment(static_cast<std::size_t>(length), '\0');
       file.read(segment.data(), length);
-      read_exif(segment, header);
+      constexpr std::string_view kExif("Exif\0\0", 6);
+      if (segment.starts_with(kExif)) {
+        header.exif = read_exif(std::string_view(segment).substr(kExif.size()), std::move(header.exif));
+      }
     } else {
       file.seekg(length, std::ios::cur);
     }

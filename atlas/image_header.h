@@ -9,15 +9,23 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace lumatlas {
 
+// What EXIF says of a photograph.
+struct ExifNote {
+  int orientation = 1;         // 1 to 8
+  std::string make, model;     // of the camera; empty: not said
+  double focal_length_mm = 0;  // 0: not said
+};
+// Returns `note` with what `tiff` says. It is the TIFF structure of EXIF, and may hold any bytes.
+[[nodiscard]] ExifNote read_exif(std::string_view tiff, ExifNote note = {});
+
 struct JpegHeader {
-  std::uint32_t width = 0;     // pixels, as stored
-  std::uint32_t height = 0;    // pixels, as stored
-  int orientation = 1;         // EXIF, 1 to 8
-  std::string make, model;     // of the camera, EXIF; empty: not said
-  double focal_length_mm = 0;  // EXIF; 0: not said
+  std::uint32_t width = 0;   // pixels, as stored
+  std::uint32_t height = 0;  // pixels, as stored
+  ExifNote exif;
 };
 
 // Nothing if there is no frame header before the first scan.

@@ -22,6 +22,7 @@
 #include "atlas/embedded_profile.h"
 #include "atlas/image_header.h"
 #include "atlas/jpeg_file.h"
+#include "atlas/picture_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/pending_file.h"
@@ -54,24 +55,33 @@ std::string because(std::string reason) {
 
 // The formats that people photograph and save in. OpenImageIO knows many more, whose readers are not fit for strangers'
 // files: some crash on damaged ones.
-enum class Format { jpeg, png, tiff, openexr, webp };
+enum class Format { jpeg, png, tiff, openexr, webp, heif, raw };
 
-constexpr const char* kFormatsInWords = "JPEG, PNG, TIFF, WebP or OpenEXR";
+constexpr const char* kFormatsInWords = "JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw";
 
-const char* name_of(Format format) {  // as OpenImageIO calls its reader
+// Which formats OpenImageIO does not read here: see jpeg_file.h and picture_file.h.
+bool has_own_decoder(Format format) {
+  return format == Format::jpeg || format == Format::heif || format == Format::raw;
+}
+
+const char* name_of(Format format) {  // as OpenImageIO calls its reader, of those that it reads
   switch (format) {
-    case Format::jpeg:
-      return "jpeg";
     case Format::png:
       return "png";
     case Format::tiff:
       return "tiff";
     case Format::openexr:
       return "openexr";
-    case Format::webp:
-      break;
+    default:
+      return "webp";
   }
-  return "webp";
+}
+
+bool is_heif(std::string_view head) {
+  constexpr std::array<std::string_view, 12> kBrands{"heic", "heix", "hevc", "hevx", "heim", "heis",
+                                                     "hevm", "hevs", "mif1", "msf1", "avif", "avis"};
+  return head.size() >= 12 && head.substr(4, 4) == "ftyp" &&
+         std::find(kBrands.begin(), kBrands.end(), head.substr(8, 4)) != kBrands.end();
 }
 
 // By the first bytes alone, because photographs are often misnamed.
@@ -84,20 +94,20 @@ std::optional<Format> format_of(std::string_view head) {
   if (head.starts_with("II+\0"sv) || head.starts_with("MM\0+"sv)) return Format::tiff;  // BigTIFF
   if (head.starts_with("\x76\x2f\x31\x01")) return Format::openexr;
   if (head.starts_with("RIFF") && head.substr(std::min<std::size_t>(head.size(), 8)) == "WEBP") return Format::webp;
+  if (is_heif(head)) return Format::heif;
   return std::nullopt;
 }
 
 // Names a file that is often met where a photograph should be, and says what to do about it. Empty for all other files.
 std::string known_other(std::string_view head) {
-  constexpr std::array<std::string_view, 8> kHeicBrands{"heic", "heix", "hevc", "hevx", "heim", "heis", "mif1", "msf1"};
+  using namespace std::string_view_literals;
   if (head.starts_with("version http")) {
     return "is a pointer of Git LFS instead of the picture: fetch it with `git lfs pull`";
   }
-  if (head.size() < 12 || head.substr(4, 4) != "ftyp") return {};
-  const std::string_view brand = head.substr(8, 4);
-  const bool heic = std::find(kHeicBrands.begin(), kHeicBrands.end(), brand) != kHeicBrands.end();
-  if (heic) return "is a HEIC image, as iPhones take them, which this program does not read: convert it to JPEG";
-  if (brand == "avif") return "is an AVIF image, which this program does not read: convert it to JPEG";
+  const bool jxl = head.starts_with("\xff\x0a") || head.starts_with("\0\0\0\x0cJXL "sv);
+  if (jxl) return "is a JPEG XL image, which this program does not read: convert it to JPEG";
+  const bool jp2 = head.starts_with("\xff\x4f\xff\x51") || head.starts_with("\0\0\0\x0cjP  "sv);
+  if (jp2) return "is a JPEG 2000 image, which this program does not read: convert it to JPEG or TIFF";
   return {};
 }
 
@@ -158,7 +168,7 @@ Format format_of(const Source& source) {
   file->read(head.data(), head.size());
   const std::string_view bytes(head.data(), static_cast<std::size_t>(file->gcount()));
   if (bytes.empty()) fail(source.path(), "is empty");
-  const std::optional<Format> format = format_of(bytes);
+  const std::optional<Format> format = is_raw(bytes, *file) ? Format::raw : format_of(bytes);
   if (!format && source.in_memory()) fail(source.path(), "not a PNG or JPEG image");
   if (const std::string other = known_other(bytes); !format && !other.empty()) fail(source.path(), other);
   if (!format) fail(source.path(), std::string("is no ") + kFormatsInWords + " image, by its first bytes");
@@ -179,17 +189,18 @@ bool may_be_in_memory(Format format) {
   return format == Format::jpeg || format == Format::png;
 }
 
-// The reader of a source, opened when what it is given has been found sound. A JPEG has none: see jpeg_file.h.
+// What reads a source, opened when what it is given has been found sound. A JPEG has neither: see jpeg_file.h.
 struct Opened {
   Format format;
   Reader reader;
+  std::unique_ptr<PictureFile> file;  // of HEIC, AVIF and raw
   std::vector<std::uint8_t> profile;  // ICC, of a PNG or TIFF that is opened; empty: there is none
 };
 
 Opened reader_for(const Source& source) {
   const Format format = format_of(source);
   if (source.in_memory() && !may_be_in_memory(format)) fail(source.path(), "not a PNG or JPEG image");
-  return {format, format == Format::jpeg ? nullptr : reader_of(source, format), {}};
+  return {format, has_own_decoder(format) ? nullptr : reader_of(source, format), nullptr, {}};
 }
 
 // What must be known before anything is allocated for the pixels.
@@ -216,7 +227,15 @@ void check_size(const Source& source, const Header& header) {
 Header jpeg_header(const Source& source) {
   const std::optional<JpegHeader> jpeg = read_jpeg_header(*source.stream());
   if (!jpeg) fail(source.path(), "is damaged or cut off, a JPEG without a frame header");
-  return {jpeg->width, jpeg->height, 3, jpeg->orientation};
+  return {jpeg->width, jpeg->height, 3, jpeg->exif.orientation};
+}
+
+// Opens the file.
+Header picture_header(const Source& source, Opened& image) {
+  image.file = image.format == Format::heif ? open_heif(source.path()) : open_raw(source.path());
+  const ImageExtent size = image.file->size();
+  const std::uint64_t pixels = std::uint64_t{size.width} * size.height;
+  return {size.width, size.height, pixels > 0 ? image.file->decoder_bytes() / pixels : 0, 1};
 }
 
 // OpenImageIO allocates all pixels while it opens a WebP file, so that its size must be known before.
@@ -268,7 +287,11 @@ Header opened_header(const fs::path& path, const OIIO::ImageInput& reader) {
           spec.pixel_bytes(true), orientation >= 1 && orientation <= 8 ? orientation : 1};
 }
 
-// Opens the reader, if there is one.
+Header own_header(const Source& source, Opened& image) {
+  return image.format == Format::jpeg ? jpeg_header(source) : picture_header(source, image);
+}
+
+// Opens what reads the source, but for a JPEG.
 Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::png && !png_header_is_sound(*source.stream())) {
     fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");
@@ -276,7 +299,7 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::openexr) check_exr(source);
   if (image.format == Format::webp) check_size(source, webp_header(source));
   if (image.reader) open_image(source, image);
-  Header header = image.reader ? opened_header(source.path(), *image.reader) : jpeg_header(source);
+  Header header = image.reader ? opened_header(source.path(), *image.reader) : own_header(source, image);
   check_size(source, header);
   if (orientation == Orientation::as_stored) header.orientation = 1;
   return header;
@@ -362,13 +385,23 @@ void read_as(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& typ
   }
 }
 
+[[noreturn]] void fail_by_size(const fs::path& path, const Header& header, const std::string& found) {
+  fail(path, "its header says " + size_text(header.width, header.height) + " pixels, its decoder finds " + found +
+                 ": it is damaged");
+}
+
 // The buffers below are as large as the header says, and the decoder fills as many pixels as it has found.
 void require_size_of(const fs::path& path, const Header& header, const OIIO::ImageSpec& spec) {
   const bool same = spec.width > 0 && spec.height > 0 && static_cast<std::uint64_t>(spec.width) == header.width &&
                     static_cast<std::uint64_t>(spec.height) == header.height && spec.depth <= 1 && spec.nchannels >= 1;
-  if (same) return;
-  fail(path, "its header says " + size_text(header.width, header.height) + " pixels, its decoder finds " +
-                 size_text(spec.width, spec.height) + ": it is damaged");
+  if (!same) fail_by_size(path, header, size_text(spec.width, spec.height));
+}
+
+PicturePixels decoded_file(const fs::path& path, PictureFile& file, const Header& header) {
+  PicturePixels pixels = file.decode();
+  const auto [width, height] = pixels.size;
+  if (width != header.width || height != header.height) fail_by_size(path, header, size_text(width, height));
+  return pixels;
 }
 
 // Reads the pixels row by row as the file stores them, whatever its orientation, and converts them to sRGB.
@@ -377,6 +410,11 @@ std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const 
   if (image.format == Format::jpeg) {
     JpegPixels pixels = decode_jpeg(source.bytes(), path, static_cast<std::uint32_t>(header.width),
                                     static_cast<std::uint32_t>(header.height));
+    if (!pixels.profile.empty()) convert_to_srgb(pixels.profile, pixels.rgb);
+    return std::move(pixels.rgb);
+  }
+  if (image.file) {
+    PicturePixels pixels = decoded_file(path, *image.file, header);
     if (!pixels.profile.empty()) convert_to_srgb(pixels.profile, pixels.rgb);
     return std::move(pixels.rgb);
   }
@@ -471,15 +509,19 @@ CameraNote camera_note_of(Source& source) {
   Opened image = reader_for(source);
   const Header header = checked_header(source, image, Orientation::as_stored);
   CameraNote note{upright_size(header), {}, {}, 0};
+  const auto take = [&](const ExifNote& exif) {
+    note.make = exif.make;
+    note.model = exif.model;
+    note.focal_length_mm = exif.focal_length_mm;
+  };
   if (image.reader) {
     const OIIO::ImageSpec& spec = image.reader->spec();
-    note.make = std::string(spec.get_string_attribute("Make"));
-    note.model = std::string(spec.get_string_attribute("Model"));
-    note.focal_length_mm = static_cast<double>(spec.get_float_attribute("Exif:FocalLength"));
+    take({1, std::string(spec.get_string_attribute("Make")), std::string(spec.get_string_attribute("Model")),
+          static_cast<double>(spec.get_float_attribute("Exif:FocalLength"))});
+  } else if (image.file) {
+    take(image.file->exif());
   } else if (const std::optional<JpegHeader> jpeg = read_jpeg_header(*source.stream())) {
-    note.make = jpeg->make;
-    note.model = jpeg->model;
-    note.focal_length_mm = jpeg->focal_length_mm;
+    take(jpeg->exif);
   }
   return note;
 }
@@ -501,7 +543,10 @@ Photograph read_from(Source& source, Orientation orientation) {
 // Throws InputError for a file that holds no 16-bit numbers, but a picture to look at.
 void require_grey_16(const fs::path& path, const Opened& image) {
   const std::string otherwise = ", must have one of 16 bits: numbers are kept in a grey PNG of 16 bits";
-  if (!image.reader) fail(path, "is a JPEG, whose channels have 8 bits" + otherwise);
+  if (!image.reader) {
+    const char* const kind = image.format == Format::jpeg ? "JPEG" : "photograph";
+    fail(path, std::string("is a ") + kind + ", whose channels have 8 bits" + otherwise);
+  }
   const OIIO::ImageSpec& spec = image.reader->spec();
   if (spec.nchannels == 1 && spec.format == TypeDesc::UINT16) return;
   fail(path, "has " + std::to_string(spec.nchannels) + (spec.nchannels == 1 ? " channel of " : " channels of ") +
@@ -521,11 +566,22 @@ GreyImage grey_from(Source& source) {
   return grey;
 }
 
+std::vector<std::uint8_t> threefold(const std::vector<std::uint8_t>& values) {
+  std::vector<std::uint8_t> result;
+  result.reserve(3 * values.size());
+  for (const std::uint8_t value : values) result.insert(result.end(), 3, value);
+  return result;
+}
+
 // As three equal values a pixel, upright.
 std::vector<std::uint8_t> alpha_from(Source& source, Orientation orientation) {
   Opened image = reader_for(source);
   if (image.format == Format::jpeg) return {};
   const Header header = checked_header(source, image, orientation);
+  if (image.file) {
+    if (image.format == Format::raw) return {};
+    return threefold(decoded_file(source.path(), *image.file, header).alpha);
+  }
   const int channel = image.reader->spec().alpha_channel;
   if (channel < 0) return {};
   require_size_of(source.path(), header, image.reader->spec());
@@ -533,10 +589,7 @@ std::vector<std::uint8_t> alpha_from(Source& source, Orientation orientation) {
   if (!image.reader->read_image(0, 0, channel, channel + 1, TypeDesc::UINT8, stored.data())) {
     fail(source.path(), "is damaged or cut off" + because(image.reader->geterror()));
   }
-  std::vector<std::uint8_t> threefold;
-  threefold.reserve(3 * stored.size());
-  for (const std::uint8_t value : stored) threefold.insert(threefold.end(), 3, value);
-  return upright_rgb(std::move(threefold), header);
+  return upright_rgb(threefold(stored), header);
 }
 
 }  // namespace
@@ -563,9 +616,9 @@ Photograph read_photograph(const fs::path& path, Orientation orientation) {
 
 std::vector<std::uint8_t> read_alpha(const fs::path& path, Orientation orientation) {
   Source source(path);
-  const std::vector<std::uint8_t> threefold = alpha_from(source, orientation);
-  std::vector<std::uint8_t> alpha(threefold.size() / 3);
-  for (std::size_t i = 0; i < alpha.size(); ++i) alpha[i] = threefold[3 * i];
+  const std::vector<std::uint8_t> values = alpha_from(source, orientation);
+  std::vector<std::uint8_t> alpha(values.size() / 3);
+  for (std::size_t i = 0; i < alpha.size(); ++i) alpha[i] = values[3 * i];
   return alpha;
 }
 

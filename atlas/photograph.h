@@ -34,15 +34,19 @@ struct CameraNote {
   std::string make, model;     // empty: not said
   double focal_length_mm = 0;  // 0: not said
 };
-// Reads the header of a JPEG, PNG, TIFF, WebP or OpenEXR file. Throws InputError.
+// Reads the header of a file that read_photograph() reads. Throws InputError.
 [[nodiscard]] CameraNote read_camera_note(const std::filesystem::path& path);
 
-// Reads JPEG, PNG, TIFF, WebP and OpenEXR, told by their first bytes whatever their names are; other formats are
-// refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped); floating-point files are taken as
-// linear light. Colours in the space of an ICC profile, such as Display P3 or Adobe RGB, are converted to sRGB. The
-// profiles of WebP files are not read: their colours are taken as sRGB. A file that is replaced by another one while it
-// is read gives the old picture or the new one. Throws InputError: path and reason, also for a file that is cut off or
-// whose coded pixels are damaged, as far as its decoder can tell.
+// Reads JPEG, PNG, TIFF, WebP, OpenEXR, HEIC (HEIF), AVIF, and the raw forms of cameras that LibRaw knows (DNG, CR2,
+// CR3, NEF, ARW, RAF, ORF, RW2 and others). They are told by their first bytes whatever their names are, a raw TIFF by
+// its directories; other formats are refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped);
+// floating-point files are taken as linear light. Colours in the space of an ICC profile, such as Display P3 or Adobe
+// RGB, are converted to sRGB. The profiles of WebP files are not read: their colours are taken as sRGB.
+// HEIC, AVIF and raw files are turned once, by their decoders, whatever `orientation` is: other programs see them
+// through the same decoders. A raw file is developed as picture_file.h says. Its size is what LibRaw finds visible,
+// which may be some pixels more than the camera's own JPEG has.
+// A file that is replaced by another one while it is read gives the old picture or the new one. Throws InputError: path
+// and reason, also for a file that is cut off or whose coded pixels are damaged, as far as its decoder can tell.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 

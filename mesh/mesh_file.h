@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Triangle soups from files: PLY (ASCII, binary little and big endian), OBJ (with per-vertex colours as most scanners
-// write them) and STL. Polygons are cut into triangles; normals, texture coordinates and unknown properties are
-// skipped.
+// write them) and STL. Polygons and PLY's triangle strips are cut into triangles; normals, texture coordinates and
+// unknown properties are skipped.
 #pragma once
 
 #include <filesystem>

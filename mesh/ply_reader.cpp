@@ -164,6 +164,8 @@ class AsciiBody {
   std::string_view field_;  // the next one
 };
 
+constexpr std::string_view kStrips = "tristrips";
+
 constexpr std::size_t kMissing = std::numeric_limits<std::size_t>::max();
 
 std::size_t property_index(const PlyElement& element, std::string_view name) {
@@ -200,12 +202,12 @@ std::optional<Three> normal_properties(const PlyElement& element) {
   return normal;
 }
 
-std::size_t corner_property(const PlyElement& face, const std::string& path) {
+std::size_t corner_property(const PlyElement& element, const std::string& path) {
   for (const char* name : {"vertex_indices", "vertex_index"}) {
-    const std::size_t index = property_index(face, name);
-    if (index != kMissing && face.properties[index].is_list) return index;
+    const std::size_t index = property_index(element, name);
+    if (index != kMissing && element.properties[index].is_list) return index;
   }
-  throw InputError(path + ": its element 'face' has no list vertex_indices");
+  throw InputError(path + ": its element " + in_quotes(element.name) + " has no list vertex_indices");
 }
 
 double largest_color(PlyType type) {
@@ -227,11 +229,14 @@ class SoupReader {
         read_vertices(element);
       } else if (element.name == "face") {
         read_faces(element);
+      } else if (element.name == kStrips) {
+        read_strips(element);
       } else {
         skip(element);
       }
     }
     refuse_rest(header);
+    if (soup_.faces.empty()) throw no_faces(path_);  // strips may be too short
     polygons_.triangulate(soup_);
     return std::move(soup_);
   }
@@ -309,15 +314,58 @@ class SoupReader {
     if (count == 0) body_.record().fail("has no corners");
     body_.check_room(count, list.type);
     corners_.clear();
+    for (std::uint64_t i = 0; i < count; ++i) corners_.push_back(vertex(body_.value(list.type), ""));
+    polygons_.append(corners_, soup_.faces);
+  }
+
+  void read_strips(const PlyElement& element) {
+    const std::size_t corners = corner_property(element, path_);
+    for (std::uint64_t index = 0; index < element.count; ++index) {
+      body_.begin_record(element, index);
+      for (std::size_t i = 0; i < element.properties.size(); ++i) {
+        if (i == corners) {
+          read_strip_list(element.properties[i]);
+        } else {
+          (void)scalar(element.properties[i]);
+        }
+      }
+      body_.end_record();
+    }
+  }
+
+  // Each index makes a triangle with the two before it. Every second one is turned round, so that all have the same
+  // outside; a triangle in which a vertex repeats only leads the strip on, and is left out.
+  void read_strip_list(const PlyProperty& list) {
+    const std::uint64_t count = item_count(list);
+    body_.check_room(count, list.type);
+    corners_.clear();
     for (std::uint64_t i = 0; i < count; ++i) {
       const double corner = body_.value(list.type);
-      if (!(corner >= 0 && corner < static_cast<double>(vertex_count_)) || corner != std::trunc(corner)) {
-        body_.record().fail("refers to vertex " + number_text(corner) + ", but there are " +
-                            std::to_string(vertex_count_) + " vertices, counted from 0");
+      if (ends_strip(corner, list.type)) {
+        corners_.clear();
+        continue;
       }
-      corners_.push_back(static_cast<std::uint32_t>(corner));
+      corners_.push_back(vertex(corner, " at index " + std::to_string(i)));
+      const std::size_t size = corners_.size();
+      if (size < 3) continue;
+      glm::uvec3 face(corners_[size - 3], corners_[size - 2], corners_[size - 1]);
+      if (face.x == face.y || face.y == face.z || face.z == face.x) continue;
+      if (size % 2 == 0) std::swap(face.x, face.y);
+      soup_.faces.push_back(face);
     }
-    polygons_.append(corners_, soup_.faces);
+  }
+
+  // Types without sign hold the largest number for -1.
+  static bool ends_strip(double corner, PlyType type) {
+    return corner == -1 || (type == PlyType::Uint32 && corner == std::numeric_limits<std::uint32_t>::max());
+  }
+
+  [[nodiscard]] std::uint32_t vertex(double corner, const std::string& where) const {
+    if (!(corner >= 0 && corner < static_cast<double>(vertex_count_)) || corner != std::trunc(corner)) {
+      body_.record().fail("refers to vertex " + number_text(corner) + where + ", but there are " +
+                          std::to_string(vertex_count_) + " vertices, counted from 0");
+    }
+    return static_cast<std::uint32_t>(corner);
   }
 
   void skip(const PlyElement& element) {
@@ -384,13 +432,8 @@ void check_has_vertices(const PlyHeader& header, const std::string& path) {
 }
 
 void check_has_faces(const PlyHeader& header, const std::string& path) {
-  if (element_named(header, "tristrips")) {
-    throw InputError(path +
-                     ": has its triangles in strips ('tristrips'), which this program does not read: write them as "
-                     "faces");
-  }
-  const PlyElement* const face = element_named(header, "face");
-  if (!face || face->count == 0) throw no_faces(path);
+  const PlyElement *const face = element_named(header, "face"), *const strips = element_named(header, kStrips);
+  if ((!face || face->count == 0) && (!strips || strips->count == 0)) throw no_faces(path);
 }
 
 // `read` is called with a reader of the body, whatever its encoding is.

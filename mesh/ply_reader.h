@@ -16,7 +16,9 @@ namespace lumatlas {
 // Positions: x, y, z of the element "vertex". Colours: red, green, blue (or diffuse_...); unsigned 16-bit ones run to
 // 65535, other integers to 255, floating-point ones to 1. Faces: the list vertex_indices or vertex_index of the element
 // "face", cut into triangles, also where it is concave; one or two corners give a degenerate triangle, which repair()
-// counts. All else that the header declares is skipped; bytes that it does not declare are refused.
+// counts. Strips: the same list of the element "tristrips", in which -1 ends a strip; each index makes a triangle with
+// the two before it, unless a vertex repeats in it. All else that the header declares is skipped; bytes that it does
+// not declare are refused.
 [[nodiscard]] TriangleSoup parse_ply(std::string_view contents, const std::string& path);
 
 // Points without faces, in the file's own coordinates.

@@ -443,7 +443,7 @@ TEST_CASE("a base texture that is not there or does not fit is refused") {
           {"an image that is not there", [](DamagedModel& m) { m.gltf()["images"].back()["uri"] = "images/t.png"; },
            "images/t.png: no such file"},
           {"an image that is none", [](DamagedModel& m) { m.replace("images/texture.png", "hello"); },
-           "images/texture.png: is no JPEG, PNG, TIFF, WebP or OpenEXR image, by its first bytes"},
+           "images/texture.png: is no JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw image, by its first bytes"},
           {"a copy of nothing", [=](DamagedModel& m) { m.poke<std::uint32_t>(copies(m), 2, 49); },
            "vertex 51 is a copy of vertex 49 of 49 that are none"},
           {"a copy elsewhere", [=](DamagedModel& m) { m.poke<std::uint32_t>(copies(m), 2, 48); },

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/gltf_mesh.h"
 
+#include <meshoptimizer.h>
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
@@ -10,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/meshopt_compression.h"
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
 
@@ -157,8 +161,8 @@ TEST_CASE("what this program does not read is refused by its name") {
   CHECK_THAT(refused([&](Triangle& t) { compressed(t, "KHR_draco_mesh_compression"); }),
              Catch::Contains("is compressed by Draco (KHR_draco_mesh_compression), which this program does not read: "
                              "export it without compression"));
-  CHECK_THAT(refused([&](Triangle& t) { compressed(t, "EXT_meshopt_compression"); }),
-             Catch::Contains("is compressed by meshoptimizer (EXT_meshopt_compression), which this program does not "
+  CHECK_THAT(refused([&](Triangle& t) { compressed(t, "KHR_meshopt_compression"); }),
+             Catch::Contains("is compressed by meshoptimizer (KHR_meshopt_compression), which this program does not "
                              "read: export it without compression"));
   CHECK_THAT(refused([&](Triangle& t) { compressed(t, "ACME_shape"); }),
              Catch::Contains("requires the extension ACME_shape, which this program does not know"));
@@ -212,6 +216,147 @@ TEST_CASE("what is damaged is refused with its place") {
                t.document.erase("scene");
              }),
              Catch::Contains("too often"));
+}
+
+// The triangle of Triangle with its positions and indices compressed, colours as they were.
+class MeshoptTriangle : public Triangle {
+ public:
+  // Filtered: positions by exponents, and indices one by one instead of by triangles.
+  explicit MeshoptTriangle(bool filtered = false) {
+    std::vector<float> points{0, 0, 0, 9, 1, 0, 0, 9, 0, 1, 0, 9};
+    if (filtered) meshopt_encodeFilterExp(points.data(), 3, 16, 24, std::vector<float>(points).data());
+    std::string attributes(meshopt_encodeVertexBufferBound(3, 16), '\0');
+    attributes.resize(meshopt_encodeVertexBuffer(bytes_of(attributes), attributes.size(), points.data(), 3, 16));
+    const std::vector<unsigned> corners{0, 1, 2};
+    std::string indices(256, '\0');
+    unsigned char* const first = bytes_of(indices);
+    indices.resize(filtered ? meshopt_encodeIndexSequence(first, indices.size(), corners.data(), 3)
+                            : meshopt_encodeIndexBuffer(first, indices.size(), corners.data(), 3));
+    const std::size_t start = buffer.size();
+    buffer += attributes + indices;
+    document["buffers"][0]["byteLength"] = buffer.size();
+    document["buffers"].push_back({{"byteLength", 54}, {"extensions", {{kExtension, {{"fallback", true}}}}}});
+    document["extensionsUsed"] = {kExtension};
+    document["extensionsRequired"] = {kExtension};
+    compress(0, {{"byteOffset", start}, {"byteLength", attributes.size()}, {"byteStride", 16}, {"mode", "ATTRIBUTES"}});
+    compress(1, {{"byteOffset", start + attributes.size()},
+                 {"byteLength", indices.size()},
+                 {"byteStride", 2},
+                 {"mode", filtered ? "INDICES" : "TRIANGLES"}});
+    if (filtered) compression(0)["filter"] = "EXPONENTIAL";
+  }
+
+  [[nodiscard]] json& compression(std::size_t view) { return document["bufferViews"][view]["extensions"][kExtension]; }
+
+  static constexpr const char* kExtension = "EXT_meshopt_compression";
+
+ private:
+  static unsigned char* bytes_of(std::string& text) { return reinterpret_cast<unsigned char*>(text.data()); }
+
+  void compress(std::size_t view, json compression) {
+    document["bufferViews"][view]["buffer"] = 1;
+    document["bufferViews"][view]["byteOffset"] = 0;
+    compression["buffer"] = 0;
+    compression["count"] = 3;
+    document["bufferViews"][view]["extensions"] = {{kExtension, compression}};
+  }
+};
+
+TEST_CASE("what EXT_meshopt_compression compressed is decoded") {
+  const TemporaryFolder folder;
+  const TriangleSoup expected = Triangle().read(folder);
+  MeshoptTriangle triangle;
+  const TriangleSoup soup = triangle.read(folder);
+  CHECK(soup.positions == expected.positions);
+  CHECK(soup.colors == expected.colors);
+  CHECK(soup.faces == expected.faces);
+  CHECK(MeshoptTriangle(true).read(folder).positions == expected.positions);
+  CHECK(MeshoptTriangle(true).read(folder).faces == expected.faces);
+  // The stride may be said by the compression alone.
+  triangle.document["bufferViews"][0].erase("byteStride");
+  CHECK(triangle.read(folder).positions == expected.positions);
+  // Bytes that the file has are read as they are.
+  triangle.document["buffers"][1]["uri"] = "data:application/octet-stream;base64," + std::string(72, 'A');
+  triangle.document["buffers"][1].erase("extensions");
+  CHECK(triangle.read(folder).positions == std::vector<glm::dvec3>(3));
+}
+
+TEST_CASE("filters of compressed views give unit vectors and quaternions back within their bits") {
+  const auto round_trip = [](std::vector<std::int16_t> encoded, MeshoptFilter filter) {
+    std::vector<unsigned char> packed(meshopt_encodeVertexBufferBound(2, 8));
+    packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), encoded.data(), 2, 8));
+    const auto bytes = decoded({MeshoptMode::attributes, filter, 2, 8}, packed);
+    REQUIRE(bytes);
+    std::vector<double> values;
+    for (std::size_t i = 0; i < 8; ++i) {
+      std::int16_t value = 0;
+      std::memcpy(&value, bytes->data() + 2 * i, 2);
+      values.push_back(value / 32767.0);
+    }
+    return values;
+  };
+  const std::vector<float> vectors{0.6F, 0, 0.8F, 0, -0.48F, 0.6F, -0.64F, 0},
+      turns{0.5F, 0.5F, -0.5F, 0.5F, 0, 0, 0.6F, 0.8F};
+  std::vector<std::int16_t> encoded(8);
+  const auto check_close = [](const std::vector<double>& values, const std::vector<float>& expected,
+                              std::size_t parts) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      if (i % 4 < parts) CHECK(std::abs(values[i] - static_cast<double>(expected[i])) < 1e-3);
+    }
+  };
+  meshopt_encodeFilterOct(encoded.data(), 2, 8, 12, vectors.data());
+  check_close(round_trip(encoded, MeshoptFilter::octahedral), vectors, 3);
+  meshopt_encodeFilterQuat(encoded.data(), 2, 8, 12, turns.data());
+  check_close(round_trip(encoded, MeshoptFilter::quaternion), turns, 4);
+}
+
+TEST_CASE("compressed views that are damaged are refused with their place") {
+  const auto refused = [](const auto& change) {
+    MeshoptTriangle triangle;
+    change(triangle);
+    return triangle.refusal();
+  };
+  const std::string first = "buffer view 0: EXT_meshopt_compression", second = "buffer view 1: EXT_meshopt_compression";
+  const auto set = [&](std::size_t view, const char* name, const json& value) {
+    return refused([&](MeshoptTriangle& t) { t.compression(view)[name] = value; });
+  };
+  CHECK(set(0, "mode", "POINTS") == first + " has the mode 'POINTS', which is not known");
+  CHECK(set(0, "filter", "COLOR") == first + " has the filter 'COLOR', which is not known");
+  CHECK(set(0, "buffer", 2) == first + " is of buffer 2, which does not exist");
+  CHECK_THAT(set(0, "buffer", 1), Catch::Contains(first + " reaches beyond its buffer of 4 bytes"));
+  CHECK_THAT(set(0, "byteLength", 2147483647), Catch::Contains(first + " reaches beyond its buffer of"));
+  CHECK_THAT(set(0, "byteOffset", 2147483647), Catch::Contains(first + " reaches beyond its buffer of"));
+  CHECK(set(0, "count", 4) ==
+        first + " holds 4 elements of 16 bytes, but the buffer view has 48 bytes with a stride of 16");
+  CHECK(set(0, "byteStride", 12) ==
+        first + " holds 3 elements of 12 bytes, but the buffer view has 48 bytes with a stride of 16");
+  CHECK(set(0, "byteLength", 20) == first + ": its bytes cannot be decoded: they are damaged, or of a later version");
+  CHECK(set(0, "filter", "QUATERNION") == first + ": its stride is 16, must be 8");
+  CHECK(set(1, "filter", "OCTAHEDRAL") == second + ": its indices have a filter, which only attributes may have");
+  CHECK(refused([&](MeshoptTriangle& t) { t.compression(0).erase("count"); }) == first + " has no \"count\"");
+  CHECK_THAT(refused([&](MeshoptTriangle& t) {
+               t.compression(0)["count"] = 100000000;
+               t.document["bufferViews"][0]["byteLength"] = 1600000000;
+             }),
+             Catch::Contains(first + ": its count is 100000000, too many for"));
+  CHECK_THAT(refused([&](MeshoptTriangle& t) {  // each may decode to 64 times its bytes, but they share these
+               const std::string zeros(256 * 64, '\0');
+               std::string packed(meshopt_encodeVertexBufferBound(1024, 16), '\0');
+               packed.resize(meshopt_encodeVertexBuffer(reinterpret_cast<unsigned char*>(packed.data()), packed.size(),
+                                                        zeros.data(), 1024, 16));
+               json view = t.document["bufferViews"][0];
+               view["byteLength"] = 16384;
+               view["extensions"][t.kExtension]["byteOffset"] = t.buffer.size();
+               view["extensions"][t.kExtension]["byteLength"] = packed.size();
+               view["extensions"][t.kExtension]["count"] = 1024;
+               t.buffer += packed;
+               t.document["buffers"][0]["byteLength"] = t.buffer.size();
+               for (int i = 0; i < 10; ++i) t.document["bufferViews"].push_back(view);
+             }),
+             Catch::Contains("its compressed buffer views hold more than its buffers can"));
+  // A view of such a buffer that is not compressed has no bytes.
+  CHECK_THAT(refused([&](MeshoptTriangle& t) { t.document["bufferViews"][0].erase("extensions"); }),
+             Catch::Contains("reaches beyond its buffer of 4 bytes"));
 }
 
 TEST_CASE("a buffer behind a link that leads elsewhere is not opened") {

@@ -316,7 +316,7 @@ TEST_CASE("a file that is no photograph gets a sentence that says so") {
   check_both(folder / "missing.jpg", "no such file");
   check_both(folder.path(), "is not a file");
   check_both(folder.with_file("empty.png", ""), "is empty");
-  const std::string no_image = "is no JPEG, PNG, TIFF, WebP or OpenEXR image, by its first bytes";
+  const std::string no_image = "is no JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw image, by its first bytes";
   check_both(folder.with_file("text.jpg", "hello, world"), no_image);
   check_both(folder.with_file("text.txt", "hello, world"), no_image);
   check_both(folder.with_file("text", "hello, world"), no_image);
@@ -396,7 +396,7 @@ TEST_CASE("a photograph that is replaced while it is read is the old one or the 
 
 TEST_CASE("formats that nobody photographs in are refused by their first bytes, whatever their names say") {
   const TemporaryFolder folder;
-  const std::string reason = ": is no JPEG, PNG, TIFF, WebP or OpenEXR image, by its first bytes";
+  const std::string reason = ": is no JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw image, by its first bytes";
   const std::string_view first_bytes =
       GENERATE(std::string_view("BM\x3a\0\0\0\0\0\0\0\x36\0", 12), "GIF89a\1\0\1\0\0\0",
                std::string_view("\0\0\1\0\1\0\x10\x10\0\0\1\0", 12), "SDPX\0\0\x8\0V1.0", "#?RADIANCE\n\n",

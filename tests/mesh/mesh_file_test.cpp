@@ -515,11 +515,66 @@ TEST_CASE("OBJ: statements that make surfaces in other ways are refused, other w
             .faces.size() == 1);
 }
 
-TEST_CASE("PLY: triangle strips are named, not taken for points") {
+// Six vertices and a list of strips, in ASCII or in binary.
+std::string strips_ply(const char* format, const char* index_type, const std::vector<std::int64_t>& list) {
+  const std::string type = index_type;
+  std::string text = std::string("ply\nformat ") + format +
+                     " 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n"
+                     "element tristrips 1\nproperty list int " +
+                     type + " vertex_indices\nend_header\n";
+  const bool is_ascii = std::string_view(format) == "ascii";
+  const std::endian endian = std::string_view(format) == "binary_big_endian" ? std::endian::big : std::endian::little;
+  for (int i = 0; i < 6; ++i) {
+    if (is_ascii) text += std::to_string(i) + " 0 0\n";
+    if (!is_ascii) text += raw(static_cast<float>(i), endian) + raw(0.0F, endian) + raw(0.0F, endian);
+  }
+  text += is_ascii ? std::to_string(list.size()) : raw(static_cast<std::int32_t>(list.size()), endian);
+  for (const std::int64_t index : list) {
+    if (is_ascii) text += " " + std::to_string(index);
+    if (!is_ascii && type == "short") text += raw(static_cast<std::int16_t>(index), endian);
+    if (!is_ascii && type != "short") text += raw(static_cast<std::int32_t>(index), endian);
+  }
+  return text + (is_ascii ? "\n" : "");
+}
+
+TEST_CASE("PLY: triangle strips turn round every second triangle, end at -1 and may repeat vertices") {
+  // A strip of three triangles, one that is too short, one led on by a repeated vertex, and one that does not end.
+  const std::vector<std::int64_t> list{0, 1, 2, 3, 4, -1, 5, 4, -1, -1, 0, 1, 2, 2, 3, 5, -1, 5, 1, 0};
+  const FaceList expected{{0, 1, 2}, {2, 1, 3}, {2, 3, 4}, {0, 1, 2}, {3, 2, 5}, {5, 1, 0}};
+  for (const char* const format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    for (const char* const type : {"int", "short"}) CHECK(ply(strips_ply(format, type, list)).faces == expected);
+  }
+  std::vector<std::int64_t> without_sign = list;
+  std::replace(without_sign.begin(), without_sign.end(), std::int64_t{-1}, std::int64_t{4294967295});
+  CHECK(ply(strips_ply("ascii", "uint", without_sign)).faces == expected);
+  CHECK(ply(strips_ply("binary_big_endian", "uint", without_sign)).faces == expected);
+}
+
+TEST_CASE("PLY: triangle strips are added to faces") {
+  const std::string text =
+      "ply\nformat ascii 1.0\nelement tristrips 2\nproperty uchar id\nproperty list int int vertex_index\n"
+      "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list int int vertex_indices\nend_header\n7 3 0 1 2\n8 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n"
+      "3 2 1 3\n";
+  CHECK(ply(text).faces == FaceList{{0, 1, 2}, {2, 1, 3}});
+}
+
+TEST_CASE("PLY: triangle strips that are damaged are refused by index") {
+  check_refused_ply(strips_ply("ascii", "int", {0, 1, 2, 6}),
+                    "'tristrips' 0 refers to vertex 6 at index 3, but there are 6 vertices, counted from 0");
+  check_refused_ply(strips_ply("binary_little_endian", "int", {0, 1, -2, 3}),
+                    "'tristrips' 0 refers to vertex -2 at index 2, but there are 6 vertices, counted from 0");
+  const std::string no_faces =
+      "has no faces; a point cloud must be meshed first, for instance by Poisson reconstruction";
+  check_refused_ply(strips_ply("ascii", "int", {0, 1, -1, 2, 3}), no_faces);
+  check_refused_ply(strips_ply("ascii", "int", {}), no_faces);
+  std::string cut_off = strips_ply("binary_little_endian", "int", {0, 1, 2, 3});
+  cut_off.resize(cut_off.size() - 1);
+  check_refused_ply(cut_off, "'tristrips' 0 of 1 is not complete; the file is cut off or damaged");
   check_refused_ply(
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-      "element tristrips 1\nproperty list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-      "has its triangles in strips ('tristrips'), which this program does not read: write them as faces");
+      "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+      "element tristrips 1\nproperty list int int strips\nend_header\n0 0 0\n3 0 0 0\n",
+      "its element 'tristrips' has no list vertex_indices");
 }
 
 TEST_CASE("OBJ: what is wrong is said with its line") {
