@@ -31,6 +31,7 @@ constexpr double kMostScale = 2;         // largest ratio of pixel widths at the
 constexpr double kSeenDepth = 1.01;      // a view sees a point up to this many times its stored depth
 constexpr double kMostShare = 0.3;       // largest move of a patch, as a share of the depth
 constexpr std::size_t kLeastPoints = 4;  // fewest compared points that measure a cell
+constexpr double kLeastMeasured = 0.25;  // share of measured cells from which others take the deviation of these
 constexpr std::uint8_t kTrusted = 128;   // least StoredView::trust of a pixel that is compared
 constexpr double kMostDeviation = 1e30;  // scene units, so that sums of deviations stay finite as floats
 
@@ -168,6 +169,15 @@ class Patch {
   double squares_ = 0;
 };
 
+// Returns the radius of patches in photographs of that camera, pixels: in a small photograph a patch of few pixels
+// already shows as much of the scene.
+std::uint32_t patch_radius(const DeviationOptions& options, const Camera& camera) {
+  constexpr double kWidthPerPixel = 200;
+  constexpr std::uint32_t kLeast = 2;
+  const auto suited = static_cast<std::uint32_t>(std::lround(camera.width / kWidthPerPixel));
+  return std::min(options.patch_radius, std::max(kLeast, suited));
+}
+
 // Returns the place of the peak of a parabola through three values, in steps from the middle one, in [-0.5, 0.5].
 double peak(double before, double middle, double after) {
   const double bend = before - 2 * middle + after;
@@ -196,7 +206,7 @@ std::optional<std::size_t> best_place(const std::vector<double>& correlations, d
 
 // Returns the distance of the surface from the point that two views agree on, scene units; none without texture.
 std::optional<double> distance_off(const SurfacePoint& point, const ViewPair& pair, const DeviationOptions& options) {
-  const Patch patch(point, pair, options.patch_radius);
+  const Patch patch(point, pair, patch_radius(options, pair.second.view->camera));
   if (patch.contrast() < options.least_contrast) return std::nullopt;
   const double step = kStepPx * pair.second.pixel / std::sin(pair.angle);
   const double most = kMostShare * std::min(pair.first.depth, pair.second.depth);
@@ -245,18 +255,26 @@ std::vector<double> distances_off(const Snapshot& snapshot, std::size_t cell, co
   const auto slots = snapshot.references.of_cell(cell);
   if (slots.size() < 2) return distances;
   const std::size_t points = std::min<std::size_t>(options.points, faces.size());
-  const double margin = kMostScale * options.patch_radius + options.most_shift_px + 1;
   for (std::size_t i = 0; i < points; ++i) {
     const std::optional<SurfacePoint> point = middle_of(snapshot.surface->mesh, faces[i * faces.size() / points]);
     if (!point) continue;
     std::vector<PointView> views;
     for (const std::uint32_t slot : slots) {
-      const std::optional<PointView> seen = point_view(*snapshot.views[slot], *point, margin);
+      const StoredView& view = *snapshot.views[slot];
+      const double margin = kMostScale * patch_radius(options, view.camera) + options.most_shift_px + 1;
+      const std::optional<PointView> seen = point_view(view, *point, margin);
       if (seen) views.push_back(*seen);
     }
     if (const std::optional<double> off = distance_off(*point, views, options)) distances.push_back(*off);
   }
   return distances;
+}
+
+// Whether so many cells are measured that they tell of those between them. Where few are, such as in small photographs
+// far apart, they say too little of the others.
+bool enough_are_measured(const SurfaceDeviation& deviation, std::size_t near_cells) {
+  const auto measured = std::count(deviation.measured.begin(), deviation.measured.end(), 1);
+  return static_cast<double>(measured) >= kLeastMeasured * static_cast<double>(near_cells);
 }
 
 // Gives each cell without a measurement the mean deviation that spreads to its vertices from measured cells. Cells that
@@ -331,7 +349,7 @@ SurfaceDeviation surface_deviation(const Snapshot& snapshot, const DeviationOpti
     result.of_cell[cell] = static_cast<float>(std::min(deviation, kMostDeviation));
     result.measured[cell] = 1;
   }
-  fill_unmeasured(surface, result);
+  if (enough_are_measured(result, faces.size())) fill_unmeasured(surface, result);
   return result;
 }
 

@@ -19,7 +19,7 @@ namespace lumatlas {
 
 struct DeviationOptions {
   std::uint32_t points = 12;       // compared per cell, >= 1
-  std::uint32_t patch_radius = 5;  // of the second photograph's pixels, [1, 32]
+  std::uint32_t patch_radius = 5;  // of the second photograph's pixels, [1, 32]; less below 1000 pixels of width
   double most_shift_px = 6;        // how far the patch is moved there, pixels, [1, 64]
   double least_angle_deg = 2;      // between the two directions; less tells too little of the distance, (0, 90)
   double most_angle_deg = 25;      // more shows the patch too differently, (least_angle_deg, 90)
@@ -33,8 +33,8 @@ void check(const DeviationOptions& options);
 
 struct SurfaceDeviation {
   // Standard deviation of the surface along a ray, scene units, one per cell. It is a lower bound where no distance
-  // matches. A cell without measurement has the deviation of the nearest measured cells, or 0 if there are none. The
-  // far sphere has 0.
+  // matches. A cell without measurement has the deviation of the nearest measured cells where at least a quarter of
+  // all cells are measured, else 0. The far sphere has 0.
   std::vector<float> of_cell;
   std::vector<std::uint8_t> measured;  // one per cell: 1 if measured at its own points, else 0
 
