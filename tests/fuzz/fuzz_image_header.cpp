@@ -9,7 +9,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::istringstream file(std::string(reinterpret_cast<const char*>(data), size));
   const auto header = lumatlas::read_jpeg_header(file);
-  if (header && (header->orientation < 1 || header->orientation > 8)) std::abort();
+  if (header && (header->exif.orientation < 1 || header->exif.orientation > 8)) std::abort();
   (void)lumatlas::jpeg_is_complete({data, size});
   (void)lumatlas::png_is_complete({data, size});
   return 0;

@@ -22,10 +22,10 @@ TEST_CASE("build, inspect and mesh of photographs alone name capture") {
 
 TEST_CASE("a form that is not read is named with those that are") {
   const TemporaryFolder folder;
-  (void)folder.with_file("scene.nvm", "NVM_V3");
+  (void)folder.with_file("office.psx", "x");
   const Outcome outcome = lumatlas_here({"inspect", folder.path().string()});
-  check_failure(outcome, "it holds scene.nvm of VisualSFM, which is not read");
-  CHECK_THAT(outcome.err, Catch::Contains("Metashape, RealityCapture, OpenMVS"));
+  check_failure(outcome, "it holds office.psx of Metashape");
+  CHECK_THAT(outcome.err, Catch::Contains("Metashape, RealityCapture, OpenMVS, OpenSfM"));
 }
 
 TEST_CASE("validate without a scene says which one it needs and how to name it") {

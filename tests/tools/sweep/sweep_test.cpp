@@ -241,7 +241,7 @@ TEST_CASE("whatever is wrong with a sweep is named with its place") {
       {[](json& s) {
          s["plots"][0]["lines"] = {{{"at", "1"}, {"label", "a"}}};
        },
-       "plots[0].lines[0].at: must be a number"},
+       "plots[0].lines[0].at: is \"1\", must be a number"},
       {[](json& s) {
          s["values"]["small"][0] = {{"label", "a"}, {"value", 3}};
        },
