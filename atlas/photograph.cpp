@@ -291,7 +291,7 @@ Header own_header(const Source& source, Opened& image) {
   return image.format == Format::jpeg ? jpeg_header(source) : picture_header(source, image);
 }
 
-// Opens what reads the source, but for a JPEG.
+// Checks the header and opens the reader of the source. A JPEG has no reader: its decoder opens the file itself.
 Header checked_header(Source& source, Opened& image, Orientation orientation) {
   if (image.format == Format::png && !png_header_is_sound(*source.stream())) {
     fail(source.path(), "is damaged or cut off, a PNG without a sound header; copy it again");

@@ -270,8 +270,8 @@ std::vector<double> distances_off(const Snapshot& snapshot, std::size_t cell, co
   return distances;
 }
 
-// Whether so many cells are measured that they tell of those between them. Where few are, such as in small photographs
-// far apart, they say too little of the others.
+// Returns true if enough cells are measured to take the deviation of the others from them. Small photographs that were
+// taken far apart measure few cells, which say little about the cells between.
 bool enough_are_measured(const SurfaceDeviation& deviation, std::size_t near_cells) {
   const auto measured = std::count(deviation.measured.begin(), deviation.measured.end(), 1);
   return static_cast<double>(measured) >= kLeastMeasured * static_cast<double>(near_cells);

@@ -15,6 +15,8 @@
 #include "tools/scene/forms/openmvg.h"
 #include "tools/scene/forms/openmvs.h"
 #include "tools/scene/forms/opensfm.h"
+#include "tools/scene/forms/photograph_lookup.h"
+#include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/forms/polycam.h"
 #include "tools/scene/forms/reality_capture.h"
 #include "tools/scene/forms/scannet.h"

@@ -66,9 +66,7 @@ std::optional<HoldOut> protocol(const ValidateFlags& flags, const ModelNotes& no
 
 // Without a protocol, views to score must come from elsewhere.
 void require_views_to_score(const ValidateFlags& flags, const ValidationOptions& options, const SceneViews& scene) {
-  const auto is_listed = [](const SceneView& view) { return view.held_out; };
-  if (options.protocol || !flags.test.empty()) return;
-  if (std::any_of(scene.views.begin(), scene.views.end(), is_listed)) return;
+  if (options.protocol || !flags.test.empty() || held_out_views(scene) > 0) return;
   throw InputError(
       flags.model.string() +
       ": was built from every view, so none is left to score: build it with --hold 8, for example, or name others "

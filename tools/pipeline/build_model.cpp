@@ -152,8 +152,7 @@ std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views) {
 
 void note_scene(const SceneViews& scene, BuildResult& result) {
   result.views = scene.views.size();
-  result.listed_to_score = static_cast<std::size_t>(
-      std::count_if(scene.views.begin(), scene.views.end(), [](const SceneView& view) { return view.held_out; }));
+  result.listed_to_score = held_out_views(scene);
   result.masked_views = masked_views(scene);
   result.scene_notes = scene.notes;
   result.skipped = skipped_views(scene.views);

@@ -114,8 +114,7 @@ void check_baselines(const std::set<std::string>& baselines) {
 
 std::optional<HoldOut> protocol_to_score(const Model& model, const SceneViews& scene) {
   if (const std::optional<HoldOut> built = hold_out_of(model.notes(), model.path())) return *built;
-  const auto is_listed = [](const SceneView& view) { return view.held_out; };
-  if (std::any_of(scene.views.begin(), scene.views.end(), is_listed)) return std::nullopt;
+  if (held_out_views(scene) > 0) return std::nullopt;
   throw InputError(model.path().string() +
                    ": was built from every photograph, so none is left to score: build it with hold=8, for example");
 }

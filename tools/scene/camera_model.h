@@ -69,8 +69,8 @@ struct CameraModel {
 // lengths positive, principal point within 1e6, omega of FOV in (-pi, pi), alpha of EUCM in [0, 1] and beta positive.
 void check(const CameraModel& lens);
 
-// The same lens, of which photographs were scaled to this size, each axis by itself. A model with one focal length
-// becomes one with two where the axes are scaled differently.
+// Returns the lens for photographs that were scaled to this size in pixels, each axis by its own factor. Where the
+// factors differ, a model with one focal length becomes the model with two that has the same distortion.
 [[nodiscard]] CameraModel scaled(const CameraModel& lens, std::uint32_t width, std::uint32_t height);
 
 // This is false for a full panorama: no plane holds what it sees.

@@ -15,17 +15,19 @@
 
 namespace lumatlas {
 
-// How a view lies in its panorama.
+// The panorama that a view is cut out of.
 struct PanoramaFace {
   ImageSize size;                      // of the panorama, pixels
   glm::dmat3 panorama_from_view{1.0};  // rotates directions of the view's camera into the panorama's
 };
 
-// Where a panorama of this size shows a direction of any length but 0, in pixels, (0, 0) is the picture's corner.
+// Returns the place, in pixels with (0, 0) at the picture's corner, at which a panorama of this size shows a direction.
+// The direction is in the panorama's camera frame and has any length but 0.
 [[nodiscard]] glm::dvec2 place_in_panorama(const ImageSize& size, const glm::dvec3& direction);
 
-// What the pinhole camera `view`, whatever its pose, sees of the panorama, bilinear. A pixel for which the panorama is
-// masked is invalid. Throws std::invalid_argument if the panorama has another size than the face says.
+// Returns the picture that the pinhole camera `view` takes of the panorama, interpolated bilinearly; the pose of `view`
+// does not matter. A pixel that shows a masked pixel of the panorama is invalid. Throws std::invalid_argument if the
+// panorama has another size than the face says.
 [[nodiscard]] Photograph view_of_panorama(const Photograph& panorama, const PanoramaFace& face, const Camera& view);
 
 }  // namespace lumatlas

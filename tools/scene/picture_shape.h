@@ -6,8 +6,8 @@
 
 namespace lumatlas {
 
-// Whether a picture of size `a` may be one of size `b` that was scaled by 5 % or more, with its sizes rounded up or
-// down. Sizes below 16 pixels fit too many shapes: then it is false.
+// Returns true if a picture of size `a` may be a picture of size `b` that was scaled by 5 % or more, with width and
+// height rounded up or down. Returns false for sides below 16 pixels, which fit too many shapes.
 [[nodiscard]] bool same_shape(const ImageSize& a, const ImageSize& b);
 
 }  // namespace lumatlas

@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// What lies beyond the first and the last column.
+// The column that continues a picture beyond its first and its last one.
 enum class AtEdges {
   clamp,  // the same column again
   wrap,   // the other one, as in a panorama

@@ -136,6 +136,11 @@ std::size_t masked_views(const SceneViews& scene) {
                                                 [](const SceneView& view) { return view.mask.has_value(); }));
 }
 
+std::size_t held_out_views(const SceneViews& scene) {
+  return static_cast<std::size_t>(
+      std::count_if(scene.views.begin(), scene.views.end(), [](const SceneView& view) { return view.held_out; }));
+}
+
 ImageSize size_of_file(const SceneView& view) {
   return view.panorama ? view.panorama->size : ImageSize{view.lens.width, view.lens.height};
 }

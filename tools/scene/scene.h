@@ -68,8 +68,9 @@ struct PictureFolders {
 // Takes those of bad views away.
 void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 
-// How many views have a mask.
+// The number of views that have a mask, and of those that the scene's own list holds out.
 [[nodiscard]] std::size_t masked_views(const SceneViews& scene);
+[[nodiscard]] std::size_t held_out_views(const SceneViews& scene);
 
 // Reads the capture in the folder `scene`, by the first of its forms (tools/scene/forms/capture_forms.h): COLMAP's
 // workspace before others, with sparse/, the largest model in a folder of sparse/, or the model's files in the folder
@@ -123,11 +124,11 @@ struct Split {
 };
 [[nodiscard]] Split split(std::size_t view_count, const HoldOut& protocol);
 
-// Ranks of a scene's views by the protocol, else by the scene's own list: what SceneView::held_out says is scored, and
-// the others are to learn from. Bad ones are in neither.
+// Splits the ranks of a scene's views by the protocol. Without one, the views with SceneView::held_out are scored, and
+// the others are to learn from. Bad views are in neither.
 [[nodiscard]] Split split(const SceneViews& scene, const std::optional<HoldOut>& protocol);
 
-// The same for scoring. Throws InputError if there is none to score.
+// Splits as split() does. Throws InputError if no view is left to score.
 [[nodiscard]] Split split_to_score(const SceneViews& scene, const std::optional<HoldOut>& protocol);
 
 }  // namespace lumatlas

@@ -40,7 +40,7 @@ struct SceneList {
 // such a size.
 void fit_to_photograph(ListedView& listed);
 
-// What should be said of views whose lenses fit_to_photograph() has scaled; empty where there are none.
+// Returns a sentence on the views whose lenses fit_to_photograph() has scaled; empty if there are none.
 [[nodiscard]] std::string scaled_lenses_note(const std::vector<ListedView>& views);
 
 // The mask of the view in the scene's folder of masks, or that which was asked for; none if there is none.

@@ -10,6 +10,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/picture_shape.h"
 
 namespace lumatlas {
@@ -78,7 +79,7 @@ std::string no_mask_fits(const fs::path& folder, const std::vector<SceneView>& v
 
 namespace {
 
-// What cannot be opened is told when it is read.
+// Returns false for a mask that cannot be opened: loading the photograph says why.
 bool is_scaled(const SceneView& view) {
   try {
     const ImageSize mask = photograph_size(*view.mask, Orientation::as_stored), size = size_of_file(view);

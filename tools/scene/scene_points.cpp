@@ -51,7 +51,8 @@ std::optional<fs::path> dense_points_in(const fs::path& scene) {
   return std::nullopt;
 }
 
-// Whether a photograph has this in front of it. Of the views of a panorama, a point is in front of one or more.
+// Returns true if a point that the image saw may be in this photograph. An image that is a panorama is six photographs,
+// of which one or more look towards the point.
 bool looks_towards(const PosedPhotograph& photograph, const glm::dvec3& point) {
   const glm::dvec3 cam = photograph.cam_from_world_rotation * point + photograph.cam_from_world_translation;
   return !photograph.panorama || cam.z >= std::max(std::abs(cam.x), std::abs(cam.y));

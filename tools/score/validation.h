@@ -15,7 +15,7 @@
 namespace lumatlas {
 
 struct ValidationOptions {
-  // None: the scene's own list of views to score, or the model was built from every view; then `test` is needed.
+  // Without it, the views with SceneView::held_out are scored; `test` is needed if there are none.
   std::optional<HoldOut> protocol = HoldOut();
   std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
   BlendOptions blend;

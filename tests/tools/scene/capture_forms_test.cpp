@@ -20,6 +20,8 @@
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/metashape.h"
 #include "tools/scene/forms/openmvs.h"
+#include "tools/scene/forms/photograph_lookup.h"
+#include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/forms/polycam.h"
 #include "tools/scene/forms/reality_capture.h"
 #include "tools/scene/forms/scannet.h"

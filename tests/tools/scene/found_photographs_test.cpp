@@ -11,6 +11,7 @@
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/picture_shape.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"

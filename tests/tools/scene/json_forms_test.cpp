@@ -22,6 +22,7 @@
 #include "tools/scene/forms/meshroom.h"
 #include "tools/scene/forms/openmvg.h"
 #include "tools/scene/forms/opensfm.h"
+#include "tools/scene/forms/photograph_lookup.h"
 
 namespace lumatlas {
 namespace {

@@ -16,6 +16,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/bundler.h"
 #include "tools/scene/forms/measured_size.h"
+#include "tools/scene/forms/photograph_lookup.h"
 #include "tools/scene/forms/visual_sfm.h"
 
 namespace lumatlas {

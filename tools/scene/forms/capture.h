@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the readers of all forms of capture but COLMAP's give, and what they have in common: poses, lenses, names.
+// A capture, which every form of it is read into: photographs with poses and lenses, and depth images.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <unordered_map>
 #include <vector>
 
 #include "atlas/photograph.h"
@@ -39,7 +37,7 @@ struct PosedPhotograph {
   std::string named_by = {}, sized_by = {};  // what names it, and what says its size; empty: the form's file
 };
 
-// What to do with a photograph of which a form says what cannot be, such as a focal length that is no number.
+// Says how a reader treats a photograph whose record cannot be used, such as one with a focal length of NaN.
 enum class BadPhotographs {
   refuse,  // throw InputError
   keep,    // as PosedPhotograph::bad
@@ -79,19 +77,6 @@ enum class CameraAxes {
 [[nodiscard]] std::string set_pose(PosedPhotograph& photograph, const glm::dmat3& world_from_camera,
                                    const glm::dvec3& center, CameraAxes axes);
 
-// A lens by Brown's coefficients with OpenCV's p1 and p2. k4 stands before r^8, as k3 stands before r^6.
-struct BrownLens {
-  std::uint32_t width = 0, height = 0;    // pixels
-  double fx = 0, fy = 0, cx = 0, cy = 0;  // pixels, (0, 0) is the corner of the picture
-  double k1 = 0, k2 = 0, k3 = 0, k4 = 0;  // radial
-  double p1 = 0, p2 = 0;                  // tangential
-  double p3 = 0, p4 = 0;                  // the tangential terms grow with 1 + p3 r^2 + p4 r^4
-  double skew = 0;                        // pixels that x grows by for each unit of y in the plane z = 1
-  bool fisheye = false;                   // the coefficients are of the angle to the axis instead of its tangent
-};
-// The simplest model that has all of the coefficients. Throws std::invalid_argument as check() does.
-[[nodiscard]] CameraModel lens_of(const BrownLens& brown);
-
 // Throws std::invalid_argument unless `row`, the last one of a 4 x 4 of a pose, is 0 0 0 1 within 1e-6: a matrix that
 // is written by columns has the camera's place there.
 void check_last_row(const std::array<double, 4>& row);
@@ -102,15 +87,15 @@ void check_last_row(const std::array<double, 4>& row);
 // `file` without the folder `first` if it begins with it.
 [[nodiscard]] std::string name_without(const std::filesystem::path& file, std::string_view first);
 
-// What a form is asked for.
+// The folder of a capture, and how to read it.
 struct CaptureRequest {
   std::filesystem::path scene;                       // the folder
   std::optional<std::filesystem::path> images = {};  // where the photographs are, if not where the form says
   BadPhotographs bad = BadPhotographs::refuse;
 };
 
-// Adds the photograph that `read` returns. What it throws of InputError is the caller's, or, where bad ones are kept,
-// what is bad about the photograph `name`.
+// Adds the photograph that `read` returns. Where `read` throws InputError, passes it on, or, if bad photographs are
+// kept, adds a photograph of that name with the sentence as PosedPhotograph::bad.
 template <typename Read>
 void add_photograph(Capture& capture, BadPhotographs bad, const std::string& name, const Read& read) {
   try {
@@ -122,8 +107,8 @@ void add_photograph(Capture& capture, BadPhotographs bad, const std::string& nam
   }
 }
 
-// Sorts by name. Throws InputError that begins with `path` if there is no photograph, and, unless bad ones are kept, if
-// a name occurs twice; else the first of these is kept, and a note names the others.
+// Sorts the photographs by name. Throws InputError that begins with `path` if there is no photograph. Where a name
+// occurs twice it throws too, or, if bad photographs are kept, keeps the first one and names the others in a note.
 void finish(Capture& capture, const std::filesystem::path& path, BadPhotographs bad = BadPhotographs::refuse);
 
 // One that was taken with the photograph, from its place and by its lens.
@@ -135,71 +120,8 @@ void note_depths(Capture& posed, const std::string& assumed);
 // "3 of 7 photographs WHY and are left out"; empty where none is.
 void note_skipped(Capture& posed, std::size_t skipped, const std::string& why);
 
-// Holds out the photographs whose names or files end in one of `paths`, as PhotographNames::find_by_path() has it.
-// `list` names these paths in a note on how many there are.
+// Sets PosedPhotograph::held_out of the photographs that `paths` name, as PhotographNames::find_by_path() finds them.
+// Adds a note that tells how many there are; `list` is what the note calls the list of paths.
 void hold_out(Capture& capture, const std::vector<std::string>& paths, const std::string& list);
-
-// The names of photographs, to be found by what a form calls them.
-class PhotographNames {
- public:
-  explicit PhotographNames(std::vector<std::string> names);
-
-  // The name that is `label`, else the only one that ends in it after a '/', else the only one that does so without its
-  // ending, or without both's; where several do, the only one of the same capitals. `label` itself if there is none.
-  // Throws InputError if there are several.
-  [[nodiscard]] std::string find(const std::string& label) const;
-
-  // The same for a path of any system that may lead elsewhere, as it was where the photographs were aligned: the
-  // longest end of it that is a photograph. Where there is none, the path itself if it leads nowhere else, else its
-  // last part.
-  [[nodiscard]] std::string find_by_path(std::string_view path) const;
-
-  // Whether a photograph has this name.
-  [[nodiscard]] bool has(const std::string& name) const;
-
- private:
-  using Index = std::unordered_multimap<std::string, std::size_t>;
-  // `named`: what sentences call the label.
-  [[nodiscard]] std::optional<std::string> only_one(const Index& index, const std::string& label, bool with_ending,
-                                                    const std::string& named) const;
-
-  std::vector<std::string> names_;   // in byte order
-  std::vector<std::string> folded_;  // the same names, see folded()
-  Index by_file_, by_stem_;          // the last part of a folded name, with and without its ending
-};
-
-// `text` with capitals made small and characters composed, as Unicode has it: two texts that look the same but for
-// their capitals are then equal. Text that is not UTF-8 is returned with ASCII's capitals made small.
-[[nodiscard]] std::string folded(const std::string& text);
-
-// How parsers ask about photographs, so that they need no files themselves.
-struct PhotographLookup {
-  // The photograph that a form calls `label`, see PhotographNames::find_by_path(). Throws InputError for a label that
-  // is several photographs.
-  std::function<PosedPhotograph(std::string_view label)> find;
-  // In pixels, as stored; of a photograph that cannot be looked at, the size of one beside it, so that a scene can be
-  // listed whole and whoever comes to that photograph says what is wrong with it. Throws InputError if there is none.
-  std::function<ImageSize(const PosedPhotograph&)> size_of;
-  BadPhotographs bad = BadPhotographs::refuse;
-};
-
-// PhotographLookup::size_of. Of photographs in `images` by their names if it is given, else of their files in the
-// scene's folder.
-[[nodiscard]] std::function<ImageSize(const PosedPhotograph&)> sizes_in(
-    const std::filesystem::path& scene, const std::optional<std::filesystem::path>& images);
-
-// The names of all pictures in a folder and those below, with '/' between folders, in byte order. What cannot be looked
-// at is left out: whoever opens it says why.
-[[nodiscard]] std::vector<std::string> pictures_in(const std::filesystem::path& folder);
-
-// For telling a form: the files of a folder, not of those below, whose names end in `ending` in any case, by name; and
-// the first 4096 bytes of one. Both are empty where nothing can be looked at.
-[[nodiscard]] std::vector<std::filesystem::path> files_ending_in(const std::filesystem::path& folder,
-                                                                 std::string_view ending);
-[[nodiscard]] std::string first_bytes(const std::filesystem::path& file);
-
-// In the folder of photographs if one is given, else in the scene's folder images/ or, without one, in the scene's
-// folder.
-[[nodiscard]] PhotographLookup photographs_of(const CaptureRequest& request);
 
 }  // namespace lumatlas

@@ -104,7 +104,7 @@ std::string escaped_in_quotes(std::string_view text) {
 
 namespace {
 
-// What `check` throws is the caller's, or what is bad where bad ones are kept.
+// Passes on the InputError that `check` throws, or, if bad records are kept, stores its sentence in `reason`.
 template <typename Check>
 void check_or_keep(BadPhotographs bad, std::string& reason, const Check& check) {
   try {

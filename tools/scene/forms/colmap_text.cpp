@@ -210,7 +210,7 @@ constexpr std::array<bool, 256> characters_of_numbers() {
   return table;
 }
 
-// Whether the line holds nothing but what numbers are written with: a name of a photograph has other characters too.
+// Returns true if the line has only characters of numbers. The name of a photograph has others too, such as its ending.
 bool holds_numbers(std::string_view line) {
   static constexpr std::array<bool, 256> kOfNumbers = characters_of_numbers();
   return std::all_of(line.begin(), line.end(), [](char c) { return kOfNumbers[static_cast<unsigned char>(c)]; });

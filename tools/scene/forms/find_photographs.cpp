@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "mesh/base/text_fields.h"
+#include "tools/scene/forms/photograph_names.h"
 
 namespace lumatlas {
 

@@ -12,15 +12,15 @@
 
 namespace lumatlas {
 
-// Sets PosedPhotograph::name and ::file to those of the file that is there. A photograph that is where its form says
-// stays as it is. Others are looked for in `images`, else in the scene's folder images/, else in the scene's folder and
-// those below, among the pictures that the form names nowhere else: taken is the only one whose path is the longest end
-// of the named path, else the only one that is so without its ending and without regard to capitals and to how accents
-// are written. A note says how many were found like this. A photograph that is not found keeps its name, or where that
-// leads out of the folder, the last part of it.
+// Sets PosedPhotograph::name and ::file to those of a file that exists. A photograph that is where its form says stays
+// as it is. The others are looked for in `images`, else in the scene's folder images/, else in the scene's folder and
+// all below it; pictures that the form names elsewhere are no candidates. The picture with the longest end of the named
+// path is taken, regardless of its ending, of capitals and of how accents are encoded, if it is the only one. A note
+// tells how many photographs were found like this. A photograph that is not found keeps its name, or the last part of
+// it where the name leads out of the folder.
 //
-// Sorts by name again. Throws InputError that begins with `path` where a name may be several photographs, and where
-// two names are one photograph, unless bad ones are kept.
+// Sorts by name again. Throws InputError that begins with `path` where several pictures fit a name, and where two names
+// are one photograph; if bad photographs are kept, the first become bad, and of the second one is left out.
 void find_photographs(Capture& capture, const std::filesystem::path& path, const std::filesystem::path& scene,
                       const std::optional<std::filesystem::path>& images, BadPhotographs bad);
 

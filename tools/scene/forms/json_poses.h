@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Numbers, poses and lenses in JSON, and keys that are not known, for the readers of OpenSfM, OpenMVG and Meshroom.
+// Numbers, poses and lenses in JSON, for the readers of OpenSfM, OpenMVG and Meshroom.
 //
 // All functions throw InputError, one sentence with file and place, where a value is not what they are asked for.
 #pragma once
@@ -10,14 +10,13 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <initializer_list>
-#include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "tools/base/strict_json.h"
 #include "tools/scene/camera_model.h"
+#include "tools/scene/forms/brown_lens.h"
 #include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
@@ -45,7 +44,7 @@ struct RigidPose {
 // Sets the photograph's pose. The camera looks along +z with y down. `place` is where the pose stands.
 void set_pose(PosedPhotograph& photograph, const RigidPose& cam_from_world, const JsonPlace& place);
 
-// lens_of(brown) in capture.h, but refuses at `place` where that throws.
+// lens_of(brown) in brown_lens.h, but refuses at `place` where that throws.
 [[nodiscard]] CameraModel lens_at(const JsonPlace& place, const BrownLens& brown);
 // The lens of `model`, which has the parameters fx, fy, cx and cy, and `coefficients` after these. Size and the first
 // four parameters are those of `pinhole`; its coefficients are not looked at.
@@ -54,20 +53,5 @@ void set_pose(PosedPhotograph& photograph, const RigidPose& cam_from_world, cons
 // A panorama of the whole sphere, COLMAP's EQUIRECTANGULAR: its middle shows +z of the camera frame, its right half +x,
 // its lower half +y. Refused unless it is twice as wide as high.
 [[nodiscard]] CameraModel panorama_at(const JsonPlace& place, std::uint32_t width, std::uint32_t height);
-
-// Gathers keys that a reader does not know, to tell them in one note.
-class UnknownKeys {
- public:
-  // Gathers the keys of an object that are not in `known`.
-  void look_at(const JsonPlace& object, std::span<const std::string_view> known);
-  // The same for a lens, but refuses an unknown key whose value is a number other than 0 or holds one: it may be a
-  // coefficient that bends the picture.
-  void look_at_lens(const JsonPlace& lens, std::span<const std::string_view> known);
-  // Adds a note that names up to ten of them; none where there are no unknown keys.
-  void tell(const std::filesystem::path& path, Capture& posed) const;
-
- private:
-  std::set<std::string> keys_;
-};
 
 }  // namespace lumatlas

@@ -22,6 +22,7 @@
 #include <string_view>
 
 #include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/photograph_lookup.h"
 
 namespace lumatlas {
 

@@ -13,7 +13,10 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
+#include "tools/scene/forms/brown_lens.h"
 #include "tools/scene/forms/json_poses.h"
+#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/unknown_keys.h"
 
 namespace lumatlas {
 
@@ -177,7 +180,7 @@ class OpenMvgReader {
     });
   }
 
-  // As the photograph was called where OpenMVG ran.
+  // Returns the path that the photograph had on the computer on which OpenMVG ran.
   [[nodiscard]] std::string path_of(const JsonPlace& view) const {
     const std::string name = view.at("filename").text();
     std::string folders;

@@ -16,6 +16,7 @@
 #include <span>
 
 #include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/photograph_lookup.h"
 
 namespace lumatlas {
 

@@ -35,7 +35,7 @@ const std::array<Face, 6>& cube() {
   return faces;
 }
 
-// As many pixels a radian in the middle as the panorama has.
+// Returns the pinhole lens of the six views. In the middle of a view a pixel sees the same angle as in the panorama.
 CameraModel lens_of_faces(const CameraModel& panorama) {
   const double focal_length = panorama.width / (2 * std::numbers::pi);
   const auto size = static_cast<std::uint32_t>(std::max(1.0, std::round(2 * kOverlap * focal_length)));

@@ -17,6 +17,8 @@
 #include "mesh/base/number_text.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
+#include "tools/scene/forms/brown_lens.h"
+#include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/forms/text_rows.h"
 
 namespace lumatlas {
@@ -32,7 +34,7 @@ constexpr auto kReadColumns =
 constexpr auto kNeededColumns =
     std::to_array<std::string_view>({"name", "x", "y", "alt", "heading", "pitch", "roll", "f"});
 
-// What other programs that write this form call its columns.
+// Names that other programs give to columns of this form.
 struct OtherName {
   std::string_view name, usual;
 };
@@ -139,8 +141,8 @@ std::string unread_columns(const Columns& columns) {
   return list;
 }
 
-// Whether x and y are degrees of longitude and latitude: cameras that are apart by less than a thousandth of how far
-// they are from (0, 0). In metres, that would be all of them in one place, from which nothing can be reconstructed.
+// Returns true if x and y are degrees of longitude and latitude: the distances between cameras are then less than a
+// thousandth of their distance from (0, 0). In metres, all cameras would be in one place.
 bool are_degrees(const std::vector<glm::dvec3>& centers) {
   constexpr double kFewKilometres = 0.05, kFarther = 1000, kMostDegrees = 180;
   if (centers.size() < 2) return false;
@@ -155,7 +157,7 @@ bool are_degrees(const std::vector<glm::dvec3>& centers) {
   return on_earth && wide > 0 && wide < kFewKilometres && far > kFarther * wide;
 }
 
-// Where the principal point is given in another unit, which is not known, it must be the middle.
+// Refuses a principal point in px_norm and py_norm, whose unit is not known, unless it is the middle.
 void check_middle(const Columns& columns, const TextRow& row, const fs::path& path) {
   for (const char* const name : {"px_norm", "py_norm"}) {
     const double value = columns.number_or_0(row, name);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -18,7 +17,10 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
+#include "tools/scene/forms/brown_lens.h"
 #include "tools/scene/forms/lens_coefficients.h"
+#include "tools/scene/forms/photograph_lookup.h"
+#include "tools/scene/forms/unknown_keys.h"
 
 namespace lumatlas {
 namespace {
@@ -26,7 +28,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace std::string_view_literals;
 
-// As it is written, with '/' between folders.
+// Returns the path that a frame names, with '/' between folders; it may lead out of the scene's folder.
 fs::path named_path(const JsonPlace& place) {
   std::string text = place.text();
   std::replace(text.begin(), text.end(), '\\', '/');
@@ -282,26 +284,8 @@ double depth_unit(const Settings& settings) {
   return unit;
 }
 
-// Remembers keys that the lists above do not have.
-void collect_unknown(const JsonPlace& object, std::set<std::string>& unknown) {
-  for (const auto& [key, value] : object.value().items()) {
-    if (is_in(key, kReadKeys) || is_in(key, kKeysOfNoConcern) || is_lens_coefficient(key)) continue;
-    unknown.insert(key);
-  }
-}
-
-void note_unknown(const std::set<std::string>& unknown, const fs::path& path, Capture& posed) {
-  if (unknown.empty()) return;
-  constexpr std::size_t kMostNamed = 10;
-  std::string names;
-  std::size_t named = 0;
-  for (const std::string& key : unknown) {
-    if (++named > kMostNamed) break;
-    names += (names.empty() ? "" : ", ") + short_reason(key);
-  }
-  posed.notes.push_back(
-      path.filename().string() + " has keys that are not known and not used: " + names +
-      (unknown.size() > kMostNamed ? ", and " + std::to_string(unknown.size() - kMostNamed) + " more" : ""));
+bool is_known_key(std::string_view key) {
+  return is_in(key, kReadKeys) || is_in(key, kKeysOfNoConcern) || is_lens_coefficient(key);
 }
 
 PosedPhotograph read_frame(const JsonPlace& place, const JsonPlace& all, const TransformsLookup& lookup) {
@@ -387,15 +371,15 @@ Capture parse_transforms(std::string_view text, const fs::path& path, const Tran
   const nlohmann::json content = parse_json_with_nan(text, path.string());
   const JsonPlace all(path.string(), "", content);
   if (!content.is_object() || !all.has("frames")) throw InputError(path.string() + ": has no list of frames");
-  std::set<std::string> unknown;
-  collect_unknown(all, unknown);
+  UnknownKeys unknown;
+  unknown.look_at(all, is_known_key);
   Capture result;
   read_frames(all, lookup, result);
-  for (const nlohmann::json& frame : content.at("frames")) collect_unknown(all.with(frame), unknown);
+  for (const JsonPlace& frame : all.at("frames").elements()) unknown.look_at(frame, is_known_key);
   if (all.has("ply_file_path")) result.points = path_in(all.at("ply_file_path"), lookup);
   finish(result, path, lookup.bad);
   read_lists(all, path.filename().string(), result);
-  note_unknown(unknown, path, result);
+  unknown.tell(path, result);
   if (!result.depths.empty()) {
     note_depths(result, "a step of the first taken to be " + number_text(result.depths.front().unit) +
                             " units, and each to show what its photograph shows");

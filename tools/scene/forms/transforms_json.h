@@ -31,7 +31,7 @@
 
 namespace lumatlas {
 
-// How parse_transforms() asks about files, so that it needs none itself.
+// The questions that parse_transforms() asks about files, so that it opens none itself.
 struct TransformsLookup {
   // The path of a file with its ending, of one that may lack it.
   std::function<std::filesystem::path(const std::filesystem::path& file)> complete;

@@ -13,6 +13,8 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
+#include "tools/scene/forms/brown_lens.h"
+#include "tools/scene/forms/photograph_lookup.h"
 #include "tools/scene/forms/text_rows.h"
 
 namespace lumatlas {

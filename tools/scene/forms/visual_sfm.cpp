@@ -18,6 +18,8 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 #include "tools/scene/forms/measured_size.h"
+#include "tools/scene/forms/photograph_lookup.h"
+#include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/forms/text_numbers.h"
 #include "tools/scene/forms/text_rows.h"
 
@@ -280,7 +282,7 @@ NvmLens nvm_lens(const NvmCamera& camera, const std::optional<NvmCalibration>& f
   return result;
 }
 
-// Of models with points, the one with the most cameras; without any, of all models.
+// Returns the model with the most cameras among those with points, or among all models if none has points.
 const NvmModel& model_to_read(const std::vector<NvmModel>& models) {
   return *std::max_element(models.begin(), models.end(), [](const NvmModel& a, const NvmModel& b) {
     return std::pair(a.points > 0, a.cameras.size()) < std::pair(b.points > 0, b.cameras.size());
