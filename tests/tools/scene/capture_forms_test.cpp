@@ -355,6 +355,27 @@ TEST_CASE("RealityCapture: longitude and latitude in degrees are refused, metres
   CHECK(refused("565123.1,5932456.2,12", "565125.1,5932451.2,15", "565129,5932450,11") == "taken");
 }
 
+TEST_CASE("RealityCapture: columns may have other programs' names, and comments may precede them") {
+  const std::string values = "a.jpg,1,2,3,10,20,30,36.5,0,0\n";
+  const Capture usual =
+      parse_reality_capture("#name,x,y,alt,heading,pitch,roll,f,px,py\n" + values, "c.csv", as_labelled());
+  for (const char* const head : {"#cameras 1\n#name,x,y,alt,heading,pitch,roll,f,px,py\n",
+                                 "name, x, y, z, yaw, pitch, roll, f_35mm, px_norm, py_norm\n",
+                                 "\n# made by a script\nname,x,y,alt,heading,pitch,roll,f,px,py\n"}) {
+    CAPTURE(head);
+    const Capture read = parse_reality_capture(head + values, "c.csv", as_labelled());
+    REQUIRE(read.photographs.size() == 1);
+    CHECK(read.photographs[0].lens == usual.photographs[0].lens);
+    CHECK(read.photographs[0].cam_from_world_rotation == usual.photographs[0].cam_from_world_rotation);
+    CHECK(read.photographs[0].cam_from_world_translation == usual.photographs[0].cam_from_world_translation);
+  }
+  CHECK_THAT(refusal([&] {
+               return parse_reality_capture("name,x,y,alt,yaw,pitch,roll,f,px_norm\na,0,0,0,0,0,0,36,0.01\n", "c.csv",
+                                            as_labelled());
+             }),
+             Catch::Contains("line 2: px_norm is 0.01, in a unit that is not known"));
+}
+
 TEST_CASE("RealityCapture: what is damaged is refused by line") {
   const auto refused = [](const std::string& text) {
     return refusal([&] { return parse_reality_capture(text, "c.csv", as_labelled()); });
@@ -474,6 +495,32 @@ TEST_CASE("Metashape: labels may be paths of another computer") {
   write_file(folder / "cameras.xml", metashape(metashape_camera("/home/user/1.png", kIdentityPose), kCalibration));
   CHECK_THAT(refusal([&] { return read_scene_views(folder.path(), glm::dvec3(0)); }),
              Catch::Contains("may be 'back/1.png' or 'front/1.png'"));
+}
+
+TEST_CASE("Metashape: of several photographs with a label, the group says which one it is") {
+  const TemporaryFolder folder;
+  for (const char* const file : {"front/1.png", "back/1.png"}) write_picture(folder / ("images/" + std::string(file)));
+  const auto group = [](const std::string& name) {
+    return "<group id=\"0\" label=\"" + name + "\" type=\"folder\">" + metashape_camera("1", kIdentityPose) +
+           "</group>";
+  };
+  write_file(folder / "cameras.xml", metashape(group("front") + group("back"), kCalibration));
+  const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0));
+  REQUIRE(read.views.size() == 2);
+  CHECK(read.views[0].name == "back/1.png");
+  CHECK(read.views[1].name == "front/1.png");
+  write_file(folder / "cameras.xml", metashape(group("side"), kCalibration));
+  CHECK_THAT(refusal([&] { return read_scene_views(folder.path(), glm::dvec3(0)); }),
+             Catch::Contains("may be 'back/1.png' or 'front/1.png'"));
+}
+
+TEST_CASE("Metashape: a spherical sensor gives full panoramas") {
+  std::string text = metashape(metashape_camera("a", kIdentityPose), kCalibration);
+  text.replace(text.find("type=\"frame\""), 12, "type=\"spherical\"");
+  const CameraModel lens = parse_metashape(text, "c.xml", as_labelled()).photographs.at(0).lens;
+  CHECK(name(lens.model) == "EQUIRECTANGULAR");
+  CHECK(lens.width == 40);
+  CHECK(lens.parameters[1] == 30);
 }
 
 TEST_CASE("Metashape: cameras of a rig are placed by their master's pose and their own sensor's offset") {
