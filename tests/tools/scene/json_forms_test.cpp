@@ -463,7 +463,7 @@ struct MeshroomText {
   std::string lens = R"("type":"pinhole",)" + kMeshroomFocal + R"(,"distortionParams":"")";
   std::string views = meshroom_view("a.jpg", "3");
   std::string poses = meshroom_pose_entry("3");
-  std::string more = "";
+  std::string more = {};
 
   [[nodiscard]] std::string text() const {
     return R"({"version":)" + version + R"(,"views":[)" + views +

@@ -86,9 +86,9 @@ class Finder {
     try {
       name = names.find_by_path(named);
     } catch (const InputError& error) {
-      const InputError whole(path_.string() + ": " + error.what());
-      if (bad_ == BadPhotographs::refuse) throw whole;
-      photograph.bad = whole.what();
+      const std::string sentence = path_.string() + ": " + error.what();
+      if (bad_ == BadPhotographs::refuse) throw InputError(sentence);
+      photograph.bad = sentence;
       return;
     }
     if (names.has(name)) {

@@ -22,12 +22,17 @@ double number_in(const JsonPlace& place) {
   return *number;
 }
 
+bool is_empty_text(const JsonPlace& place) {
+  return place.value().is_string() && place.value().get_ref<const std::string&>().empty();
+}
+
 std::vector<double> numbers_in(const JsonPlace& place, std::size_t count) {
   const std::vector<JsonPlace> elements = place.elements();
   if (elements.size() != count) {
     place.refuse("has " + std::to_string(elements.size()) + " values, must have " + std::to_string(count));
   }
   std::vector<double> numbers;
+  numbers.reserve(elements.size());
   for (const JsonPlace& element : elements) numbers.push_back(number_in(element));
   return numbers;
 }

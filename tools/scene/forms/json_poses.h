@@ -29,6 +29,8 @@ namespace lumatlas {
 [[nodiscard]] std::uint32_t pixels_in(const JsonPlace& place);
 // true, "true", 1 or "1"; false for false, "false", 0 and "0".
 [[nodiscard]] bool flag_in(const JsonPlace& place);
+// Returns true for an empty text, which some programs write in place of an empty list.
+[[nodiscard]] bool is_empty_text(const JsonPlace& place);
 // A whole number that is at least 0, or a text, as a text: 7 and "7" are the same id.
 [[nodiscard]] std::string id_in(const JsonPlace& place);
 

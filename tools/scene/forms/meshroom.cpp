@@ -69,9 +69,9 @@ MeshroomVersion meshroom_version(const JsonPlace& file) {
   return version;
 }
 
-// Whether a list is empty. AliceVision writes an empty list as an empty text.
+// Returns true if a list is empty. AliceVision writes an empty list as an empty text.
 bool is_empty_list(const JsonPlace& place) {
-  return place.value() == "" || (place.value().is_array() && place.value().empty());
+  return is_empty_text(place) || (place.value().is_array() && place.value().empty());
 }
 
 // One of `intrinsics`.

@@ -184,7 +184,8 @@ RigPose pose_of(const pugi::xml_node& transform, const XmlPlace& place) {
     place.refuse(std::string("its transform: ") + error.what());
   }
   RigPose pose;
-  for (int i = 0; i < 9; ++i) pose.rotation[i % 3][i / 3] = m[static_cast<std::size_t>(4 * (i / 3) + i % 3)];
+  for (int i = 0; i < 9; ++i)
+    pose.rotation[i % 3][i / 3] = m[4 * (static_cast<std::size_t>(i) / 3) + static_cast<std::size_t>(i) % 3];
   pose.center = {m[3], m[7], m[11]};
   return pose;
 }

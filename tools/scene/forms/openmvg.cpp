@@ -139,6 +139,7 @@ class OpenMvgReader {
     unknown_.look_at(file_, kOpenMvgKeys);
     const auto views = entries("views");
     std::vector<JsonPlace> data;  // ids count through the file, so that all objects are met in its order
+    data.reserve(views.size());
     for (const auto& [key, view] : views) data.push_back(objects_.data_of(view));
     for (const auto& [key, intrinsic] : entries("intrinsics")) {
       intrinsics_.insert_or_assign(key, std::pair(objects_.type_of(intrinsic), objects_.data_of(intrinsic)));
@@ -185,7 +186,7 @@ class OpenMvgReader {
     const std::string name = view.at("filename").text();
     std::string folders;
     for (const auto& [place, key] : {std::pair(&file_, "root_path"), std::pair(&view, "local_path")}) {
-      const bool has_one = place->has(key) && place->at(key).value() != "";
+      const bool has_one = place->has(key) && !is_empty_text(place->at(key));
       if (has_one) folders += place->at(key).text() + "/";
     }
     return folders + name;
