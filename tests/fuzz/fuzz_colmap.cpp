@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "tests/fuzz/capture_laws.h"
 #include "tests/fuzz/sentence_laws.h"
 #include "tools/scene/forms/colmap.h"
 #include "tools/scene/undistortion.h"
@@ -30,11 +31,18 @@ void use(const std::vector<ColmapCamera>& cameras) {
   }
 }
 
+Capture photographs_named(const std::vector<ColmapImage>& images) {
+  Capture capture;
+  for (const ColmapImage& image : images) capture.photographs.push_back({image.name, "images/" + image.name});
+  return capture;
+}
+
 void use(const std::vector<ColmapImage>& images) {
   for (const ColmapImage& image : images) {
     require(std::abs(glm::length(image.cam_from_world_rotation) - 1) < 1e-9);
-    require(!image.name.empty() && image.name.front() != '/');
+    require(!image.name.empty());
   }
+  require_inside(photographs_named(images));
 }
 
 void use(const std::vector<ColmapPoint>& points) {

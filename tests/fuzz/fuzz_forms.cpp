@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/fuzz/capture_laws.h"
 #include "tests/fuzz/sentence_laws.h"
 #include "tools/scene/forms/bundler.h"
 #include "tools/scene/forms/meshroom.h"
@@ -99,6 +100,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(std::abs(glm::length(photograph.cam_from_world_rotation) - 1) < 1e-9);
       require(std::isfinite(glm::length(photograph.cam_from_world_translation)));
     }
+    require_inside(read);
     for (const PosedDepth& depth : read.depths) {
       check(depth.lens);
       require(depth.unit > 0 && std::isfinite(depth.unit) && !depth.file.is_absolute());

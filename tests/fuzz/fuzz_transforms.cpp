@@ -2,6 +2,7 @@
 // transforms.json: what is read has poses and lenses that the program can work with.
 #include <cmath>
 
+#include "tests/fuzz/capture_laws.h"
 #include "tests/fuzz/sentence_laws.h"
 #include "tools/scene/forms/transforms_json.h"
 
@@ -20,6 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(std::isfinite(glm::length(frame.cam_from_world_translation)));
       require(!frame.name.empty());
     }
+    require_inside(read);
   });
   return 0;
 }

@@ -5,12 +5,14 @@
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/capture.h"
+#include "tools/scene/forms/find_photographs.h"
 #include "tools/scene/forms/photograph_names.h"
 #include "tools/scene/picture_shape.h"
 #include "tools/scene/scene.h"
@@ -113,6 +115,22 @@ TEST_CASE("a photograph that the form names elsewhere is taken for no other") {
   CHECK(scene_refusal(folder.path()) ==
         (folder / "images/left/0.png").string() + ": no such photograph, but image 1 of " +
             (folder / "sparse/images.txt").string() + " names it: name the folder of the photographs with --images");
+}
+
+TEST_CASE("no name leads out of the folder of photographs, found or not") {
+  for (const auto& [named, name] : std::vector<std::pair<std::string, std::string>>{
+           {"../../masks/0.png", "0.png"}, {"/etc/passwd", "passwd"}, {"./a/../2.png", "2.png"}}) {
+    CAPTURE(named);
+    Capture capture;
+    capture.photographs.push_back({named, "images/" + named});
+    find_photographs(capture, "model", "/nonexistent", std::nullopt, BadPhotographs::refuse);
+    CHECK(capture.photographs.at(0).name == name);
+    CHECK(inner_path(capture.photographs.at(0).file.string()));
+  }
+  Capture capture;
+  capture.photographs.push_back({"a/..", "images/.."});
+  CHECK_THROWS_WITH(find_photographs(capture, "model", "/nonexistent", std::nullopt, BadPhotographs::refuse),
+                    "model: the photograph 'a/..' is no path to a file");
 }
 
 TEST_CASE("a name that may be several photographs is refused with two of them, or left out with bad ones") {

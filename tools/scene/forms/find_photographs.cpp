@@ -47,10 +47,12 @@ class Finder {
         missing.push_back(&photograph);
       }
     }
-    if (missing.empty()) return;
-    const PhotographNames names(pictures_not_named());
-    for (PosedPhotograph* photograph : missing) find(*photograph, names);
-    if (found_ > 0) note_found(missing.size());
+    if (!missing.empty()) {
+      const PhotographNames names(pictures_not_named());
+      for (PosedPhotograph* photograph : missing) find(*photograph, names);
+      if (found_ > 0) note_found(missing.size());
+    }
+    for (PosedPhotograph& photograph : capture_.photographs) keep_inside(photograph);
     finish(capture_, path_, bad_);
   }
 
@@ -86,17 +88,32 @@ class Finder {
     try {
       name = names.find_by_path(named);
     } catch (const InputError& error) {
-      const std::string sentence = path_.string() + ": " + error.what();
-      if (bad_ == BadPhotographs::refuse) throw InputError(sentence);
-      photograph.bad = sentence;
+      return refuse(photograph, error.what());
+    }
+    if (!names.has(name)) return;
+    if (found_++ == 0) first_ = in_quotes(photograph.name) + " is " + in_quotes(name);
+    move_to(photograph, name);
+  }
+
+  void refuse(PosedPhotograph& photograph, const std::string& reason) const {
+    const std::string sentence = path_.string() + ": " + reason;
+    if (bad_ == BadPhotographs::refuse) throw InputError(sentence);
+    photograph.bad = sentence;
+  }
+
+  // Masks are looked for, and pictures are written, by a photograph's name: no name or file may lead out of its folder.
+  void keep_inside(PosedPhotograph& photograph) const {
+    if (const std::optional<fs::path> name = inner_path(photograph.name)) {
+      photograph.name = name->generic_string();
+      if (!inner_path(photograph.file.string())) move_to(photograph, photograph.name);
       return;
     }
-    if (names.has(name)) {
-      if (found_++ == 0) first_ = in_quotes(photograph.name) + " is " + in_quotes(name);
-      move_to(photograph, name);
-    } else if (!inner_path(named)) {
-      move_to(photograph, name);
-    }
+    std::string last = photograph.name;
+    last.erase(0, last.find_last_of("/\\") + 1);
+    if (inner_path(last)) return move_to(photograph, last);
+    const std::string named = photograph.name;
+    move_to(photograph, "a photograph without a name");
+    if (photograph.bad.empty()) refuse(photograph, "the photograph " + in_quotes(named) + " is no path to a file");
   }
 
   void move_to(PosedPhotograph& photograph, const std::string& name) const {

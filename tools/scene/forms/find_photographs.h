@@ -17,7 +17,7 @@ namespace lumatlas {
 // all below it; pictures that the form names elsewhere are no candidates. The picture with the longest end of the named
 // path is taken, regardless of its ending, of capitals and of how accents are encoded, if it is the only one. A note
 // tells how many photographs were found like this. A photograph that is not found keeps its name, or the last part of
-// it where the name leads out of the folder.
+// it where the name leads out of the folder. No name and no file leads out of its folder afterwards.
 //
 // Sorts by name again. Throws InputError that begins with `path` where several pictures fit a name, and where two names
 // are one photograph; if bad photographs are kept, the first become bad, and of the second one is left out.
