@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <optional>
@@ -87,6 +88,43 @@ std::optional<std::size_t> exif_entry(const Exif& exif, std::size_t directory, s
   return std::nullopt;
 }
 
+// Returns the RATIONAL at this place; nothing where it is divided by zero.
+std::optional<double> exif_ratio(const Exif& exif, std::size_t at) {
+  const std::size_t divisor = exif.u32(at + 4);
+  if (divisor == 0) return std::nullopt;
+  return static_cast<double>(exif.u32(at)) / static_cast<double>(divisor);
+}
+
+// Returns the angle in degrees of the entry `tag`, three RATIONALs of degrees, minutes and seconds. It is negative
+// where the entry before it, the hemisphere, is `negative`. Nothing where either entry is missing or malformed.
+std::optional<double> exif_angle(const Exif& exif, std::size_t directory, std::size_t tag, char negative) {
+  const auto hemisphere = exif_entry(exif, directory, tag - 1), angle = exif_entry(exif, directory, tag);
+  if (!hemisphere || !angle) return std::nullopt;
+  constexpr std::array kUnits{1.0, 60.0, 3600.0};
+  double degrees = 0;
+  for (std::size_t i = 0; i < kUnits.size(); ++i) {
+    const std::optional<double> part = exif_ratio(exif, exif.u32(*angle + 8) + 8 * i);
+    if (!part) return std::nullopt;
+    degrees += *part / kUnits[i];
+  }
+  return exif.text(*hemisphere + 8, 1) == std::string_view(&negative, 1) ? -degrees : degrees;
+}
+
+// Returns the place that the GPS directory tells; nothing unless it tells a latitude and a longitude on Earth.
+std::optional<GpsPosition> exif_place(const Exif& exif, std::size_t directory) {
+  constexpr std::size_t kLatitude = 2, kLongitude = 4, kBelowSea = 5, kAltitude = 6;
+  const std::optional<double> latitude = exif_angle(exif, directory, kLatitude, 'S');
+  const std::optional<double> longitude = exif_angle(exif, directory, kLongitude, 'W');
+  if (!latitude || !longitude || std::abs(*latitude) > 90 || std::abs(*longitude) > 180) return std::nullopt;
+  GpsPosition place{*latitude, *longitude, 0};
+  if (const auto altitude = exif_entry(exif, directory, kAltitude)) {
+    place.altitude_m = exif_ratio(exif, exif.u32(*altitude + 8)).value_or(0);
+    const auto below = exif_entry(exif, directory, kBelowSea);
+    if (below && exif.text(*below + 8, 1) == std::string_view("\1", 1)) place.altitude_m = -place.altitude_m;
+  }
+  return place;
+}
+
 std::uint32_t u32_big_endian(const std::uint8_t* bytes) {
   return std::uint32_t{bytes[0]} << 24 | std::uint32_t{bytes[1]} << 16 | std::uint32_t{bytes[2]} << 8 | bytes[3];
 }
@@ -119,7 +157,8 @@ bool chunk_is_sound(std::istream& file, std::span<const std::uint8_t> type, std:
 }  // namespace
 
 ExifNote read_exif(std::string_view tiff, ExifNote note) {
-  constexpr std::size_t kMake = 0x010f, kModel = 0x0110, kOrientation = 0x0112, kOwnDirectory = 0x8769, kFocal = 0x920a;
+  constexpr std::size_t kMake = 0x010f, kModel = 0x0110, kOrientation = 0x0112, kOwnDirectory = 0x8769,
+                        kGpsDirectory = 0x8825, kFocal = 0x920a, kFocal35 = 0xa405;
   const Exif exif(tiff);
   const std::size_t directory = exif.u32(4);
   if (const auto make = exif_entry(exif, directory, kMake)) note.make = exif_text(exif, *make);
@@ -128,11 +167,16 @@ ExifNote read_exif(std::string_view tiff, ExifNote note) {
     const std::size_t value = exif.u16(*orientation + 8);
     if (value >= 1 && value <= 8) note.orientation = static_cast<int>(value);
   }
-  const auto own = exif_entry(exif, directory, kOwnDirectory);
-  const auto focal = own ? exif_entry(exif, exif.u32(*own + 8), kFocal) : std::nullopt;
-  if (!focal) return note;
-  const std::size_t at = exif.u32(*focal + 8), divisor = exif.u32(at + 4);
-  if (divisor != 0) note.focal_length_mm = static_cast<double>(exif.u32(at)) / static_cast<double>(divisor);
+  if (const auto own = exif_entry(exif, directory, kOwnDirectory)) {
+    const std::size_t details = exif.u32(*own + 8);
+    if (const auto focal = exif_entry(exif, details, kFocal)) {
+      note.focal_length_mm = exif_ratio(exif, exif.u32(*focal + 8)).value_or(note.focal_length_mm);
+    }
+    if (const auto focal = exif_entry(exif, details, kFocal35)) {
+      note.focal_length_35mm = static_cast<double>(exif.u16(*focal + 8));
+    }
+  }
+  if (const auto place = exif_entry(exif, directory, kGpsDirectory)) note.gps = exif_place(exif, exif.u32(*place + 8));
   return note;
 }
 

@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+#include "atlas/photograph.h"
+
 namespace lumatlas {
 
 // What EXIF says of a photograph.
@@ -18,6 +20,8 @@ struct ExifNote {
   int orientation = 1;         // 1 to 8
   std::string make, model;     // of the camera; empty: not said
   double focal_length_mm = 0;  // 0: not said
+  double focal_length_35mm = 0;
+  std::optional<GpsPosition> gps;
 };
 // Returns `note` with what `tiff` says. It is the TIFF structure of EXIF, and may hold any bytes.
 [[nodiscard]] ExifNote read_exif(std::string_view tiff, ExifNote note = {});

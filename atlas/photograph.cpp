@@ -505,19 +505,63 @@ ImageSize size_of(Source& source, Orientation orientation) {
   return upright_size(checked_header(source, image, orientation));
 }
 
+// Returns the angle of three numbers, degrees, minutes and seconds; nothing where the header has none.
+std::optional<double> gps_angle(const OIIO::ImageSpec& spec, const std::string& name, const char* negative) {
+  const OIIO::ParamValue* const angle = spec.find_attribute(name);
+  if (angle == nullptr || angle->type() != TypeDesc(TypeDesc::FLOAT, 3)) return std::nullopt;
+  const double degrees = static_cast<double>(angle->get_float_indexed(0)) +
+                         static_cast<double>(angle->get_float_indexed(1)) / 60 +
+                         static_cast<double>(angle->get_float_indexed(2)) / 3600;
+  return spec.get_string_attribute(name + "Ref") == negative ? -degrees : degrees;
+}
+
+std::optional<GpsPosition> gps_of(const OIIO::ImageSpec& spec) {
+  const std::optional<double> latitude = gps_angle(spec, "GPS:Latitude", "S");
+  const std::optional<double> longitude = gps_angle(spec, "GPS:Longitude", "W");
+  if (!latitude || !longitude || !(std::abs(*latitude) <= 90) || !(std::abs(*longitude) <= 180)) return std::nullopt;
+  const double altitude = static_cast<double>(spec.get_float_attribute("GPS:Altitude"));
+  return GpsPosition{*latitude, *longitude, spec.get_int_attribute("GPS:AltitudeRef") == 1 ? -altitude : altitude};
+}
+
+void set_gps_angle(OIIO::ImageSpec& spec, const std::string& name, double degrees, const char* positive,
+                   const char* negative) {
+  const double whole = std::floor(std::abs(degrees)), minutes = (std::abs(degrees) - whole) * 60;
+  const std::array parts{static_cast<float>(whole), static_cast<float>(std::floor(minutes)),
+                         static_cast<float>((minutes - std::floor(minutes)) * 60)};
+  spec.attribute(name, TypeDesc(TypeDesc::FLOAT, 3), parts.data());
+  spec.attribute(name + "Ref", degrees < 0 ? negative : positive);
+}
+
+void set_camera_note(OIIO::ImageSpec& spec, const CameraNote& note) {
+  if (!note.make.empty()) spec.attribute("Make", note.make);
+  if (!note.model.empty()) spec.attribute("Model", note.model);
+  if (note.focal_length_mm > 0) spec.attribute("Exif:FocalLength", static_cast<float>(note.focal_length_mm));
+  if (note.focal_length_35mm > 0) {
+    spec.attribute("Exif:FocalLengthIn35mmFilm", static_cast<int>(std::lround(note.focal_length_35mm)));
+  }
+  if (!note.gps) return;
+  set_gps_angle(spec, "GPS:Latitude", note.gps->latitude_deg, "N", "S");
+  set_gps_angle(spec, "GPS:Longitude", note.gps->longitude_deg, "E", "W");
+  spec.attribute("GPS:Altitude", static_cast<float>(std::abs(note.gps->altitude_m)));
+  spec.attribute("GPS:AltitudeRef", note.gps->altitude_m < 0 ? 1 : 0);
+}
+
 CameraNote camera_note_of(Source& source) {
   Opened image = reader_for(source);
   const Header header = checked_header(source, image, Orientation::as_stored);
-  CameraNote note{upright_size(header), {}, {}, 0};
+  CameraNote note{upright_size(header), {}, {}, 0, 0, {}};
   const auto take = [&](const ExifNote& exif) {
     note.make = exif.make;
     note.model = exif.model;
     note.focal_length_mm = exif.focal_length_mm;
+    note.focal_length_35mm = exif.focal_length_35mm;
+    note.gps = exif.gps;
   };
   if (image.reader) {
     const OIIO::ImageSpec& spec = image.reader->spec();
     take({1, std::string(spec.get_string_attribute("Make")), std::string(spec.get_string_attribute("Model")),
-          static_cast<double>(spec.get_float_attribute("Exif:FocalLength"))});
+          static_cast<double>(spec.get_float_attribute("Exif:FocalLength")),
+          static_cast<double>(spec.get_int_attribute("Exif:FocalLengthIn35mmFilm")), gps_of(spec)});
   } else if (image.file) {
     take(image.file->exif());
   } else if (const std::optional<JpegHeader> jpeg = read_jpeg_header(*source.stream())) {
@@ -645,7 +689,8 @@ void check(const ImageCoding& coding) {
   throw std::invalid_argument("image: quality is " + std::to_string(coding.quality) + ", must be in [1, 100]");
 }
 
-std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding) {
+std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
+                                       const std::optional<CameraNote>& note) {
   check(image);
   check(coding);
   const std::string name = std::string("image") + ending(coding.format);
@@ -657,6 +702,7 @@ std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCodin
   OIIO::ImageSpec spec = spec_of(image);
   spec.attribute("CompressionQuality", coding.quality);
   spec.attribute("jpeg:subsampling", "4:4:4");
+  if (note) set_camera_note(spec, *note);
   std::vector<unsigned char> bytes;
   OIIO::Filesystem::IOVecOutput memory(bytes);
   OIIO::Filesystem::IOProxy* proxy = &memory;

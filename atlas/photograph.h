@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,11 +29,22 @@ struct ImageSize {
 // From the header alone. Throws InputError.
 [[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
+// Where a photograph was taken, as a satellite receiver tells: WGS 84.
+struct GpsPosition {
+  double latitude_deg = 0;   // [-90, 90], north is positive
+  double longitude_deg = 0;  // [-180, 180], east is positive
+  double altitude_m = 0;     // 0 where the file does not say
+
+  friend bool operator==(const GpsPosition&, const GpsPosition&) = default;
+};
+
 // What a file's header says of the camera that took the photograph.
 struct CameraNote {
-  ImageSize size;              // as stored
-  std::string make, model;     // empty: not said
-  double focal_length_mm = 0;  // 0: not said
+  ImageSize size;                  // as stored
+  std::string make, model;         // empty: not said
+  double focal_length_mm = 0;      // 0: not said
+  double focal_length_35mm = 0;    // that a camera for 35 mm film would need for the same view; 0: not said
+  std::optional<GpsPosition> gps;  // none: not said
 };
 // Reads the header of a file that read_photograph() reads. Throws InputError.
 [[nodiscard]] CameraNote read_camera_note(const std::filesystem::path& path);
@@ -82,8 +94,10 @@ struct ImageCoding {
 void check(const ImageCoding& coding);
 
 // The bytes of a file, 8-bit RGB. JPEG keeps colour at full resolution, so that it does not bleed. The same bytes each
-// time. Throws std::invalid_argument for what is no image, InputError if it cannot be encoded.
-[[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding);
+// time. Where a note is given, the file's EXIF says what the note does of camera and place. Throws
+// std::invalid_argument for what is no image, InputError if it cannot be encoded.
+[[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
+                                                     const std::optional<CameraNote>& note = std::nullopt);
 
 // PNG, 8-bit RGB, or by the ending another format that OpenImageIO writes. Writes beside `path`, then renames. Throws
 // std::invalid_argument for what is no image, InputError naming the path unless every byte was taken; waits for no

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 
 #include "atlas/picture_file.h"
@@ -39,6 +41,23 @@ void require_raw(int status, const fs::path& path) {
                    "); copy it again");
 }
 
+// Returns the angle of degrees, minutes and seconds.
+double degrees_of(const float (&parts)[3], bool is_negative) {
+  const double degrees =
+      static_cast<double>(parts[0]) + static_cast<double>(parts[1]) / 60 + static_cast<double>(parts[2]) / 3600;
+  return is_negative ? -degrees : degrees;
+}
+
+std::optional<GpsPosition> place_of(const libraw_gps_info_t& gps) {
+  if (gps.gpsparsed == 0) return std::nullopt;
+  GpsPosition place{degrees_of(gps.latitude, gps.latref == 'S'), degrees_of(gps.longitude, gps.longref == 'W'),
+                    static_cast<double>(gps.altref == 1 ? -gps.altitude : gps.altitude)};
+  const bool is_on_earth = std::abs(place.latitude_deg) <= 90 && std::abs(place.longitude_deg) <= 180;
+  const bool is_known = place.latitude_deg != 0 || place.longitude_deg != 0;
+  if (!is_on_earth || !is_known) return std::nullopt;
+  return place;
+}
+
 class RawFile : public PictureFile {
  public:
   explicit RawFile(const fs::path& path) : path_(path) {
@@ -60,6 +79,8 @@ class RawFile : public PictureFile {
     note.make = data.idata.make;
     note.model = data.idata.model;
     note.focal_length_mm = data.other.focal_len > 0 ? static_cast<double>(data.other.focal_len) : 0;
+    note.focal_length_35mm = std::max(0.0, static_cast<double>(data.lens.FocalLengthIn35mmFormat));
+    note.gps = place_of(data.other.parsed_gps);
     return note;
   }
   [[nodiscard]] PicturePixels decode() override;

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/whole_file.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {
@@ -182,6 +183,30 @@ TEST_CASE("a header's words about the camera are read, and nothing where it has 
     CHECK(note.make == "A maker");
     CHECK(note.model == "M1");
     CHECK(note.focal_length_mm == Approx(4.25));
+    CHECK(note.focal_length_35mm == 0);
+    CHECK_FALSE(note.gps);
+  }
+}
+
+TEST_CASE("a JPEG that is written with a note of camera and place says them") {
+  const TemporaryFolder folder;
+  const Photograph photograph{4, 2, std::vector<std::uint8_t>(24, 100), {}};
+  for (const GpsPosition& place :
+       {GpsPosition{-33.8567844, 151.2152967, 12.5}, GpsPosition{52.5162746, -13.377704, -3}}) {
+    const CameraNote note{{4, 2}, "A maker", "M1", 4.25, 26, place};
+    const std::vector<std::uint8_t> bytes = encode_image(photograph, {ImageFormat::jpeg, 95}, note);
+    write_whole_file(folder / "a.jpg", {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    const CameraNote read = read_camera_note(folder / "a.jpg");
+    CHECK(read.make == "A maker");
+    CHECK(read.model == "M1");
+    CHECK(read.focal_length_mm == Approx(4.25));
+    CHECK(read.focal_length_35mm == 26);
+    REQUIRE(read.gps);
+    constexpr double kTenCentimetres = 1e-6;  // degrees
+    CHECK(read.gps->latitude_deg == Approx(place.latitude_deg).margin(kTenCentimetres));
+    CHECK(read.gps->longitude_deg == Approx(place.longitude_deg).margin(kTenCentimetres));
+    CHECK(read.gps->altitude_m == Approx(place.altitude_m));
+    CHECK(read_photograph(folder / "a.jpg").rgb.size() == photograph.rgb.size());
   }
 }
 
