@@ -11,12 +11,19 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/requirement.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
+#include "tools/capture/capture_sources.h"
+#include "tools/capture/captured_masks.h"
 #include "tools/capture/captured_photographs.h"
+#include "tools/capture/known_poses.h"
+#include "tools/capture/matching_plan.h"
+#include "tools/capture/reconstructions.h"
 #include "tools/capture/step_record.h"
+#include "tools/capture/work_folder.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/save_model.h"
 #include "tools/scene/forms/colmap.h"
@@ -30,114 +37,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::size_t kSteps = 5;
-
-bool is_within(const fs::path& path, const fs::path& folder) {
-  const fs::path inner = fs::weakly_canonical(path);
-  return std::mismatch(folder.begin(), folder.end(), inner.begin(), inner.end()).first == folder.end();
-}
-
-void check_outside(const fs::path& output, const fs::path& photographs) {
-  if (!is_within(output, photographs)) return;
-  throw InputError(output.string() +
-                   ": lies in the folder of the photographs, which would find its pictures there the " +
-                   "next time: name another place");
-}
-
-// A folder of one's own: new, empty, or an earlier capture's.
-void open_work_folder(const fs::path& work, const fs::path& record) {
-  std::error_code error;
-  if (fs::exists(work, error) && !fs::exists(record, error) && (!fs::is_directory(work) || !fs::is_empty(work))) {
-    throw InputError(work.string() + ": is in use, and not by `lumatlas capture`: name another folder with --work");
-  }
-  fs::create_directories(work / "log", error);
-  if (error) throw InputError(work.string() + ": cannot be made (" + error.message() + ")");
-}
-
-// Makes `link` a link to the folder; an empty `target` removes it.
-void put_link(const fs::path& link, const fs::path& target) {
-  std::error_code error;
-  if (!target.empty() && fs::is_symlink(link) && fs::read_symlink(link, error) == target) return;
-  fs::remove(link, error);
-  if (!error && !target.empty()) fs::create_directory_symlink(target, link, error);
-  if (error)
-    throw InputError(link.string() + ": cannot be linked to " + target.string() + " (" + error.message() + ")");
-}
-
-// Absolute and without links; empty: no masks were given. Throws InputError where there is no such folder.
-fs::path folder_of_masks(const CaptureOptions& options) {
-  if (!options.masks) return {};
-  std::error_code error;
-  fs::path folder = fs::canonical(*options.masks, error);
-  if (error || !fs::is_directory(folder, error))
-    throw InputError(options.masks->string() + ": no such folder of masks");
-  return folder;
-}
-
-// The photographs of a folder, without the masks, which may lie in it.
-CapturedPhotographs photographs_beside_masks(const fs::path& folder, const fs::path& masks) {
-  CapturedPhotographs photographs = find_photographs(folder);
-  if (masks.empty()) return photographs;
-  std::erase_if(photographs.names,
-                [&](const std::string& name) { return is_within((photographs.folder / name).parent_path(), masks); });
-  return photographs;
-}
-
-// The mask of each photograph that has one, by the photograph's name.
-std::map<std::string, fs::path> masks_by_photograph(const fs::path& folder, const CapturedPhotographs& photographs) {
-  std::map<std::string, fs::path> masks;
-  if (folder.empty()) return masks;
-  for (const std::string& name : photographs.names) {
-    SceneView view;
-    view.name = name;
-    if (const std::optional<fs::path> mask = mask_of(view, folder)) masks.emplace(name, *mask);
-  }
-  if (!masks.empty()) return masks;
-  const std::string first = photographs.names.empty() ? "NAME.jpg" : photographs.names.front();
-  throw InputError(folder.string() + ": has a mask of none of the " + std::to_string(photographs.names.size()) +
-                   " photographs; that of " + first + " would be " + first + ".png");
-}
-
-void remove_all_of(const fs::path& path) {
-  std::error_code error;
-  fs::remove_all(path, error);
-  if (error) throw InputError(path.string() + ": cannot be removed (" + error.message() + ")");
-}
+constexpr Requirement capture_requires{"capture"};
 
 void remove_database(const fs::path& database) {
   for (const char* const ending : {"", "-wal", "-shm", "-journal"}) remove_all_of(database.string() + ending);
-}
-
-// COLMAP's model in a folder of its own: binary, or text where somebody has told it so.
-std::vector<fs::path> files_of_model(const fs::path& folder) {
-  std::vector<fs::path> files;
-  for (const char* const name : {"cameras", "images", "points3D"}) {
-    for (const char* const ending : {".bin", ".txt"}) files.push_back(folder / (std::string(name) + ending));
-  }
-  return files;
-}
-
-bool is_model(const fs::path& folder) {
-  const std::vector<fs::path> files = files_of_model(folder);
-  return std::any_of(files.begin(), files.end(), [](const fs::path& file) { return fs::exists(file); });
-}
-
-// COLMAP numbers them in the order in which it began them; the one of most photographs is the capture, the first of
-// equals.
-std::vector<fs::path> reconstructions_in(const fs::path& folder, fs::path& largest) {
-  std::vector<fs::path> found;
-  std::error_code error;
-  for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (entry.is_directory() && is_model(entry.path())) found.push_back(entry.path());
-  }
-  std::sort(found.begin(), found.end());
-  std::size_t most = 0;
-  for (const fs::path& model : found) {
-    const std::size_t images = read_colmap_model(model).images.size();
-    if (images > most) largest = model;
-    most = std::max(most, images);
-  }
-  return found;
 }
 
 // A stage's bar, told by how much is done in all; COLMAP may begin anew.
@@ -162,25 +65,24 @@ class Bar {
 
 class CaptureRun {
  public:
-  CaptureRun(const fs::path& photographs, const fs::path& work, const fs::path& model, const CaptureOptions& options,
+  CaptureRun(const fs::path& given, const fs::path& work, const fs::path& model, const CaptureOptions& options,
              const CaptureListener& listener)
-      : mask_folder_(folder_of_masks(options)),
-        photographs_(photographs_beside_masks(photographs, mask_folder_)),
-        masks_(masks_by_photograph(mask_folder_, photographs_)),
+      : mask_folder_(folder_of_masks(options.masks)),
+        sources_(find_sources(given, mask_folder_)),
         work_(fs::weakly_canonical(work)),
         model_(fs::weakly_canonical(model)),
         options_(options),
         listener_(listener) {
-    check_outside(work_, photographs_.folder);
-    check_outside(model_, photographs_.folder);
+    if (fs::is_directory(given)) {
+      check_outside(work_, sources_.folder);
+      check_outside(model_, sources_.folder);
+    }
     open_work_folder(work_, work_ / kRecord);
     record_.emplace(work_ / kRecord);
-    put_link(work_ / "images", photographs_.folder);
-    put_link(work_ / "masks", mask_folder_);
-    result_.photographs = photographs_.names.size();
   }
 
   CaptureResult run() {
+    prepare();
     features();
     match();
     map();
@@ -197,14 +99,19 @@ class CaptureRun {
     if (listener_.say) listener_.say(sentence);
   }
 
+  [[nodiscard]] std::string label_of(const std::string& step) const {
+    const std::size_t steps = need_preparation(sources_) ? 6 : 5;
+    return "step " + std::to_string(result_.steps.size() + 1) + " of " + std::to_string(steps) + ", " + step;
+  }
+
   // Calls work() unless the step is done; `what` says to people what it is. The inputs are what is given and when the
   // step before was finished.
   template <typename Work>
   void step(const std::string& name, const std::string& what, json inputs, std::span<const fs::path> outputs,
             const Work& work) {
-    inputs["after"] = result_.steps.empty() ? json() : record_->stamp(result_.steps.back().name);
-    const std::string label =
-        "step " + std::to_string(result_.steps.size() + 1) + " of " + std::to_string(kSteps) + ", " + name;
+    inputs["after"] = last_recorded_.empty() ? json() : record_->stamp(last_recorded_);
+    last_recorded_ = name;
+    const std::string label = label_of(name);
     if (record_->is_done(name, inputs)) {
       say(label + ": done before");
       result_.steps.push_back({name, true, 0});
@@ -217,6 +124,29 @@ class CaptureRun {
     record_->finish(name, outputs);
     const double time_ms = ms_since(start);
     result_.steps.push_back({name, false, time_ms});
+  }
+
+  // Videos and photographs in other forms become photographs that COLMAP reads. What of them is there is known by the
+  // files themselves, so that no record tells it.
+  void prepare() {
+    const bool needed = need_preparation(sources_);
+    const auto start = std::chrono::steady_clock::now();
+    if (needed) {
+      say(label_of("photographs") + ": of " + std::to_string(sources_.videos.size()) + " videos and " +
+          std::to_string(sources_.converted.size()) + " photographs in other forms");
+    }
+    PreparedPhotographs prepared =
+        prepare_photographs(sources_, work_, options_.most_frames, {listener_.say, listener_.stage});
+    captured_ = std::move(prepared.captured);
+    masks_ = masks_by_photograph(mask_folder_, captured_);
+    put_link(work_ / "images", captured_.folder);
+    put_link(work_ / "masks", mask_folder_);
+    result_.photographs = captured_.photographs.size();
+    result_.converted = prepared.converted;
+    result_.videos = std::move(prepared.videos);
+    result_.left_out = std::move(prepared.left_out);
+    for (const auto& [name, why] : result_.left_out) say("  left out: " + name + " " + why);
+    if (needed) result_.steps.push_back({"photographs", !prepared.made_anything, ms_since(start)});
   }
 
   [[nodiscard]] ColmapProgress bar(const std::string& name) const {
@@ -233,7 +163,7 @@ class CaptureRun {
   // that it has looked at already.
   static bool only_adds(const json& before, const json& now) {
     if (!before.is_object() || before.value("folder", json()) != now["folder"]) return false;
-    for (const char* const key : {"gpu", "masks"}) {
+    for (const char* const key : {"gpu", "masks", "camera_model"}) {
       if (before.value(key, json()) != now[key]) return false;
     }
     const json known = before.value("photographs", json::object());
@@ -247,17 +177,19 @@ class CaptureRun {
     const fs::path database = ColmapProgram::database(work_);
     std::error_code ignored;
     if (!fs::exists(database, ignored)) record_->forget("features");
-    const json inputs{{"folder", photographs_.folder.string()},
-                      {"photographs", states_of(photographs_)},
+    const json inputs{{"folder", captured_.folder.string()},
+                      {"photographs", states_of(captured_)},
                       {"gpu", options_.colmap.use_gpu},
-                      {"masks", states_of_masks()}};
+                      {"camera_model", options_.colmap.camera_model},
+                      {"masks", states_of_masks(masks_)}};
     const bool keeps_database = only_adds(record_->inputs("features"), kept_json(inputs));
-    step("features", std::to_string(photographs_.names.size()) + " photographs" + log_of("features"), inputs, {}, [&] {
+    step("features", std::to_string(result_.photographs) + " photographs" + log_of("features"), inputs, {}, [&] {
       const ColmapProgram colmap(work_);
       if (!keeps_database) remove_database(database);
-      const std::vector<std::vector<std::string>> lenses = names_by_lens(photographs_);
+      const std::vector<std::vector<std::string>> lenses = names_by_lens(captured_);
       say(lenses_text(lenses));
-      colmap.extract_features(photographs_, lenses, masks_for_colmap(), options_.colmap, bar("features"));
+      const fs::path masks = link_masks_for_colmap(masks_, work_ / "colmap-masks");
+      colmap.extract_features(captured_, lenses, masks, options_.colmap, bar("features"));
     });
   }
 
@@ -272,76 +204,79 @@ class CaptureRun {
     return text + (lenses.size() > kMostTold ? " and others" : "");
   }
 
-  // Name, size and time of each mask, by its photograph; null: there are none.
-  [[nodiscard]] json states_of_masks() const {
-    json states;
-    for (const auto& [name, mask] : masks_) states[name] = {{"file", mask.string()}, {"state", file_state(mask)}};
-    return states;
-  }
-
-  // A folder of links, for COLMAP knows one name for a mask: NAME.jpg.png. Empty: there are no masks.
-  [[nodiscard]] fs::path masks_for_colmap() const {
-    fs::path folder = work_ / "colmap-masks";
-    remove_all_of(folder);
-    if (masks_.empty()) return {};
-    for (const auto& [name, mask] : masks_) {
-      const fs::path link = folder / (name + ".png");
-      fs::create_directories(link.parent_path());
-      fs::create_symlink(mask, link);
-    }
-    return folder;
-  }
-
-  [[nodiscard]] bool is_exhaustive() const {
-    return matching_for(result_.photographs, options_.colmap.matching) == Matching::exhaustive;
-  }
-
   void match() {
-    const bool exhaustive = is_exhaustive();
-    step(
-        "matching",
-        (exhaustive ? "each photograph with each" : "each photograph with its neighbours by name") + log_of("matching"),
-        {{"exhaustive", exhaustive}, {"gpu", options_.colmap.use_gpu}}, {},
-        [&] { ColmapProgram(work_).match(result_.photographs, options_.colmap, bar("matching")); });
+    plan_ = plan_matching(captured_, options_.colmap.matching);
+    step("matching", text_of(plan_) + log_of("matching"), {{"plan", json_of(plan_)}, {"gpu", options_.colmap.use_gpu}},
+         {}, [&] { ColmapProgram(work_).match(plan_, result_.photographs, options_.colmap, bar("matching")); });
   }
 
   void map() {
     const fs::path model = work_ / "sparse" / "0";
     const std::vector<fs::path> outputs = files_of_model(model);
-    step("mapping", "poses and points" + log_of("mapping"), json::object(), outputs, [&] {
+    const bool is_global = options_.colmap.mapper == Mapper::global;
+    const std::string what = options_.poses ? "points, by the poses in " + options_.poses->string()
+                             : is_global    ? "poses and points, of all photographs at once"
+                                            : "poses and points";
+    step("mapping", what + log_of("mapping"), {{"poses", states_of_poses()}, {"global", is_global}}, outputs, [&] {
       const fs::path all = ColmapProgram::reconstructions(work_);
       remove_all_of(all);
       remove_all_of(work_ / "sparse");
       fs::create_directories(all);
       fs::create_directories(model.parent_path());
-      ColmapProgram(work_).map(photographs_, is_exhaustive(), bar("mapping"));
-      fs::path largest;
-      const std::vector<fs::path> found = reconstructions_in(all, largest);
+      options_.poses ? map_by_poses()
+                     : ColmapProgram(work_).map(captured_, plan_.exhaustive, options_.colmap.mapper, bar("mapping"));
+      const std::vector<Reconstruction> found = reconstructions_in(all);
       if (found.empty()) {
-        throw InputError(photographs_.folder.string() + ": COLMAP placed none of its " +
+        throw InputError(captured_.folder.string() + ": COLMAP placed none of its " +
                          std::to_string(result_.photographs) + " photographs: they overlap too little, or show too " +
                          "little that can be told apart; see " + ColmapProgram::log(work_, "mapping").string());
       }
-      fs::copy(largest, model, fs::copy_options::recursive);
+      fs::copy(found.front().folder, model, fs::copy_options::recursive);
     });
   }
 
+  void map_by_poses() {
+    const fs::path folder = work_ / "poses";
+    const KnownPoses known = write_known_poses(*options_.poses, captured_, folder);
+    say("  " + options_.poses->string() + " is read as " + known.form + ": it has poses of " +
+        std::to_string(known.posed) + " of the " + std::to_string(result_.photographs) + " photographs");
+    ColmapProgram(work_).triangulate(captured_, folder, bar("mapping"));
+  }
+
+  // The files that say the poses, by their sizes and times; null: they are not known.
+  [[nodiscard]] json states_of_poses() const {
+    if (!options_.poses) return {};
+    json states{{"scene", fs::absolute(*options_.poses).string()}};
+    for (const fs::path& file : files_of_list(*options_.poses)) states[file.string()] = file_state(file);
+    return states;
+  }
+
   void count_placed() {
-    fs::path largest;
-    result_.reconstructions = reconstructions_in(ColmapProgram::reconstructions(work_), largest).size();
+    const std::vector<Reconstruction> found = reconstructions_in(ColmapProgram::reconstructions(work_));
+    for (const Reconstruction& reconstruction : found) result_.reconstructions.push_back(reconstruction.placed.size());
     std::vector<std::string> placed;
     for (const ColmapImage& image : read_colmap_model(work_).images) placed.push_back(image.name);
-    std::set_difference(photographs_.names.begin(), photographs_.names.end(), placed.begin(), placed.end(),
-                        std::back_inserter(result_.missed));
+    const std::vector<std::string> names = names_of(captured_);
+    std::set_difference(names.begin(), names.end(), placed.begin(), placed.end(), std::back_inserter(result_.missed));
     std::string sentence =
         "  " + std::to_string(placed.size()) + " of " + std::to_string(result_.photographs) + " photographs are placed";
-    if (result_.reconstructions > 1) {
-      sentence += ", in the largest of " + std::to_string(result_.reconstructions) +
-                  " reconstructions that do not hang together";
+    if (found.size() > 1) {
+      sentence += ", in the largest of " + std::to_string(found.size()) +
+                  " reconstructions that do not hang together (" + sizes_text(result_.reconstructions) +
+                  " photographs): take more photographs between them";
     }
     if (!result_.missed.empty()) sentence += "; without a place: " + result_.missed.front();
     if (result_.missed.size() > 1) sentence += " and " + std::to_string(result_.missed.size() - 1) + " more";
     say(sentence);
+  }
+
+  static std::string sizes_text(const std::vector<std::size_t>& sizes) {
+    constexpr std::size_t kMostTold = 6;
+    std::string text;
+    for (std::size_t i = 0; i < std::min(sizes.size(), kMostTold); ++i) {
+      text += (i == 0 ? "" : ", ") + std::to_string(sizes[i]);
+    }
+    return text + (sizes.size() > kMostTold ? " and fewer" : "");
   }
 
   void mesh() {
@@ -353,7 +288,7 @@ class CaptureRun {
     json inputs{{"program", LUMATLAS_VERSION}, {"spacing", options.spacing_px}, {"from", name_of(*options.from)}};
     if (options.from == MeshSource::photographs) {
       inputs["hold"] = hold_inputs();
-      inputs["masks"] = states_of_masks();
+      inputs["masks"] = states_of_masks(masks_);
     }
     if (const auto& points = options_.mesh.points) {
       inputs["points"] = {{"file", fs::absolute(*points).string()}, {"state", file_state(*points)}};
@@ -389,7 +324,7 @@ class CaptureRun {
             {"max_views", build.max_views.value_or(0)},
             {"image", ending(options_.photographs.format)},
             {"quality", options_.photographs.quality},
-            {"masks", states_of_masks()}};
+            {"masks", states_of_masks(masks_)}};
   }
 
   void build() {
@@ -420,18 +355,23 @@ class CaptureRun {
   }
 
   fs::path mask_folder_;  // empty: none was given
-  CapturedPhotographs photographs_;
+  CaptureSources sources_;
+  CapturedPhotographs captured_;
   std::map<std::string, fs::path> masks_;  // by photograph
+  MatchingPlan plan_;
   fs::path work_, model_;
   const CaptureOptions& options_;
   const CaptureListener& listener_;
   std::optional<StepRecord> record_;
+  std::string last_recorded_;  // the name of the step before
   CaptureResult result_;
 };
 
 }  // namespace
 
 void check(const CaptureOptions& options) {
+  capture_requires(options.most_frames >= 2, "most_frames", static_cast<double>(options.most_frames), "at least 2");
+  check(options.colmap);
   check(options.mesh);
   check(options.build);
   check(options.photographs);

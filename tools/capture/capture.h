@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The whole way from a folder of photographs to a saved model, in steps that are not done twice.
+// The whole way from photographs and videos to a saved model, in steps that are not done twice.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -12,13 +13,17 @@
 
 #include "atlas/photograph.h"
 #include "tools/capture/colmap_program.h"
+#include "tools/capture/prepared_photographs.h"
 #include "tools/meshing/scene_mesh.h"
 #include "tools/pipeline/build_model.h"
 
 namespace lumatlas {
 
 struct CaptureOptions {
+  std::size_t most_frames = 300;  // that become photographs, of all videos together, >= 2
   ColmapOptions colmap;
+  // A scene of any form with poses of these photographs, which COLMAP then does not look for.
+  std::optional<std::filesystem::path> poses;
   std::optional<std::filesystem::path> masks;  // folder: NAME.png or NAME.jpg.png, black where NAME.jpg is not used
   // Pictures, work and what is held out are the capture's own; `points`: in COLMAP's coordinates.
   SceneMeshOptions mesh;
@@ -37,27 +42,33 @@ struct CaptureListener {
 };
 
 struct CaptureStep {
-  std::string name;  // "features", "matching", "mapping", "mesh" or "build"
+  std::string name;  // "photographs" (where some had to be made), "features", "matching", "mapping", "mesh" or "build"
   bool done_before;  // by an earlier run, with the same inputs
   double time_ms;    // wall time now
 };
 
 struct CaptureResult {
-  std::size_t photographs = 0;      // in the folder
-  std::vector<std::string> missed;  // those that COLMAP did not place, by name
-  std::size_t reconstructions = 0;  // that do not hang together; the one of most photographs was taken
+  std::size_t photographs = 0;                  // in the folder, and made of what lies there
+  std::size_t converted = 0;                    // of these, made of other forms
+  std::vector<CapturedVideo> videos;            // of whose frames some became photographs
+  std::map<std::string, std::string> left_out;  // files that are not used, by name, with the reason
+  std::vector<std::string> missed;              // photographs without a place, by name
+  // How many photographs each reconstruction has; they do not hang together, and the first, of most, was taken.
+  std::vector<std::size_t> reconstructions;
   std::vector<CaptureStep> steps;
   std::vector<std::string> outliers;  // names of placed photographs that the build left out: they agree with no other
   std::vector<std::string> warnings;  // reasons not to trust the mesh, in sentences; none where it was made before
   nlohmann::json summary;             // of the build: tools/pipeline/build_summary.h
 };
 
-// Features, matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads:
-// images (a link to the photographs), masks (another one, with options.masks), sparse/0/, mesh.ply; beside these stand
-// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step whose
-// inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left them is
-// passed over; features and matching that were broken off, or have got more photographs, go on where they were, and so
-// does a mesh that was broken off. Photographs that are held out give no depths to it.
+// From a folder of photographs and videos, or one video: makes photographs of what COLMAP does not read, then features,
+// matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads: images (a link
+// to the photographs), masks (another one, with options.masks), sparse/0/, mesh.ply; beside these stand photographs/
+// and videos/ (see prepared_photographs.h), COLMAP's database, its other reconstructions, its logs, and capture.json,
+// which tells what is done. A step whose inputs (names, sizes and times of files, options, the steps before) and
+// outputs are as an earlier run left them is passed over; features and matching that were broken off, or have got more
+// photographs, go on where they were, and so does a mesh that was broken off. Photographs that are held out give no
+// depths to it.
 //
 // Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
 // photographs, and where `work` holds something else; Interrupted, with what is done kept.

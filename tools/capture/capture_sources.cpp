@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <set>
 #include <span>
 
 #include "mesh/base/errors.h"
@@ -19,8 +18,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array kAsTheyAre{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"};
-constexpr std::array kConverted{".heic", ".heif", ".hif", ".avif", ".dng", ".cr2", ".cr3",
-                                ".nef",  ".arw",  ".raf", ".orf",  ".rw2"};
+constexpr std::array kConverted{".heic", ".heif", ".hif", ".avif", ".dng", ".cr2",
+                                ".cr3",  ".nef",  ".arw", ".raf",  ".orf", ".rw2"};
 constexpr std::array kNotRead{".bmp", ".gif", ".jp2", ".jxl", ".psd", ".exr", ".ppm", ".tga", ".insp", ".insv"};
 
 std::string lower(std::string text) {
@@ -120,8 +119,8 @@ CaptureSources find_sources(const fs::path& given, const fs::path& masks) {
   leave_out_twins(sources);
   const std::size_t photographs = sources.photographs.size() + sources.converted.size();
   if (!sources.videos.empty() || photographs >= 2) return sources;
-  const std::string first_left_out = sources.left_out.empty() ? "" : "; " + sources.left_out.begin()->first + " " +
-                                                                         sources.left_out.begin()->second;
+  const std::string first_left_out =
+      sources.left_out.empty() ? "" : "; " + sources.left_out.begin()->first + " " + sources.left_out.begin()->second;
   throw InputError(given.string() + ": holds " + std::to_string(photographs) +
                    " photographs (.jpg, .png, .tif, .webp, .heic, .avif or a camera's raw form) and no video, at least "
                    "two must be there, better twenty that overlap" +

@@ -11,7 +11,7 @@ namespace lumatlas {
 
 // All names are relative to `folder`, with '/', in byte order.
 struct CaptureSources {
-  std::filesystem::path folder;         // absolute; of a video, the folder that it lies in
+  std::filesystem::path folder;          // absolute; of a video, the folder that it lies in
   std::vector<std::string> photographs;  // that COLMAP reads as they are: JPEG, PNG, TIFF, WebP
   std::vector<std::string> converted;    // that it does not: HEIC, AVIF, and the raw forms of cameras
   std::vector<std::string> videos;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The photographs of a folder, before anybody knows where they were taken.
+// The photographs of a capture as COLMAP reads them, before it is known where they were taken.
 #pragma once
 
 #include <filesystem>
@@ -7,25 +7,30 @@
 #include <string>
 #include <vector>
 
+#include "atlas/photograph.h"
+
 namespace lumatlas {
 
-struct CapturedPhotographs {
-  std::filesystem::path folder;    // absolute
-  std::vector<std::string> names;  // relative to the folder, with '/', in byte order
+struct CapturedPhotograph {
+  std::string name;   // relative to the folder, with '/'
+  std::string video;  // that it is a frame of, by name; empty: of none
+  CameraNote note;    // of its header; empty where that cannot be read, and of frames
 };
 
-// Everything in the folder, and in folders below, whose name ends as those of JPEG, PNG, TIFF and WebP files do; hidden
-// files and folders are passed over. Throws InputError where there is no such folder, where it has fewer than two, and
-// for a name that COLMAP's list of photographs or a model cannot hold.
-[[nodiscard]] CapturedPhotographs find_photographs(const std::filesystem::path& folder);
+struct CapturedPhotographs {
+  std::filesystem::path folder;                 // absolute
+  std::vector<CapturedPhotograph> photographs;  // by name, in byte order; frames of a video are in order of time
+};
+
+[[nodiscard]] std::vector<std::string> names_of(const CapturedPhotographs& captured);
 
 // Name, size and time of each: what tells that a photograph came, went or changed.
-[[nodiscard]] nlohmann::json states_of(const CapturedPhotographs& photographs);
+[[nodiscard]] nlohmann::json states_of(const CapturedPhotographs& captured);
 
 // The names of the photographs by the lens that they were taken through, as far as their headers tell: of one size,
-// camera and focal length. Photographs that say nothing of their camera count as of one where they have one size, and
-// those that cannot be read as of the lens of most. The lens of most photographs is the first, of equals the one of the
-// first name; names are in byte order.
-[[nodiscard]] std::vector<std::vector<std::string>> names_by_lens(const CapturedPhotographs& photographs);
+// camera and focal length. The frames of a video count as of one lens of its own. Photographs that say nothing of their
+// camera count as of one where they have one size, and those that cannot be read as of the lens of most. The lens of
+// most photographs is the first, of equals the one of the first name; names are in byte order.
+[[nodiscard]] std::vector<std::vector<std::string>> names_by_lens(const CapturedPhotographs& captured);
 
 }  // namespace lumatlas

@@ -7,12 +7,15 @@
 #include <fstream>
 #include <regex>
 #include <sstream>
+#include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/child_process.h"
 #include "tools/capture/colmap_log.h"
+#include "tools/scene/camera_model.h"
 
 namespace lumatlas {
 
@@ -70,9 +73,12 @@ void show_end(const ColmapState& state, const ColmapProgress& progress) {
 
 }  // namespace
 
-Matching matching_for(std::size_t photographs, Matching wanted) {
-  if (wanted != Matching::automatic) return wanted;
-  return photographs <= kMostForExhaustive ? Matching::exhaustive : Matching::sequential;
+void check(const ColmapOptions& options) {
+  const std::optional<LensModel> model = lens_model(std::string_view(options.camera_model));
+  if (model && can_be_pinhole(*model)) return;
+  throw std::invalid_argument("COLMAP: camera_model is '" + options.camera_model +
+                              "', must be one of COLMAP's models of photographs, such as SIMPLE_RADIAL, OPENCV or "
+                              "OPENCV_FISHEYE");
 }
 
 ColmapState colmap_state(const std::string& log, std::size_t photographs) {
@@ -117,6 +123,11 @@ std::string ColmapProgram::help_of(const std::string& command) const {
 
 void ColmapProgram::run(const std::string& step, const std::vector<std::string>& arguments, std::size_t photographs,
                         const ColmapProgress& progress) const {
+  run(step, program_, arguments, photographs, progress);
+}
+
+void ColmapProgram::run(const std::string& step, const fs::path& program, const std::vector<std::string>& arguments,
+                        std::size_t photographs, const ColmapProgress& progress) const {
   constexpr auto kBetweenLooks = std::chrono::milliseconds(200);
   constexpr std::streamoff kTail = 1 << 14;
   const fs::path words = log(work_, step);
@@ -127,13 +138,13 @@ void ColmapProgram::run(const std::string& step, const std::vector<std::string>&
     const ColmapState state = colmap_state(last_bytes(words, kTail), photographs);
     if (progress) progress(state.done, state.of);
   };
-  const int status = run_to_end({program_, arguments, words, words}, look);
+  const int status = run_to_end({program, arguments, words, words}, look);
   if (status == 0) return show_end(colmap_state(last_bytes(words, kTail), photographs), progress);
   const std::string how = status < 0 ? "was ended by signal " + std::to_string(-status)
                                      : "failed with exit status " + std::to_string(status);
   const std::string said = last_told(last_bytes(words, kTail));
-  throw InputError("colmap " + arguments.front() + " " + how + (said.empty() ? "" : " and said '" + said + "'") +
-                   ": see " + words.string());
+  throw InputError(program.filename().string() + " " + arguments.front() + " " + how +
+                   (said.empty() ? "" : " and said '" + said + "'") + ": see " + words.string());
 }
 
 std::vector<ColmapProgram::ListedNames> ColmapProgram::lists_of(const std::vector<std::vector<std::string>>& lenses) {
@@ -154,7 +165,7 @@ void ColmapProgram::extract_features(const CapturedPhotographs& photographs,
                                      const std::vector<std::vector<std::string>>& lenses, const fs::path& masks,
                                      const ColmapOptions& options, const ColmapProgress& progress) const {
   const std::string help = help_of("feature_extractor");
-  const std::size_t all = photographs.names.size();
+  const std::size_t all = photographs.photographs.size();
   std::size_t before = 0;
   FeatureCounts found;
   for (const ListedNames& listed : lists_of(lenses)) {
@@ -169,6 +180,8 @@ void ColmapProgram::extract_features(const CapturedPhotographs& photographs,
                                        photographs.folder.string(),
                                        "--image_list_path",
                                        list.string(),
+                                       "--ImageReader.camera_model",
+                                       options.camera_model,
                                        "--ImageReader.single_camera",
                                        listed.one_lens ? "1" : "0"};
     if (!listed.one_lens) arguments.insert(arguments.end(), {"--ImageReader.single_camera_per_image", "1"});
@@ -189,37 +202,80 @@ void ColmapProgram::extract_features(const CapturedPhotographs& photographs,
                    log(work_, "features").string() + ")");
 }
 
-void ColmapProgram::match(std::size_t photographs, const ColmapOptions& options, const ColmapProgress& progress) const {
-  const bool exhaustive = matching_for(photographs, options.matching) == Matching::exhaustive;
-  const std::string command = exhaustive ? "exhaustive_matcher" : "sequential_matcher";
-  std::vector<std::string> arguments{command, "--database_path", database(work_).string()};
+void ColmapProgram::match_by(const std::string& command, std::vector<std::string> arguments, std::size_t photographs,
+                             bool use_gpu, const ColmapProgress& progress) const {
+  arguments.insert(arguments.begin(), {command, "--database_path", database(work_).string()});
   const std::string help = help_of(command);
-  add_gpu(help, options.use_gpu, arguments);
-  if (const std::string option = option_named(help, "block_size"); exhaustive && !option.empty()) {
+  add_gpu(help, use_gpu, arguments);
+  if (const std::string option = option_named(help, "block_size"); command == "exhaustive_matcher" && !option.empty()) {
     arguments.insert(arguments.end(), {option, block_size(photographs)});
   }
   run("matching", arguments, photographs, progress);
 }
 
-void ColmapProgram::map(const CapturedPhotographs& photographs, bool exhaustive, const ColmapProgress& progress) const {
+void ColmapProgram::match(const MatchingPlan& plan, std::size_t photographs, const ColmapOptions& options,
+                          const ColmapProgress& progress) const {
+  const auto match_with = [&](const std::string& command, std::vector<std::string> arguments) {
+    match_by(command, std::move(arguments), photographs, options.use_gpu, progress);
+  };
+  if (plan.exhaustive) match_with("exhaustive_matcher", {});
+  if (plan.by_order) match_with("sequential_matcher", {});
+  if (plan.by_place) match_with("spatial_matcher", {});
+  if (plan.vocabulary) {
+    const std::string option = option_named(help_of("vocab_tree_matcher"), "vocab_tree_path");
+    match_with("vocab_tree_matcher", {option.empty() ? "--VocabTreeMatching.vocab_tree_path" : option,
+                                      fs::absolute(*plan.vocabulary).string()});
+  }
+  if (plan.links.size() < 2) return;
+  const fs::path list = work_ / "links.txt";
+  write_whole_file(list, list_of_links(plan));
+  match_with("matches_importer", {"--match_list_path", list.string(), "--match_type", "pairs"});
+}
+
+ColmapProgram::Command ColmapProgram::mapper_command(Mapper mapper) const {
+  if (mapper == Mapper::incremental) return {program_, "mapper"};
+  const fs::path text = log(work_, "help");
+  (void)run_to_end({program_, {"help"}, text, text});
+  if (last_bytes(text, 1 << 16).find("global_mapper") != std::string::npos) return {program_, "global_mapper"};
+  if (fs::path glomap = find_program("glomap"); !glomap.empty()) return {std::move(glomap), "mapper"};
+  throw InputError(
+      "--mapper global: the colmap in PATH has no global mapper (it comes with COLMAP 4), and there is no glomap: "
+      "install one of them, or leave the option out");
+}
+
+void ColmapProgram::map(const CapturedPhotographs& photographs, bool exhaustive, Mapper mapper,
+                        const ColmapProgress& progress) const {
   const auto fail_if_told = [&] {
     const std::string why = why_no_reconstruction(last_bytes(log(work_, "mapping"), kWholeLog), exhaustive);
     if (why.empty()) return;
     throw InputError(photographs.folder.string() + ": COLMAP placed none of its " +
-                     std::to_string(photographs.names.size()) + " photographs: " + why + " (see " +
+                     std::to_string(photographs.photographs.size()) + " photographs: " + why + " (see " +
                      log(work_, "mapping").string() + ")");
   };
+  const Command command = mapper_command(mapper);
   try {
-    run("mapping",
-        {"mapper", "--database_path", database(work_).string(), "--image_path", photographs.folder.string(),
+    run("mapping", command.program,
+        {command.name, "--database_path", database(work_).string(), "--image_path", photographs.folder.string(),
          "--output_path", reconstructions(work_).string()},
-        photographs.names.size(), progress);
+        photographs.photographs.size(), progress);
   } catch (const InputError&) {
     fail_if_told();
     throw;
   }
   std::error_code ignored;
   if (fs::is_empty(reconstructions(work_), ignored)) fail_if_told();
+}
+
+void ColmapProgram::triangulate(const CapturedPhotographs& photographs, const fs::path& poses,
+                                const ColmapProgress& progress) const {
+  const fs::path output = reconstructions(work_) / "0";
+  std::error_code error;
+  fs::create_directories(output, error);
+  if (error) throw InputError(output.string() + ": cannot be made (" + error.message() + ")");
+  run("mapping",
+      {"point_triangulator", "--database_path", database(work_).string(), "--image_path", photographs.folder.string(),
+       "--input_path", poses.string(), "--output_path", output.string()},
+      photographs.photographs.size(), progress);
 }
 
 }  // namespace lumatlas

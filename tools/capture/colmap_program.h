@@ -9,21 +9,24 @@
 #include <vector>
 
 #include "tools/capture/captured_photographs.h"
+#include "tools/capture/matching_plan.h"
 
 namespace lumatlas {
 
-// Which photographs are compared with which.
-enum class Matching {
-  automatic,   // exhaustive up to kMostForExhaustive photographs, else sequential
-  exhaustive,  // each with each
-  sequential,  // each with its neighbours by name: of a video or a walk
+enum class Mapper {
+  incremental,  // one photograph after another, COLMAP's own
+  global,       // all at once, which is quicker for many: COLMAP's from 4.0 on, or the program GLOMAP
 };
-inline constexpr std::size_t kMostForExhaustive = 200;
 
 struct ColmapOptions {
-  Matching matching = Matching::automatic;
-  bool use_gpu = false;  // COLMAP must have been built for one, and find it
+  MatchingOptions matching;
+  Mapper mapper = Mapper::incremental;
+  std::string camera_model = "SIMPLE_RADIAL";  // of every lens, by COLMAP's name, see lens_model(); no panorama
+  bool use_gpu = false;                        // COLMAP must have been built for one, and find it
 };
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const ColmapOptions& options);
 
 // Called with how many of all steps of a command are done, as COLMAP's own words tell.
 using ColmapProgress = std::function<void(std::size_t done, std::size_t of)>;
@@ -44,9 +47,16 @@ class ColmapProgram {
   void extract_features(const CapturedPhotographs& photographs, const std::vector<std::vector<std::string>>& lenses,
                         const std::filesystem::path& masks, const ColmapOptions& options,
                         const ColmapProgress& progress) const;
-  void match(std::size_t photographs, const ColmapOptions& options, const ColmapProgress& progress) const;
-  // `exhaustive`: how photographs were matched, for what to do where none is placed, which throws InputError.
-  void map(const CapturedPhotographs& photographs, bool exhaustive, const ColmapProgress& progress) const;
+  void match(const MatchingPlan& plan, std::size_t photographs, const ColmapOptions& options,
+             const ColmapProgress& progress) const;
+  // `exhaustive`: how photographs were matched, for what to do where none is placed, which throws InputError, as does a
+  // global mapper that is not installed.
+  void map(const CapturedPhotographs& photographs, bool exhaustive, Mapper mapper,
+           const ColmapProgress& progress) const;
+  // Instead of map(): finds points by the poses of the COLMAP model in the folder `poses`, and leaves all of it in
+  // reconstructions/0. Poses and lenses stay as they are.
+  void triangulate(const CapturedPhotographs& photographs, const std::filesystem::path& poses,
+                   const ColmapProgress& progress) const;
 
   [[nodiscard]] static std::filesystem::path database(const std::filesystem::path& work);
   [[nodiscard]] static std::filesystem::path reconstructions(const std::filesystem::path& work);
@@ -60,14 +70,21 @@ class ColmapProgram {
   };
   [[nodiscard]] static std::vector<ListedNames> lists_of(const std::vector<std::vector<std::string>>& lenses);
   [[nodiscard]] std::string help_of(const std::string& command) const;
+  // Runs `command` of COLMAP on its database, with `arguments` besides, as a part of matching.
+  void match_by(const std::string& command, std::vector<std::string> arguments, std::size_t photographs, bool use_gpu,
+                const ColmapProgress& progress) const;
+  struct Command {
+    std::filesystem::path program;
+    std::string name;
+  };
+  [[nodiscard]] Command mapper_command(Mapper mapper) const;
   void run(const std::string& step, const std::vector<std::string>& arguments, std::size_t photographs,
            const ColmapProgress& progress) const;
+  void run(const std::string& step, const std::filesystem::path& program, const std::vector<std::string>& arguments,
+           std::size_t photographs, const ColmapProgress& progress) const;
 
   std::filesystem::path program_, work_;
 };
-
-// The matching that is meant for so many photographs: exhaustive or sequential.
-[[nodiscard]] Matching matching_for(std::size_t photographs, Matching wanted);
 
 // How far a command has come by its log: the last "[3/16]", the last "[2/4, 1/4]" or the largest "Registering image
 // #12 (3)" of it; 0 of 0: it says nothing yet. `photographs` is what the last one is out of.

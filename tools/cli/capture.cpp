@@ -23,7 +23,7 @@ namespace {
 using nlohmann::json;
 
 struct CaptureFlags {
-  std::filesystem::path photographs, output, work, masks, points;
+  std::filesystem::path photographs, output, work, masks, points, poses, vocabulary;
   CaptureOptions options;
   HoldFlags hold;
   bool json_output = false;
@@ -46,10 +46,28 @@ json steps_json(const CaptureResult& result) {
   return steps;
 }
 
+json videos_json(const std::vector<CapturedVideo>& videos) {
+  json list = json::array();
+  for (const CapturedVideo& video : videos) {
+    list.push_back({{"name", video.name},
+                    {"frames", video.frames},
+                    {"taken", video.taken},
+                    {"seconds", video.seconds},
+                    {"damage", video.damage.empty() ? json() : json(video.damage)}});
+  }
+  return list;
+}
+
 json result_json(const CaptureResult& result, const CaptureFlags& flags) {
   return {{"output", flags.output.string()},
           {"scene", flags.work.string()},
-          {"photographs", {{"count", result.photographs}, {"missed", result.missed}, {"outliers", result.outliers}}},
+          {"photographs",
+           {{"count", result.photographs},
+            {"converted", result.converted},
+            {"missed", result.missed},
+            {"outliers", result.outliers}}},
+          {"videos", videos_json(result.videos)},
+          {"left_out", result.left_out},
           {"reconstructions", result.reconstructions},
           {"steps", steps_json(result)},
           {"warnings", result.warnings}};
@@ -59,9 +77,12 @@ void run(CaptureFlags flags) {
   if (flags.work.empty()) flags.work = capture_beside(flags.output);
   if (!flags.masks.empty()) flags.options.masks = flags.masks;
   if (!flags.points.empty()) flags.options.mesh.points = flags.points;
+  if (!flags.poses.empty()) flags.options.poses = flags.poses;
+  if (!flags.vocabulary.empty()) flags.options.colmap.matching.vocabulary = flags.vocabulary;
   flags.options.build.hold_out = flags.hold.protocol();
   check_usage(flags.options);
-  check_apart(flags.output, std::array{flags.photographs, flags.work, flags.masks, flags.points});
+  check_apart(flags.output,
+              std::array{flags.photographs, flags.work, flags.masks, flags.points, flags.poses, flags.vocabulary});
   const bool quiet = flags.quiet;
   const auto say = [quiet](const std::string& sentence) {
     if (!quiet) std::cerr << sentence << '\n';
@@ -82,8 +103,9 @@ void run(CaptureFlags flags) {
 void add_capture_command(CLI::App& program) {
   auto flags = std::make_shared<CaptureFlags>();
   CLI::App* command =
-      program.add_subcommand("capture", "From photographs alone to a model: COLMAP's poses, a mesh, and a build");
-  add_file(*command, "PHOTOGRAPHS", flags->photographs, "PHOTOGRAPHS", "Folder of overlapping photographs of a place")
+      program.add_subcommand("capture", "From photographs or videos to a model: COLMAP's poses, a mesh, and a build");
+  add_file(*command, "PHOTOGRAPHS", flags->photographs, "PHOTOGRAPHS",
+           "Folder of overlapping photographs and videos of a place, or one video")
       ->required();
   begin_group(*command, "Files");
   add_model_output(*command, flags->output);
@@ -92,13 +114,30 @@ void add_capture_command(CLI::App& program) {
            "MODEL-capture unless given");
   add_file(*command, "--masks", flags->masks, "DIR",
            "Black where a photograph is not to be used, for poses and colours; of NAME.jpg: NAME.jpg.png or NAME.png");
+  command->add_option("--max-frames", flags->options.most_frames, "Photographs that are made of videos, at most")
+      ->type_name("N")
+      ->transform(whole_number(2, 100'000))
+      ->default_str(std::to_string(flags->options.most_frames));
   begin_group(*command, "Poses");
-  add_choice(
-      *command, "--matching", flags->options.colmap.matching,
-      {{"automatic", Matching::automatic}, {"exhaustive", Matching::exhaustive}, {"sequential", Matching::sequential}},
-      "Compare each photograph with each, or with its neighbours by name, as in a video; automatic: each with "
-      "each up to " +
-          std::to_string(kMostForExhaustive));
+  add_choice(*command, "--matching", flags->options.colmap.matching.matching,
+             {{"automatic", Matching::automatic},
+              {"exhaustive", Matching::exhaustive},
+              {"sequential", Matching::sequential},
+              {"spatial", Matching::spatial}},
+             "Compare each photograph with each, with its neighbours by name, or by GPS; automatic: with each up to " +
+                 std::to_string(kMostForExhaustive) + ", of more with all neighbours that are known");
+  add_file(*command, "--vocabulary", flags->vocabulary, "FILE",
+           "COLMAP's vocabulary tree: compare photographs that look alike, too");
+  command
+      ->add_option("--camera-model", flags->options.colmap.camera_model,
+                   "Of the lenses, by COLMAP's name, such as OPENCV or OPENCV_FISHEYE")
+      ->type_name("NAME")
+      ->default_str(flags->options.colmap.camera_model);
+  add_choice(*command, "--mapper", flags->options.colmap.mapper,
+             {{"incremental", Mapper::incremental}, {"global", Mapper::global}},
+             "Place photographs one by one, or all at once, which COLMAP 4 or GLOMAP can");
+  add_file(*command, "--poses", flags->poses, "SCENE",
+           "A scene of any form that has the poses of these photographs; COLMAP then finds points alone");
   command->add_flag("--gpu", flags->options.colmap.use_gpu, "Let COLMAP use a GPU, if it is built for one");
   begin_group(*command, "Mesh");
   add_choice(*command, "--from", flags->options.mesh.from,

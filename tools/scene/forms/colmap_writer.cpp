@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/scene/forms/colmap_writer.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstring>
@@ -14,8 +15,6 @@ namespace lumatlas {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the files are written as the machine holds the numbers");
-
-constexpr std::int32_t kPinhole = 1;  // COLMAP's model id: fx, fy, cx, cy
 
 // A file's bytes; put() appends a number as it lies in memory.
 class Bytes {
@@ -34,31 +33,48 @@ class Bytes {
   std::string text_;
 };
 
-using LensKey = std::array<double, 6>;
-
-LensKey lens_key(const Camera& c) {
-  return {static_cast<double>(c.width), static_cast<double>(c.height), c.fx, c.fy, c.cx, c.cy};
+CameraModel lens_of(const WrittenView& view) {
+  if (!view.lens) {
+    const Camera& c = view.camera;
+    return {LensModel::kPinhole, c.width, c.height, {c.fx, c.fy, c.cx, c.cy}};
+  }
+  if (static_cast<std::int32_t>(view.lens->model) >= kColmapModelCount) {
+    throw std::invalid_argument(view.name + ": COLMAP has no model of its lens (" +
+                                std::string(name(view.lens->model)) + ")");
+  }
+  return *view.lens;
 }
 
-// Id of each distinct lens, from 1, in the order in which they appear.
-std::map<LensKey, std::uint32_t> lens_ids(std::span<const WrittenView> images) {
-  std::map<LensKey, std::uint32_t> ids;
-  for (const WrittenView& image : images)
-    ids.try_emplace(lens_key(image.camera), static_cast<std::uint32_t>(ids.size() + 1));
-  return ids;
+// The distinct lenses, in the order in which they appear, and the id of each image's, from 1.
+struct Lenses {
+  std::vector<CameraModel> all;
+  std::vector<std::uint32_t> ids;
+};
+
+Lenses lenses_of(std::span<const WrittenView> images) {
+  Lenses lenses;
+  std::map<std::array<double, 19>, std::uint32_t> known;
+  for (const WrittenView& image : images) {
+    const CameraModel lens = lens_of(image);
+    std::array<double, 19> key{static_cast<double>(lens.model), static_cast<double>(lens.width),
+                               static_cast<double>(lens.height)};
+    std::copy(lens.parameters.begin(), lens.parameters.end(), key.begin() + 3);
+    const auto [found, is_new] = known.try_emplace(key, static_cast<std::uint32_t>(known.size() + 1));
+    if (is_new) lenses.all.push_back(lens);
+    lenses.ids.push_back(found->second);
+  }
+  return lenses;
 }
 
-Bytes cameras_file(const std::map<LensKey, std::uint32_t>& ids) {
-  std::map<std::uint32_t, LensKey> by_id;
-  for (const auto& [lens, id] : ids) by_id[id] = lens;
+Bytes cameras_file(const std::vector<CameraModel>& lenses) {
   Bytes bytes;
-  bytes.put<std::uint64_t>(by_id.size());
-  for (const auto& [id, lens] : by_id) {
-    bytes.put<std::uint32_t>(id);
-    bytes.put<std::int32_t>(kPinhole);
-    bytes.put(static_cast<std::uint64_t>(lens[0]));
-    bytes.put(static_cast<std::uint64_t>(lens[1]));
-    for (std::size_t i = 2; i < lens.size(); ++i) bytes.put<double>(lens[i]);
+  bytes.put<std::uint64_t>(lenses.size());
+  for (std::size_t i = 0; i < lenses.size(); ++i) {
+    bytes.put(static_cast<std::uint32_t>(i + 1));
+    bytes.put(static_cast<std::int32_t>(lenses[i].model));
+    bytes.put(std::uint64_t{lenses[i].width});
+    bytes.put(std::uint64_t{lenses[i].height});
+    for (std::size_t at = 0; at < parameter_count(lenses[i].model); ++at) bytes.put<double>(lenses[i].parameters[at]);
   }
   return bytes;
 }
@@ -75,14 +91,14 @@ void put_pose(const Camera& camera, Bytes& bytes) {
   for (int axis = 0; axis < 3; ++axis) bytes.put<double>(camera.cam_from_world_translation[axis]);
 }
 
-Bytes images_file(std::span<const WrittenView> images, const std::map<LensKey, std::uint32_t>& lenses,
+Bytes images_file(std::span<const WrittenView> images, const std::vector<std::uint32_t>& lens_ids,
                   const std::vector<std::vector<Keypoint>>& keypoints) {
   Bytes bytes;
   bytes.put<std::uint64_t>(images.size());
   for (std::size_t i = 0; i < images.size(); ++i) {
     bytes.put(static_cast<std::uint32_t>(i + 1));
     put_pose(images[i].camera, bytes);
-    bytes.put<std::uint32_t>(lenses.at(lens_key(images[i].camera)));
+    bytes.put(lens_ids[i]);
     bytes.put_text(images[i].name);
     bytes.put<std::uint64_t>(keypoints[i].size());
     for (const Keypoint& keypoint : keypoints[i]) {
@@ -121,9 +137,9 @@ void write_colmap_model(const std::filesystem::path& folder, std::span<const Wri
       keypoints[seen.image].push_back({seen.position, i + 1});
     }
   }
-  const std::map<LensKey, std::uint32_t> lenses = lens_ids(images);
-  cameras_file(lenses).write(folder / "cameras.bin");
-  images_file(images, lenses, keypoints).write(folder / "images.bin");
+  const Lenses lenses = lenses_of(images);
+  cameras_file(lenses.all).write(folder / "cameras.bin");
+  images_file(images, lenses.ids, keypoints).write(folder / "images.bin");
   points_file.write(folder / "points3D.bin");
 }
 

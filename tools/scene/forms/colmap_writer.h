@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// COLMAP's binary model files, https://colmap.github.io/format.html: little-endian, one PINHOLE camera per image.
+// COLMAP's binary model files, https://colmap.github.io/format.html: little-endian.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,13 @@
 #include <glm/gtc/type_precision.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "mesh/camera.h"
+#include "tools/scene/camera_model.h"
 
 namespace lumatlas {
 
@@ -29,11 +31,12 @@ struct TrackedPoint {
 struct WrittenView {
   std::string name;  // relative to images/, with '/' between folders
   Camera camera;
+  std::optional<CameraModel> lens = {};  // one of COLMAP's models; none: that of the camera, PINHOLE
 };
 
 // Writes cameras.bin, images.bin and points3D.bin into `folder`, which must exist. Ids count from 1 in the given order;
-// images whose intrinsics are equal share a camera. Throws InputError where a file cannot be written,
-// std::invalid_argument for a track that names no image.
+// images whose lenses are equal share a camera. Throws InputError where a file cannot be written,
+// std::invalid_argument for a track that names no image, and for a lens that is none of COLMAP's.
 void write_colmap_model(const std::filesystem::path& folder, std::span<const WrittenView> images,
                         std::span<const TrackedPoint> points);
 
