@@ -126,14 +126,18 @@ class CaptureRun {
     result_.steps.push_back({name, false, time_ms});
   }
 
+  static std::string count_text(std::size_t count, const std::string& thing) {
+    return std::to_string(count) + " " + thing + (count == 1 ? "" : "s");
+  }
+
   // Videos and photographs in other forms become photographs that COLMAP reads. What of them is there is known by the
   // files themselves, so that no record tells it.
   void prepare() {
     const bool needed = need_preparation(sources_);
     const auto start = std::chrono::steady_clock::now();
     if (needed) {
-      say(label_of("photographs") + ": of " + std::to_string(sources_.videos.size()) + " videos and " +
-          std::to_string(sources_.converted.size()) + " photographs in other forms");
+      say(label_of("photographs") + ": made of " + count_text(sources_.videos.size(), "video") + " and " +
+          count_text(sources_.converted.size(), "photograph") + " in other forms");
     }
     PreparedPhotographs prepared =
         prepare_photographs(sources_, work_, options_.most_frames, {listener_.say, listener_.stage});
@@ -195,7 +199,7 @@ class CaptureRun {
 
   static std::string lenses_text(const std::vector<std::vector<std::string>>& lenses) {
     constexpr std::size_t kMostTold = 4;
-    if (lenses.size() == 1) return "  taken as of one lens: they tell the same size and camera";
+    if (lenses.size() == 1) return "  taken as of one lens: nothing tells them apart";
     std::string text =
         "  taken as of " + std::to_string(lenses.size()) + " lenses, for their sizes or cameras differ: ";
     for (std::size_t i = 0; i < std::min(lenses.size(), kMostTold); ++i) {

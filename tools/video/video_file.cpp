@@ -106,10 +106,12 @@ class EmptyFolder {
   fs::path path_;
 };
 
-std::string selection(std::span<const std::size_t> indices) {
-  std::string text;
-  for (const std::size_t index : indices) text += (text.empty() ? "eq(n," : "+eq(n,") + std::to_string(index) + ")";
-  return "select='" + text + "'";
+// An expression of ffmpeg that is not 0 for these frames. It is nested as a balanced tree, for ffmpeg refuses a sum of
+// more than a hundred terms.
+std::string any_of_frames(std::span<const std::size_t> indices) {
+  if (indices.size() == 1) return "eq(n," + std::to_string(indices[0]) + ")";
+  const std::size_t half = indices.size() / 2;
+  return "(" + any_of_frames(indices.first(half)) + "+" + any_of_frames(indices.subspan(half)) + ")";
 }
 
 }  // namespace
@@ -189,7 +191,7 @@ void VideoFile::write_frames(std::span<const std::size_t> indices, std::span<con
                              const std::function<void(std::size_t)>& tick) const {
   if (indices.empty()) return;
   const EmptyFolder folder(work_ / "chosen");
-  const std::string filters = std::string(kWholeFrames) + "," + selection(indices) + "," +
+  const std::string filters = std::string(kWholeFrames) + "," + "select='" + any_of_frames(indices) + "'," +
                               (facts_.is_hdr ? std::string(kOrdinaryRange) + "," : "") +
                               "scale=out_color_matrix=bt601:out_range=full,format=yuvj444p," + kOneByOne;
   std::size_t written = 0;

@@ -263,5 +263,37 @@ TEST_CASE("where poses are known COLMAP finds points alone, and the poses stay a
                 "none of its 12 photographs can be used; the first: ");
 }
 
+// Twenty seconds of a walk through a room of the apartment.
+fs::path walk_video(const TemporaryFolder& folder) {
+  const std::string scene = (folder / "scene").string();
+  REQUIRE(lumatlas_here({"synth", "apartment", "-o", scene, "--photographs", "2", "--path-frames", "60", "--path-step",
+                         "0.04", "--samples", "1", "--triangles", "4000", "--quiet"})
+              .status == 0);
+  const fs::path video = folder / "walk.mp4";
+  REQUIRE(run_to_end({find_program("ffmpeg"),
+                      {"-y", "-framerate", "3", "-i", scene + "/path/images/%04d.png", "-c:v", "libx264", "-crf", "12",
+                       video.string()},
+                      folder / "out.txt",
+                      folder / "err.txt"}) == 0);
+  return video;
+}
+
+TEST_CASE("a video goes the whole way to a page for browsers by the COLMAP that is installed") {
+  if (find_program("colmap").empty()) return skip("COLMAP is not installed");
+  if (find_program("ffmpeg").empty()) return skip("FFmpeg is not installed");
+  const TemporaryFolder folder;
+  const fs::path video = walk_video(folder);
+  const std::string model = (folder / "room").string();
+  const json result = printed(lumatlas_here(
+      {"capture", video.string(), "-o", model, "--from", "points", "--matching", "sequential", "--json", "--quiet"}));
+  CHECK(result["videos"][0]["frames"] == 60);
+  const std::size_t taken = result["photographs"]["count"];
+  CHECK(taken >= 12);
+  CHECK(taken < 60);
+  CHECK(result["photographs"]["missed"].size() * 4 <= taken);
+  CHECK(lumatlas_here({"export", model, "--to", "web", "-o", (folder / "page").string(), "--quiet"}).status == 0);
+  CHECK(fs::is_regular_file(folder / "page" / "index.html"));
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -105,6 +105,25 @@ TEST_CASE("each frame of a video is looked at, and those that are asked for are 
   CHECK_FALSE(fs::exists(folder / "w%d" / "chosen"));
 }
 
+TEST_CASE("hundreds of frames may be asked for at once") {
+  if (!has_ffmpeg()) return;
+  const TemporaryFolder folder;
+  REQUIRE(run_to_end({find_program("ffmpeg"),
+                      {"-y", "-f", "lavfi", "-i", "testsrc=duration=24:size=64x48:rate=25", "-c:v", "mpeg4",
+                       (folder / "long.avi").string()},
+                      folder / "out.txt",
+                      folder / "err.txt"}) == 0);
+  const VideoFile video(folder / "long.avi", folder / "work");
+  std::vector<std::size_t> indices;
+  std::vector<fs::path> files;
+  for (std::size_t i = 0; i < 599; i += 2) {
+    indices.push_back(i);
+    files.push_back(folder / (std::to_string(i) + ".jpg"));
+  }
+  video.write_frames(indices, files, {});
+  for (const fs::path& file : files) CHECK(photograph_size(file).width == 64);
+}
+
 TEST_CASE("a video that its header turns is written upright") {
   if (!has_ffmpeg()) return;
   const TemporaryFolder folder;
