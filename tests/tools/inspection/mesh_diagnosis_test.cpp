@@ -63,7 +63,9 @@ MeshDiagnosis diagnosis_of(const std::filesystem::path& scene, const Mesh& mesh,
   const SceneViews views = read_scene_views(scene, offset);
   std::vector<std::size_t> ranks(views.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
-  return diagnose_mesh(scene, "mesh.ply", mesh, offset, *make_ray_visibility(mesh), views.views, ranks);
+  SurfaceInput facts;
+  facts.mesh_file = "mesh.ply";
+  return diagnose_mesh(scene, facts, mesh, offset, *make_ray_visibility(mesh), views.views, ranks);
 }
 
 // A copy of the scene whose photographs went through `change`.
@@ -243,12 +245,12 @@ TEST_CASE("a build leaves black borders out, paints none of them and takes them 
 }
 
 TEST_CASE("inspect tells how well photographs agree, and what does not fit") {
-  const nlohmann::json fits = inspect_scene(rooms(), std::nullopt, CellOptions(), true);
+  const nlohmann::json fits = inspect_scene(rooms(), std::nullopt, MeshFrame(), CellOptions(), true);
   CHECK(fits["fit"]["correlation"].get<double>() > 0.4);
   CHECK(fits["fit"]["likely"].is_null());
   const TemporaryFolder folder;
   write_ply(folder.path() / "small.ply", changed(mesh_of(rooms()), 0.001 * glm::dmat3(1.0)));
-  const nlohmann::json wrong = inspect_scene(rooms(), folder.path() / "small.ply", CellOptions(), true);
+  const nlohmann::json wrong = inspect_scene(rooms(), folder.path() / "small.ply", MeshFrame(), CellOptions(), true);
   CHECK_THAT(wrong["fit"]["likely"].get<std::string>(), Catch::Contains("1000 times too small"));
   CHECK_THAT(wrong["warnings"].dump(), Catch::Contains("does not fit the photographs"));
 }
