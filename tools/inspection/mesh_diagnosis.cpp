@@ -230,20 +230,22 @@ struct Evidence {
   const MeshFitMeter& meter;
 };
 
-// Shifts compete with single changes of units and axes, because under a wrong one of these colours may agree a little.
+// Single changes of units and axes first, but a shift if it is better, because under a wrong one of these colours may
+// agree a little; then both units and axes.
 std::optional<Explained> best_explanation(const Evidence& evidence, bool points_fit, double needed,
                                           const MeshDiagnosisOptions& options) {
-  const auto best = [&](const std::vector<Explanation>& list) {
-    return best_of(list, evidence.meter, needed, options.least_shared);
+  constexpr double kBetter = 0.05;  // than what is simpler
+  const auto best = [&](const std::vector<Explanation>& list, double least) {
+    return best_of(list, evidence.meter, least, options.least_shared);
   };
-  std::vector<Explanation> list = simple_explanations();
-  if (evidence.points && !points_fit) {
-    const std::vector<Explanation> shifts = shift_explanations(evidence.mesh, evidence.offset, *evidence.points);
-    list.insert(list.end(), shifts.begin(), shifts.end());
+  const std::optional<Explained> simple = best(simple_explanations(), needed);
+  if (points_fit) return simple;
+  if (evidence.points) {
+    const auto shifted = best(shift_explanations(evidence.mesh, evidence.offset, *evidence.points),
+                              simple ? simple->correlation + kBetter : needed);
+    if (shifted) return shifted;
   }
-  std::optional<Explained> found = best(list);
-  if (found || points_fit) return found;
-  return best(combined_explanations());
+  return simple ? simple : best(combined_explanations(), needed);
 }
 
 // Without the digits that sums of `size` do not have.

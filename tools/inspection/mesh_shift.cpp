@@ -67,17 +67,17 @@ class SampleTree {
     split(0, samples_.size());
   }
 
-  // There is at least one sample.
-  [[nodiscard]] const SurfaceSample& nearest(const glm::dvec3& point) const {
-    Found found;
+  // Null if none is within `reach`.
+  [[nodiscard]] const SurfaceSample* nearest(const glm::dvec3& point, double reach) const {
+    Found found{samples_.size(), reach * reach};
     search(0, samples_.size(), point, found);
-    return samples_[found.index];
+    return found.index < samples_.size() ? &samples_[found.index] : nullptr;
   }
 
  private:
   struct Found {
-    std::size_t index = 0;
-    double squared = std::numeric_limits<double>::infinity();
+    std::size_t index;
+    double squared;  // distance
   };
 
   void split(std::size_t first, std::size_t last) {
@@ -127,27 +127,32 @@ struct PlaneDistance {
 };
 
 struct ShiftFit {
-  glm::dvec3 shift{0};                                        // of the mesh
-  double distance = std::numeric_limits<double>::infinity();  // of half of the points at most, to their planes
-  double to_samples = std::numeric_limits<double>::infinity();
+  glm::dvec3 shift{0};                                    // of the mesh
+  double cost = std::numeric_limits<double>::infinity();  // mean distance to planes, those of strays cut off
+  double distance = 0;                                    // that half of the points have to their planes at most
+  double to_samples = 0;                                  // the same to the samples
 };
 
+// By distance to the samples. Points further than `reach` from all have that distance to no plane.
 std::vector<PlaneDistance> plane_distances(const SampleTree& tree, const std::vector<glm::dvec3>& points,
-                                           const glm::dvec3& shift) {
+                                           const glm::dvec3& shift, double reach) {
   std::vector<PlaneDistance> distances;
   distances.reserve(points.size());
   for (const glm::dvec3& point : points) {
     const glm::dvec3 moved = point - shift;
-    const SurfaceSample& sample = tree.nearest(moved);
-    const glm::dvec3 from_sample = moved - sample.position;
-    distances.push_back({sample.normal, glm::dot(from_sample, sample.normal), glm::length(from_sample)});
+    if (const SurfaceSample* const sample = tree.nearest(moved, reach)) {
+      const glm::dvec3 from_sample = moved - sample->position;
+      distances.push_back({sample->normal, glm::dot(from_sample, sample->normal), glm::length(from_sample)});
+    } else {
+      distances.push_back({glm::dvec3(0), reach, reach});
+    }
   }
   std::sort(distances.begin(), distances.end(),
             [](const PlaneDistance& a, const PlaneDistance& b) { return a.to_sample < b.to_sample; });
   return distances;
 }
 
-// The shift that brings the nearest nine tenths of the points onto their planes, those that are `usual` or less away
+// The shift that brings the nearest nine tenths of the points onto their planes, those that are up to `usual` away
 // before others (Geman and McClure's weights); a direction that no plane says anything of stays.
 glm::dvec3 step_to_planes(const std::vector<PlaneDistance>& distances, double usual) {
   constexpr double kDamping = 1e-3;  // of the mean of the diagonal
@@ -167,20 +172,36 @@ glm::dvec3 step_to_planes(const std::vector<PlaneDistance>& distances, double us
   return glm::inverse(a) * b;
 }
 
-// `least_usual`: below which distances do not tell good points from bad ones, > 0.
-ShiftFit fitted(const SampleTree& tree, const std::vector<glm::dvec3>& points, ShiftFit fit, double least_usual,
-                int steps) {
+double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+// `stray`: how far a point is at least that does not belong to the mesh.
+ShiftFit judged_fit(const std::vector<PlaneDistance>& distances, const glm::dvec3& shift, double stray) {
+  std::vector<double> along;
+  double cost = 0;
+  for (const PlaneDistance& distance : distances) {
+    along.push_back(std::abs(distance.along));
+    cost += distance.to_sample <= stray ? along.back() : stray;
+  }
+  return {shift, cost / static_cast<double>(distances.size()), median_of(std::move(along)),
+          distances[distances.size() / 2].to_sample};
+}
+
+// From the shift `begin` on. Distances are taken for usual that are up to `usual`, less at every step.
+ShiftFit fitted(const SampleTree& tree, const std::vector<glm::dvec3>& points, const glm::dvec3& begin, double diameter,
+                double usual, int steps) {
+  constexpr double kShrinking = 0.7;
+  constexpr double kLeastUsual = 1e-3, kStray = 0.02, kReach = 0.2;  // of the diameter
+  glm::dvec3 shift = begin;
   for (int step = 0;; ++step) {
     throw_if_interrupted();
-    const std::vector<PlaneDistance> distances = plane_distances(tree, points, fit.shift);
-    fit.to_samples = distances[distances.size() / 2].to_sample;
-    std::vector<double> along;
-    for (const PlaneDistance& distance : distances) along.push_back(std::abs(distance.along));
-    const auto middle = along.begin() + static_cast<std::ptrdiff_t>(along.size() / 2);
-    std::nth_element(along.begin(), middle, along.end());
-    fit.distance = *middle;
-    if (step == steps) return fit;
-    fit.shift += step_to_planes(distances, std::max(fit.distance, least_usual));
+    const std::vector<PlaneDistance> distances = plane_distances(tree, points, shift, kReach * diameter);
+    if (step == steps) return judged_fit(distances, shift, kStray * diameter);
+    shift += step_to_planes(distances, std::max(usual, kLeastUsual) * diameter);
+    usual *= kShrinking;
   }
 }
 
@@ -204,23 +225,29 @@ std::vector<glm::dvec3> every_nth(std::span<const glm::dvec3> points, std::size_
   return some;
 }
 
-constexpr double kLeastUsual = 1e-3;  // of the diameter
-
-// From beginnings beside the middle too: points cover another part of the scene than the mesh.
-ShiftFit best_fit(const SampleTree& tree, const std::vector<glm::dvec3>& points, const glm::dvec3& middle,
+// Begins in a grid around the middle, because points may cover another part of the scene than the mesh, and goes on
+// with the best of these and more points.
+ShiftFit best_fit(const SampleTree& tree, std::span<const glm::dvec3> points, const glm::dvec3& middle,
                   double diameter) {
-  constexpr int kSteps = 15;
-  ShiftFit best;
-  for (int x = -1; x <= 1; ++x) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int z = -1; z <= 1; ++z) {
-        const ShiftFit begin{middle + diameter / 10 * glm::dvec3(x, y, z)};
-        const ShiftFit fit = fitted(tree, points, begin, kLeastUsual * diameter, kSteps);
-        if (fit.to_samples < best.to_samples) best = fit;
+  constexpr int kGrid = 2, kSteps = 8, kMoreSteps = 15;
+  constexpr double kSpacing = 1.0 / 20, kUsual = 0.05, kUsualLater = 0.01;  // of the diameter
+  constexpr std::size_t kBest = 8, kFew = 200, kMore = 1000, kMost = 5000;  // fits and points
+  std::vector<ShiftFit> fits;
+  const std::vector<glm::dvec3> few = every_nth(points, kFew), more = every_nth(points, kMore);
+  for (int x = -kGrid; x <= kGrid; ++x) {
+    for (int y = -kGrid; y <= kGrid; ++y) {
+      for (int z = -kGrid; z <= kGrid; ++z) {
+        const glm::dvec3 begin = middle + kSpacing * diameter * glm::dvec3(x, y, z);
+        fits.push_back(fitted(tree, few, begin, diameter, kUsual, kSteps));
       }
     }
   }
-  return best;
+  const auto better = [](const ShiftFit& a, const ShiftFit& b) { return a.cost < b.cost; };
+  std::sort(fits.begin(), fits.end(), better);
+  fits.resize(kBest);
+  for (ShiftFit& fit : fits) fit = fitted(tree, more, fit.shift, diameter, kUsualLater, kMoreSteps);
+  const ShiftFit& best = *std::min_element(fits.begin(), fits.end(), better);
+  return fitted(tree, every_nth(points, kMost), best.shift, diameter, kUsualLater, kMoreSteps);
 }
 
 // To multiples of 10^exponent.
@@ -245,8 +272,7 @@ glm::dvec3 rounded_shift(const glm::dvec3& shift, double tolerance) {
 }  // namespace
 
 std::optional<glm::dvec3> estimated_mesh_shift(const Mesh& mesh, std::span<const glm::dvec3> points) {
-  constexpr std::size_t kFewestPoints = 50, kToSearch = 400, kToFit = 5000;
-  constexpr int kLastSteps = 20;
+  constexpr std::size_t kFewestPoints = 50, kForMiddle = 5000;
   constexpr double kOnMesh = 0.02, kLeastTolerance = 1e-4;  // of the diameter
   if (points.size() < kFewestPoints) return std::nullopt;
   std::vector<SurfaceSample> samples = sampled_surface(mesh);
@@ -254,10 +280,9 @@ std::optional<glm::dvec3> estimated_mesh_shift(const Mesh& mesh, std::span<const
   const double diameter = scene_diameter(mesh);
   std::vector<glm::dvec3> positions;
   for (const SurfaceSample& sample : samples) positions.push_back(sample.position);
-  const glm::dvec3 middle = middle_of_bulk(every_nth(points, kToFit)) - middle_of_bulk(positions);
+  const glm::dvec3 middle = middle_of_bulk(every_nth(points, kForMiddle)) - middle_of_bulk(positions);
   const SampleTree tree(std::move(samples));
-  const ShiftFit rough = best_fit(tree, every_nth(points, kToSearch), middle, diameter);
-  const ShiftFit fit = fitted(tree, every_nth(points, kToFit), rough, kLeastUsual * diameter, kLastSteps);
+  const ShiftFit fit = best_fit(tree, points, middle, diameter);
   if (!(fit.to_samples <= kOnMesh * diameter)) return std::nullopt;
   return rounded_shift(fit.shift, std::max(fit.distance, kLeastTolerance * diameter));
 }
