@@ -18,6 +18,7 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/coverage_flags.h"
 #include "tools/cli/json_output.h"
+#include "tools/cli/mesh_frame_flags.h"
 #include "tools/cli/next_steps.h"
 #include "tools/cli/option_rules.h"
 #include "tools/cli/print_address.h"
@@ -44,6 +45,7 @@ struct BuildFlags {
   PictureFlags pictures;
   HoldFlags hold;
   CellFlags cells;
+  MeshFrameFlags mesh_frame;
   CoverageFlags coverage;
   double loss_db = 0.1;
   bool whole_views = false;
@@ -255,6 +257,7 @@ BuildOptions options_of(BuildFlags flags) {
   if (flags.paper) follow_paper(flags);
   BuildOptions options = flags.options;
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
+  options.mesh_frame = flags.mesh_frame.frame();
   options.pictures = flags.pictures.folders();
   options.pictures.skip_bad = flags.skip_bad;
   options.hold_out = flags.hold.protocol();
@@ -418,12 +421,13 @@ const Names<RefineMode> kRefinements{{"none", RefineMode::none},
 
 void add_file_options(CLI::App& command, BuildFlags& flags) {
   add_file(command, "SCENE", flags.scene, "SCENE",
-           "COLMAP workspace: sparse/ and images/, with a mesh; with --watch one that fills up")
+           "COLMAP workspace or other capture with a mesh; --watch: one that fills up")
       ->required();
   begin_group(command, "Files");
   add_model_output(command, flags.output);
   add_file(command, "--mesh", flags.mesh, "FILE",
-           "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
+           "PLY, OBJ, STL or GLB, else looked for in SCENE; in other units, axes or shifted: see "
+           "--mesh-scale, --mesh-axes and --mesh-shift in --help-all");
   command.add_flag("--mesh-as-given", flags.mesh_as_given, "Add no surface that photographs show and the mesh lacks");
   add_choice(command, "--image", flags.photograph_coding.format,
              {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
@@ -495,7 +499,8 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
   flags.coverage.add_references_to(command);
   begin_experiments(command, "who chooses, and what is seen");
   command.add_flag("--any-mesh", flags.options.any_mesh,
-                   "Build also where most photographs see next to nothing of the mesh, rather than refuse");
+                   "Build also where most photographs see next to nothing of the mesh, or it is certainly in another "
+                   "frame, rather than refuse");
   add_choice(command, "--choice", flags.options.choice, kChoices,
              "The planner, photograph by photograph, or, to compare with, one that sees all cameras first, even "
              "spacing, chance");
@@ -509,6 +514,11 @@ void add_planning_experiments(CLI::App& command, BuildFlags& flags) {
   add_choice(command, "--visibility-by", flags.options.visibility_by,
              {{"rays", VisibilityBy::rays}, {"gl", VisibilityBy::gl}},
              "What finds the visible surface: rays on the processor, or OpenGL on the GPU");
+}
+
+void add_mesh_frame(CLI::App& command, BuildFlags& flags) {
+  begin_experiments(command, "a mesh in another frame than the poses");
+  flags.mesh_frame.add_to(command);
 }
 
 void add_storage_experiments(CLI::App& command, BuildFlags& flags) {
@@ -619,6 +629,7 @@ void add_build_command(CLI::App& program) {
   add_stream_options(*command, *flags);
   add_model_options(*command, *flags);
   add_message_options(*command, *flags);
+  add_mesh_frame(*command, *flags);
   flags->coverage.add_experiments_to(*command);
   add_planning_experiments(*command, *flags);
   add_storage_experiments(*command, *flags);

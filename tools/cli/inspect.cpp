@@ -14,6 +14,7 @@
 #include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
+#include "tools/cli/mesh_frame_flags.h"
 #include "tools/inspection/inspection.h"
 #include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/model_inspection.h"
@@ -26,6 +27,7 @@ using nlohmann::json;
 
 struct InspectFlags {
   std::filesystem::path scene, mesh;
+  MeshFrameFlags mesh_frame;
   CellFlags cells;
   std::vector<const CLI::Option*> of_scenes;
   bool json_output = false;
@@ -129,6 +131,7 @@ void add_inspect_command(CLI::App& program) {
   begin_group(*command, "Of a scene");
   add_file(*command, "--mesh", flags->mesh, "FILE",
            "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
+  flags->mesh_frame.add_to(*command);
   flags->cells.add_size_to(*command);
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
@@ -138,11 +141,13 @@ void add_inspect_command(CLI::App& program) {
   for (const char* name : {"--mesh", "--cell-size", "--partition"}) {
     flags->of_scenes.push_back(command->get_option(name));
   }
+  for (const CLI::Option* option : flags->mesh_frame.options) flags->of_scenes.push_back(option);
   command->callback([flags] {
     if (is_model(flags->scene)) return inspect_as_model(*flags);
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
-    const json scene = inspect_scene(flags->scene, mesh, flags->cells.options(), flags->quiet, look_past);
+    const json scene = inspect_scene(flags->scene, mesh, flags->mesh_frame.frame().value_or(MeshFrame{}),
+                                     flags->cells.options(), flags->quiet, look_past);
     if (flags->json_output) {
       print_json(scene);
     } else {

@@ -18,6 +18,7 @@
 #include "tools/base/output_folder.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
+#include "tools/cli/mesh_frame_flags.h"
 #include "tools/cli/option_rules.h"
 #include "tools/cli/stage_bars.h"
 #include "tools/meshing/length_text.h"
@@ -38,6 +39,7 @@ struct SourceOptions {
 struct MeshFlags {
   std::filesystem::path scene, output, points, complete;
   SceneMeshOptions options;
+  MeshFrameFlags mesh_frame;
   HoldFlags hold_out;
   PictureFlags pictures;
   std::vector<SourceOptions> of_some;
@@ -149,6 +151,7 @@ std::string mesh_text(const SceneMesh& made, const std::filesystem::path& output
 void run(MeshFlags flags) {
   if (!flags.points.empty()) flags.options.points = flags.points;
   if (!flags.complete.empty()) flags.options.complete = flags.complete;
+  flags.options.complete_frame = flags.mesh_frame.frame().value_or(MeshFrame{});
   flags.options.pictures = flags.pictures.folders();
   check_usage(flags.options);
   check_is_ply(flags.output);
@@ -249,6 +252,8 @@ void add_mesh_command(CLI::App& program) {
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
   add_experiments(*command, flags->options.cut);
+  begin_experiments(*command, "--complete with a mesh in another frame than the poses");
+  flags->mesh_frame.add_to(*command, command->get_option("--complete"));
   const auto only_of = [&](std::vector<MeshSource> sources, const std::vector<const char*>& names) {
     SourceOptions some{{}, std::move(sources)};
     for (const char* name : names) some.options.push_back(command->get_option(name));

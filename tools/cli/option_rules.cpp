@@ -111,6 +111,10 @@ CLI::Validator finite_not_negative() {
                      [](double value) { return std::isfinite(value) && value >= 0; });
 }
 
+CLI::Validator finite_positive() {
+  return number_rule("", "a finite number above 0", [](double value) { return std::isfinite(value) && value > 0; });
+}
+
 CLI::Validator divisible_by(std::uint32_t divisor) {
   const std::string rule = "a multiple of " + std::to_string(divisor);
   const auto check = [=](std::string& text) {

@@ -34,6 +34,9 @@ namespace lumatlas {
 // A finite number of 0 or more. Help says nothing of it.
 [[nodiscard]] CLI::Validator finite_not_negative();
 
+// A finite number above 0. Help says nothing of it.
+[[nodiscard]] CLI::Validator finite_positive();
+
 // A whole number that `divisor` divides; goes with whole_number().
 [[nodiscard]] CLI::Validator divisible_by(std::uint32_t divisor);
 

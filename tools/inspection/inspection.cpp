@@ -134,9 +134,9 @@ json inspect_views(const std::filesystem::path& scene_path) {
 }  // namespace
 
 json inspect_scene(const std::filesystem::path& scene_path, const std::optional<std::filesystem::path>& mesh_file,
-                   const CellOptions& options, bool quiet, const LookPast& look_past) {
+                   const MeshFrame& mesh_frame, const CellOptions& options, bool quiet, const LookPast& look_past) {
   if (!mesh_file && !mesh_beside(scene_path)) return inspect_views(scene_path);
-  const SurfaceInput input = load_surface(scene_path, mesh_file, options);
+  const SurfaceInput input = load_surface(scene_path, mesh_file, options, mesh_frame);
   const Surface& surface = *input.surface;
   const SceneViews scene = read_scene_views(scene_path, surface.offset);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface.mesh);
@@ -144,7 +144,7 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
   std::vector<std::size_t> ranks(scene.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
   const MeshDiagnosis fit =
-      diagnose_mesh(scene_path, input.mesh_file, surface.mesh, surface.offset, *visibility, scene.views, ranks);
+      diagnose_mesh(scene_path, input, surface.mesh, surface.offset, *visibility, scene.views, ranks);
   double area = 0;
   for (const Cell& cell : surface.cells.cells) area += cell.area;
   const double diameter = scene_diameter(surface.mesh);

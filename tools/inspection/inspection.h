@@ -9,6 +9,7 @@
 
 #include "mesh/cells.h"
 #include "mesh/mesh.h"
+#include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -24,6 +25,7 @@ using LookPast = std::function<nlohmann::json(const SceneViews& views, const Mes
 // fits, else null. Throws InputError for a scene that cannot be used at all.
 [[nodiscard]] nlohmann::json inspect_scene(const std::filesystem::path& scene,
                                            const std::optional<std::filesystem::path>& mesh_file,
-                                           const CellOptions& options, bool quiet, const LookPast& look_past = {});
+                                           const MeshFrame& mesh_frame, const CellOptions& options, bool quiet,
+                                           const LookPast& look_past = {});
 
 }  // namespace lumatlas

@@ -12,7 +12,9 @@
 #include "mesh/mesh.h"
 #include "mesh/visibility.h"
 #include "tools/inspection/mesh_fit.h"
+#include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
+#include "tools/scene/surface_input.h"
 
 namespace lumatlas {
 
@@ -44,18 +46,25 @@ struct MeshDiagnosis {
   std::optional<double> likely_correlation;  // under the explanation that is named
   double black_border = 0;                   // share of a picture's pixels
   std::string likely;                        // the explanation; empty where everything fits
-  std::vector<std::string> warnings;         // sentences: that mesh and photographs do not fit, and of black borders
+  // The frame to give for the mesh file, if the explanation is one of the mesh and the colours agree plainly under it.
+  std::optional<MeshFrame> remedy;
+  bool wrong_frame = false;           // there is a remedy, and as given colours agree by chance and points are off it
+  std::string misfit;                 // sentence: that mesh and photographs do not fit, and what is likely; or empty
+  std::vector<std::string> warnings;  // sentences: `misfit` if there is one, black borders, coarse coordinates
 };
 
 // Reads some photographs, and the scene's points if colours are under suspicion; those that cannot be read do not
-// matter here. `mesh` has been repaired and lies around `offset`.
-[[nodiscard]] MeshDiagnosis diagnose_mesh(const std::filesystem::path& scene, const std::filesystem::path& mesh_file,
+// matter here. `mesh` has been repaired and lies around `offset`; `facts` are those of its file.
+[[nodiscard]] MeshDiagnosis diagnose_mesh(const std::filesystem::path& scene, const SurfaceInput& facts,
                                           const Mesh& mesh, const glm::dvec3& offset, const Visibility& visibility,
                                           const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                                           const MeshDiagnosisOptions& options = {});
 
-// {"correlation", "residual", "outliers", "pairs", "points", "points_on_mesh", "black_border", "likely"}: null for what
-// was not measured.
+// Throws InputError, naming the mesh's file and the remedy, for a diagnosis of a wrong frame.
+void require_right_frame(const MeshDiagnosis& diagnosis);
+
+// {"correlation", "residual", "outliers", "pairs", "points", "points_on_mesh", "black_border", "likely", "remedy"}:
+// null for what was not measured; the remedy is mesh_frame_json().
 [[nodiscard]] nlohmann::json mesh_diagnosis_json(const MeshDiagnosis& diagnosis);
 
 }  // namespace lumatlas

@@ -200,9 +200,9 @@ struct ChangedCamera {
   [[nodiscard]] std::uint32_t column(std::uint32_t x) const { return flipped ? camera.width - 1 - x : x; }
 };
 
-ChangedCamera changed(Camera camera, const MeshChange& change, const glm::dvec3& offset) {
+ChangedCamera changed(Camera camera, const MeshFrame& change, const glm::dvec3& offset) {
   const glm::dmat3 rotation = camera.cam_from_world_rotation;
-  const glm::dvec3 moved = change.scale * (change.axes * offset) - offset;
+  const glm::dvec3 moved = change.scale * (change.axes * offset) + change.shift - offset;
   camera.cam_from_world_rotation = rotation * change.axes;
   camera.cam_from_world_translation = (camera.cam_from_world_translation + rotation * moved) / change.scale;
   const bool flipped = glm::determinant(change.axes) < 0;
@@ -376,7 +376,7 @@ double MeshFitMeter::points_on_mesh(const ScenePoints& points, double same_place
 
 MeshFitMeter::~MeshFitMeter() = default;
 
-MeshFit MeshFitMeter::measure(const MeshChange& mesh, const PictureChange& picture) const {
+MeshFit MeshFitMeter::measure(const MeshFrame& mesh, const PictureChange& picture) const {
   throw_if_interrupted();
   std::vector<FitLook> looks(chosen_.size());
   std::vector<SmallPicture> pictures(chosen_.size());

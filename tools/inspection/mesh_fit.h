@@ -15,7 +15,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
@@ -23,6 +22,7 @@
 #include <vector>
 
 #include "mesh/visibility.h"
+#include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"
 
@@ -49,12 +49,6 @@ struct MeshFit {
   double outliers = 0;     // share of the points, in [0, 1]
 };
 
-// What the coordinates of a mesh may need so that they are those of the poses: world = scale * axes * mesh.
-struct MeshChange {
-  glm::dmat3 axes{1.0};  // orthogonal with entries of 0, 1 and -1
-  double scale = 1;
-};
-
 // What was done to photographs after their poses were found: turned clockwise by so many quarters, or mirrored.
 struct PictureChange {
   std::uint32_t quarter_turns = 0;
@@ -72,7 +66,8 @@ class MeshFitMeter {
                const glm::dvec3& offset, const MeshFitOptions& options = {});
   ~MeshFitMeter();
 
-  [[nodiscard]] MeshFit measure(const MeshChange& mesh = {}, const PictureChange& picture = {}) const;
+  // How well the photographs agree if the mesh, with the offset, still has to be changed by `mesh`.
+  [[nodiscard]] MeshFit measure(const MeshFrame& mesh = {}, const PictureChange& picture = {}) const;
   // How many photographs are looked at.
   [[nodiscard]] std::size_t pictures() const { return chosen_.size(); }
   // The share of the given points that lie on the mesh: whose depth is the mesh's to `same_place` of it, in at least

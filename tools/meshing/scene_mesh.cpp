@@ -187,6 +187,7 @@ std::string name_of(MeshSource source) {
 }
 
 void check(const SceneMeshOptions& options) {
+  check(options.complete_frame);
   check_field("spacing_px", options.spacing_px, 0, 1000);
   if (options.most_points < 4) {
     throw std::invalid_argument("most_points: " + std::to_string(options.most_points) + ", must be 4 or more");
@@ -308,7 +309,8 @@ SceneMesh mesh_from_scene(const std::filesystem::path& scene, const SceneMeshOpt
   check(options);
   if (!options.complete) return mesh_of_scene(scene, options, progress, chosen);
   // The file is read first: a fault in it is told before the long work.
-  const TriangleSoup given = read_scene_mesh(*options.complete);
+  TriangleSoup given = read_scene_mesh(*options.complete);
+  move_to_frame_of_poses(given, options.complete_frame);
   const glm::dvec3 offset = median_position(finite(given.positions));
   require_faces(given, *options.complete, offset);
   SceneMesh made = mesh_of_scene(scene, options, progress, chosen);

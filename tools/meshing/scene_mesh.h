@@ -12,6 +12,7 @@
 #include "mesh/mesh.h"
 #include "tools/meshing/surface_trust.h"
 #include "tools/meshing/visibility_cut.h"
+#include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"
 #include "tools/stereo/scene_stereo.h"
@@ -26,6 +27,7 @@ enum class MeshSource { points, depth_images, photographs };
 struct SceneMeshOptions {
   // Mesh file to complete (tools/meshing/mesh_completion.h). The file stays as it is. None: the new mesh stands alone.
   std::optional<std::filesystem::path> complete;
+  MeshFrame complete_frame;                     // of that file against the poses
   std::optional<MeshSource> from;               // source of the surface; none: see mesh_from_scene()
   std::optional<std::filesystem::path> points;  // PLY file; none: the scene's own points (tools/scene/scene_points.h)
   PictureFolders pictures;                      // folders of the photographs and their masks

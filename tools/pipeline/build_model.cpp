@@ -170,7 +170,7 @@ void diagnose(const std::filesystem::path& scene, const MeshInput& mesh, const V
               std::vector<SceneView>& views, const std::vector<std::size_t>& ranks, const BuildCallback& callback,
               BuildResult& result) {
   BuildStage stage(callback, "comparing photographs over the mesh", 0);
-  result.fit = diagnose_mesh(scene, result.mesh_file, mesh.mesh, mesh.offset, visibility, views, ranks);
+  result.fit = diagnose_mesh(scene, mesh.facts, mesh.mesh, mesh.offset, visibility, views, ranks);
   for (const std::string& sentence : result.fit->warnings) add_warning(sentence, result);
   if (!result.fit->likely.empty()) result.options.refine_lenses = false;
   if (result.fit->black_border > 0) leave_out_black_rims(views);
@@ -183,7 +183,10 @@ void judge(const std::filesystem::path& scene, const MeshInput& mesh, std::vecto
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh.mesh);
   const BlindViews blind = blind_views(views, ranks, *visibility);
   if (!result.options.watch) diagnose(scene, mesh, *visibility, views, ranks, callback, result);
-  if (!result.options.any_mesh) require_seen(result.mesh_file, blind, result.fit ? result.fit->likely : "");
+  if (!result.options.any_mesh) {
+    if (result.fit && !result.options.mesh_frame) require_right_frame(*result.fit);
+    require_seen(result.mesh_file, blind, result.fit ? result.fit->likely : "");
+  }
   add_warning(blind_views_warning(blind.blind, blind.looks, blind.first), result);
 }
 
@@ -304,7 +307,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   BuildResult result;
   result.options = given;
   const BuildOptions& options = result.options;
-  MeshInput mesh = load_mesh(scene, options.mesh, options.close_holes);
+  MeshInput mesh = load_mesh(scene, options.mesh, options.close_holes, options.mesh_frame.value_or(MeshFrame{}));
   std::optional<WatchedScene> watched_scene;
   if (options.watch) watched_scene.emplace(scene, mesh.offset, options.pictures, *options.watch);
   SceneViews views =

@@ -40,6 +40,7 @@ void check_loss(const std::string& name, double loss_db, const BuildOptions& opt
 }  // namespace
 
 void check(const BuildOptions& options) {
+  if (options.mesh_frame) check(*options.mesh_frame);
   check(options.cells);
   check(options.faces);
   PlannerOptions planner = options.planner;

@@ -15,6 +15,7 @@
 #include "tools/pipeline/baked_texture.h"
 #include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/view_stream.h"
+#include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"
 
@@ -63,7 +64,10 @@ struct WatchOptions {
 
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
-  PictureFolders pictures;                    // photographs and masks
+  // The frame of the mesh file against that of the poses. None: they are the same, and build_model() refuses a mesh
+  // that is certainly in another frame (MeshDiagnosis::wrong_frame). A frame that is given is taken as it is.
+  std::optional<MeshFrame> mesh_frame;
+  PictureFolders pictures;  // photographs and masks
   CellOptions cells;
   FaceOptions faces;  // of the mesh that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
   CompletionOptions completion;   // of the mesh; not with `watch`, for which not all photographs are there
@@ -104,7 +108,8 @@ struct BuildOptions {
   // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
   // planner.max_bytes or gpu_bytes.
   std::optional<WatchOptions> watch;
-  bool any_mesh = false;  // build also where most views see next to nothing of the mesh, which is refused otherwise
+  // Build also where most views see next to nothing of the mesh, or it is certainly in another frame.
+  bool any_mesh = false;
   StreamOrder order = StreamOrder::given;
   // With another choice than online, planner.max_bytes counts as so many of the largest view.
   ViewChoice choice = ViewChoice::online;

@@ -489,6 +489,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"edge_radius", planner.validity.edge_radius_px},
               {"fade", planner.validity.fade_px},
               {"edges", name_of(planner.validity.edges)}};
+  all.update(mesh_frame_json(options.mesh_frame.value_or(MeshFrame{})));
   all.update(coverage_options_json(planner.coverage));
   all.update(refinement_options_json(planner.refinement, options));
   return all;

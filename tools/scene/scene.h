@@ -96,8 +96,8 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 [[nodiscard]] std::filesystem::path find_mesh(const std::filesystem::path& scene,
                                               const std::optional<std::filesystem::path>& given);
 
-// The triangles of a PLY, OBJ, STL or glTF file (.glb, .gltf), by its ending in any case. They are taken to be in the
-// coordinates of the poses. Throws InputError.
+// The triangles of a PLY, OBJ, STL or glTF file (.glb, .gltf), by its ending in any case, in the file's coordinates;
+// tools/scene/mesh_frame.h takes them to those of the poses. Throws InputError.
 [[nodiscard]] TriangleSoup read_scene_mesh(const std::filesystem::path& file);
 
 // The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with

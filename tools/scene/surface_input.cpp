@@ -20,6 +20,7 @@
 #include "mesh/ply_header.h"
 #include "mesh/simplification.h"
 #include "tools/base/interrupt.h"
+#include "tools/scene/mesh_coordinate_step.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
@@ -210,17 +211,21 @@ glm::dvec3 scene_origin(const TriangleSoup& soup) {
 }
 
 MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
-                    double largest_hole) {
+                    double largest_hole, const MeshFrame& frame) {
+  check(frame);
   MeshInput input;
   SurfaceInput& facts = input.facts;
   facts.mesh_file = find_mesh(scene, mesh_file);
-  const TriangleSoup soup = read_scene_mesh(facts.mesh_file);
+  TriangleSoup soup = read_scene_mesh(facts.mesh_file);
   facts.file_vertices = soup.positions.size();
   facts.file_faces = soup.faces.size();
   facts.file_has_colors = !soup.colors.empty();
   if (soup.colors.empty()) {
     if (const auto warning = unread_colors_warning(facts.mesh_file)) facts.warnings.push_back(*warning);
   }
+  facts.frame = frame;
+  facts.coordinate_step = frame.scale * mesh_coordinate_step(soup);
+  move_to_frame_of_poses(soup, frame);
   input.offset = scene_origin(soup);
   try {
     RepairedMesh repaired = repair(soup, input.offset, throw_if_interrupted);
@@ -264,9 +269,9 @@ SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, cons
 }
 
 SurfaceInput load_surface(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
-                          CellOptions options) {
+                          CellOptions options, const MeshFrame& frame) {
   check(options);
-  return make_surface(load_mesh(scene, mesh_file), options);
+  return make_surface(load_mesh(scene, mesh_file, 0, frame), options);
 }
 
 }  // namespace lumatlas

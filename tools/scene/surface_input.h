@@ -15,6 +15,7 @@
 #include "mesh/camera.h"
 #include "mesh/cells.h"
 #include "mesh/repair.h"
+#include "tools/scene/mesh_frame.h"
 
 namespace lumatlas {
 
@@ -24,6 +25,8 @@ struct SurfaceInput {
   std::uint64_t file_vertices = 0;
   std::uint64_t file_faces = 0;
   bool file_has_colors = false;
+  MeshFrame frame;             // how the file's coordinates became those of the poses
+  double coordinate_step = 0;  // of the file's numbers, scene units: see mesh_coordinate_step()
   RepairReport repair;
   std::uint64_t closed_holes = 0;      // see mesh/holes.h
   std::uint64_t simplified_faces = 0;  // taken away because no camera shows what they add
@@ -56,10 +59,12 @@ struct MeshInput {
   std::optional<std::string> strays;  // the warning of faces that cannot belong to the bulk, if there are any
 };
 
-// Reads, centres, repairs, and closes holes up to `largest_hole` across (scene units; 0: none). Throws InputError, and
+// Reads the mesh, takes it to the frame of the poses by `frame`, centres and repairs it, and closes holes up to
+// `largest_hole` across (scene units; 0: none). Throws InputError, std::invalid_argument for a bad frame, and
 // Interrupted soon after a signal.
 [[nodiscard]] MeshInput load_mesh(const std::filesystem::path& scene,
-                                  const std::optional<std::filesystem::path>& mesh_file, double largest_hole = 0);
+                                  const std::optional<std::filesystem::path>& mesh_file, double largest_hole = 0,
+                                  const MeshFrame& frame = {});
 
 // Takes faces away, which depends on the cameras where `faces` says pixels, splits those larger than a cell, and makes
 // cells. Throws std::invalid_argument for bad options, InputError, and Interrupted soon after a signal.
@@ -73,6 +78,7 @@ struct MeshInput {
 
 // Both, with all faces.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
-                                        const std::optional<std::filesystem::path>& mesh_file, CellOptions options);
+                                        const std::optional<std::filesystem::path>& mesh_file, CellOptions options,
+                                        const MeshFrame& frame = {});
 
 }  // namespace lumatlas

@@ -86,7 +86,14 @@ TEST_CASE("experiments are listed by --help-all alone, with all that --help list
     CAPTURE(option);
     CHECK(shown.contains(option));
   }
-  CHECK(options_in(lines_of({"build", "--help-all"})).contains("--victims"));
+  const std::string help = lumatlas_here({"build", "--help"}).out;
+  const std::set<std::string> all = options_in(lines_of({"build", "--help-all"}));
+  CHECK(all.contains("--victims"));
+  for (const char* const option : {"--mesh-scale", "--mesh-axes", "--mesh-shift"}) {
+    CAPTURE(option);
+    CHECK_THAT(help, Catch::Contains(option));
+    CHECK(all.contains(option));
+  }
   CHECK_FALSE(shown.contains("--victims"));
 }
 
