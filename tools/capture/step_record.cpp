@@ -70,7 +70,10 @@ json file_state(const fs::path& file) {
 
 StepRecord::StepRecord(fs::path file) : file_(std::move(file)) {
   std::error_code ignored;
-  if (!fs::exists(file_, ignored)) return write();
+  if (!fs::exists(file_, ignored)) {
+    write();
+    return;
+  }
   json read = read_json(file_);
   const bool is_record = read.is_object() && read.contains("steps") && read["steps"].is_object();
   if (!is_record) throw InputError(file_.string() + ": is no record of `lumatlas capture`: remove it, or its folder");

@@ -183,9 +183,8 @@ std::string far_away_text(const Mesh& mesh, const std::vector<SceneView>& views,
   if (!(glm::length(middle) > kFarAway * (diameter + 2 * extent))) return {};
   return "the mesh is " + whole_number(diameter) + " across and lies " + whole_number(glm::length(middle)) +
          " from the cameras: its coordinates are probably shifted, as those of a map are: give what takes them to "
-         "those of "
-         "the poses as --mesh-shift X,Y,Z, which is added; Metashape, RealityCapture and OpenDroneMap call it shift or "
-         "offset, and name it in what they export";
+         "those of the poses as --mesh-shift X,Y,Z, which is added; Metashape, RealityCapture and OpenDroneMap call it "
+         "shift or offset, and name it in what they export";
 }
 
 // None where there are no points or they cannot be read: commands that need them say what is wrong with them.
