@@ -151,6 +151,7 @@ class CaptureRun {
     result_.left_out = std::move(prepared.left_out);
     for (const auto& [name, why] : result_.left_out) say("  left out: " + name + " " + why);
     if (needed) result_.steps.push_back({"photographs", !prepared.made_anything, ms_since(start)});
+    check_inputs();
   }
 
   [[nodiscard]] ColmapProgress bar(const std::string& name) const {
@@ -176,6 +177,18 @@ class CaptureRun {
     }
     return true;
   }
+
+  // Refuses at once what would be refused after hours.
+  void check_inputs() {
+    plan_ = plan_matching(captured_, options_.colmap.matching);
+    if (!options_.poses && options_.colmap.mapper == Mapper::global) ColmapProgram(work_).require(Mapper::global);
+    if (!options_.poses) return;
+    const KnownPoses known = write_known_poses(*options_.poses, captured_, poses_folder());
+    say("  " + options_.poses->string() + " is read as " + known.form + ": it has poses of " +
+        std::to_string(known.posed) + " of the " + std::to_string(result_.photographs) + " photographs");
+  }
+
+  [[nodiscard]] fs::path poses_folder() const { return work_ / "poses"; }
 
   void features() {
     const fs::path database = ColmapProgram::database(work_);
@@ -209,7 +222,6 @@ class CaptureRun {
   }
 
   void match() {
-    plan_ = plan_matching(captured_, options_.colmap.matching);
     step("matching", text_of(plan_) + log_of("matching"), {{"plan", json_of(plan_)}, {"gpu", options_.colmap.use_gpu}},
          {}, [&] { ColmapProgram(work_).match(plan_, result_.photographs, options_.colmap, bar("matching")); });
   }
@@ -227,8 +239,12 @@ class CaptureRun {
       remove_all_of(work_ / "sparse");
       fs::create_directories(all);
       fs::create_directories(model.parent_path());
-      options_.poses ? map_by_poses()
-                     : ColmapProgram(work_).map(captured_, plan_.exhaustive, options_.colmap.mapper, bar("mapping"));
+      const ColmapProgram colmap(work_);
+      if (options_.poses) {
+        colmap.triangulate(captured_, poses_folder(), bar("mapping"));
+      } else {
+        colmap.map(captured_, plan_.exhaustive, options_.colmap.mapper, bar("mapping"));
+      }
       const std::vector<Reconstruction> found = reconstructions_in(all);
       if (found.empty()) {
         throw InputError(captured_.folder.string() + ": COLMAP placed none of its " +
@@ -237,14 +253,6 @@ class CaptureRun {
       }
       fs::copy(found.front().folder, model, fs::copy_options::recursive);
     });
-  }
-
-  void map_by_poses() {
-    const fs::path folder = work_ / "poses";
-    const KnownPoses known = write_known_poses(*options_.poses, captured_, folder);
-    say("  " + options_.poses->string() + " is read as " + known.form + ": it has poses of " +
-        std::to_string(known.posed) + " of the " + std::to_string(result_.photographs) + " photographs");
-    ColmapProgram(work_).triangulate(captured_, folder, bar("mapping"));
   }
 
   // The files that say the poses, by their sizes and times; null: they are not known.

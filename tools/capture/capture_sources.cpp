@@ -103,7 +103,7 @@ CaptureSources find_sources(const fs::path& given, const fs::path& masks) {
   std::error_code error;
   CaptureSources sources;
   if (fs::is_regular_file(given, error) && has_video_ending(given)) {
-    sources.folder = fs::canonical(given).parent_path();
+    sources.folder = fs::canonical(fs::absolute(given).parent_path());
     sources.videos.push_back(given.filename().string());
   } else if (fs::is_directory(given, error)) {
     sources.folder = fs::canonical(given);

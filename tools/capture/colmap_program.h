@@ -53,6 +53,8 @@ class ColmapProgram {
   // global mapper that is not installed.
   void map(const CapturedPhotographs& photographs, bool exhaustive, Mapper mapper,
            const ColmapProgress& progress) const;
+  // Throws InputError where the mapper is not installed.
+  void require(Mapper mapper) const { (void)mapper_command(mapper); }
   // Instead of map(): finds points by the poses of the COLMAP model in the folder `poses`, and leaves all of it in
   // reconstructions/0. Poses and lenses stay as they are.
   void triangulate(const CapturedPhotographs& photographs, const std::filesystem::path& poses,

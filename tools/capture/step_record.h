@@ -22,8 +22,8 @@ namespace lumatlas {
 // of files, are kept in hexadecimal digits, so that they are known again.
 class StepRecord {
  public:
-  // Reads what an earlier run wrote, or writes an empty record where there is no such file. Throws InputError for a file
-  // that is no record, and where none can be written.
+  // Reads what an earlier run wrote, or writes an empty record where there is no such file. Throws InputError for a
+  // file that is no record, and where none can be written.
   explicit StepRecord(std::filesystem::path file);
 
   // Whether it was finished with these inputs, and its outputs are still as it left them.

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/whole_file.h"
 #include "tools/base/child_process.h"
+#include "tools/base/strict_json.h"
 #include "tools/video/grey_stream.h"
 
 namespace lumatlas {
@@ -141,7 +141,7 @@ void VideoFile::probe() {
         "stream=avg_frame_rate,nb_frames,duration,color_transfer:format=duration", "-of", "json", input_name(file_)},
        out,
        err});
-  const json said = status == 0 ? json::parse(read_whole_file(out), nullptr, false) : json();
+  const json said = status == 0 ? read_json(out) : json();
   const json streams = said.is_object() ? said.value("streams", json::array()) : json::array();
   if (!streams.is_array() || streams.empty() || !streams[0].is_object()) {
     const std::string reason = first_line(err);

@@ -260,7 +260,7 @@ TEST_CASE("where poses are known COLMAP finds points alone, and the poses stay a
   }
   check_failure(lumatlas_here({"capture", others.path().string(), "-o", (room.folder() / "other").string(), "--poses",
                                made().scene, "--quiet"}),
-                "none of its 12 photographs can be used; the first: ");
+                made().scene + ": read as COLMAP, it has poses of 0 of the 2 photographs in ");
 }
 
 // Twenty seconds of a walk through a room of the apartment.
