@@ -168,8 +168,8 @@ class CaptureRun {
       : mask_folder_(folder_of_masks(options)),
         photographs_(photographs_beside_masks(photographs, mask_folder_)),
         masks_(masks_by_photograph(mask_folder_, photographs_)),
-        work_(fs::weakly_canonical(work)),
-        model_(fs::weakly_canonical(model)),
+        work_(fs::weakly_canonical(fs::absolute(work))),  // the same whether it is there yet or not
+        model_(fs::weakly_canonical(fs::absolute(model))),
         options_(options),
         listener_(listener) {
     check_outside(work_, photographs_.folder);

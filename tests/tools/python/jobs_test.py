@@ -220,8 +220,8 @@ class Jobs(unittest.TestCase):
             self.assertEqual(file.read_bytes(), (Path("theirs") / file.name).read_bytes())
         named = lumatlas.render(self.model, self.scene.cameras, "named", mode="depth", format="exr")
         self.assertEqual([file.stem for file in named], [Path(name).stem for name in self.scene.names])
-        Path("keys.json").write_text('{"keys": [{"time": 0, "position": [0, 0, 1], "target": [1, 0, 1]}, '
-                                     '{"time": 1, "position": [1, 0, 1], "target": [2, 0, 1]}]}')
+        Path("keys.json").write_text('{"keys": [{"time": 0, "position": [0, 0, 1], "look_at": [1, 0, 1]}, '
+                                     '{"time": 1, "position": [1, 0, 1], "look_at": [2, 0, 1]}]}')
         keyed = self.model.tour(path="keys.json", frames=2, width=64, height=48)
         np.testing.assert_allclose(keyed[1].center, [1, 0, 1], atol=1e-9)
 
@@ -241,7 +241,7 @@ class Jobs(unittest.TestCase):
         before = [path.read_bytes() for path in kept]
         jobs = {
             "mesh": lambda progress: lumatlas.make_mesh(self.scene, "kept.ply", match_size=96, progress=progress),
-            "export": lambda progress: lumatlas.export(self.model, "kept.glb", texture=64, progress=progress),
+            "export": lambda progress: lumatlas.export(self.model, "kept.glb", texture=512, progress=progress),
             "rendering": lambda progress: lumatlas.render(self.model, cameras, "kept", mode="depth", progress=progress),
             "build": lambda progress: lumatlas.build(self.scene, "kept-model", progress=progress),
             "validation": lambda progress: lumatlas.validate(self.model, self.scene, progress=progress),

@@ -16,14 +16,14 @@ from pathlib import Path
 from support import lumatlas, skip
 
 FOLDER = Path(sys.argv[1])
+CACHE = tempfile.TemporaryDirectory()  # what mypy has read of NumPy, once for all tests
 
 
 def run_mypy(module, *arguments):
     """Run mypy and return its exit status and what it says."""
-    with tempfile.TemporaryDirectory() as cache:
-        environment = dict(os.environ, MYPY_CACHE_DIR=cache)
-        ended = subprocess.run([sys.executable, "-m", module, *arguments], stdout=subprocess.PIPE,
-                               stderr=subprocess.STDOUT, text=True, env=environment, cwd=cache)
+    environment = dict(os.environ, MYPY_CACHE_DIR=CACHE.name)
+    ended = subprocess.run([sys.executable, "-m", module, *arguments], stdout=subprocess.PIPE,
+                           stderr=subprocess.STDOUT, text=True, env=environment, cwd=CACHE.name)
     return ended.returncode, ended.stdout
 
 
@@ -46,7 +46,12 @@ class Stubs(unittest.TestCase):
             self.assertEqual((status, said.count("error:")), (1, 2), said)
 
     def test_the_stubs_agree_with_the_module(self):
-        status, said = run_mypy("mypy.stubtest", "lumatlas", "--ignore-missing-stub")
+        # pybind11 gives its classes a metaclass, and an __init__ that refuses all arguments to those without one.
+        with tempfile.NamedTemporaryFile("w") as allowed:
+            allowed.write("lumatlas\\.(Camera|Model|Scene)\nlumatlas\\.(Model|Scene)\\.__init__\n")
+            allowed.flush()
+            status, said = run_mypy("mypy.stubtest", "lumatlas", "--ignore-missing-stub", "--allowlist", allowed.name,
+                                    "--ignore-unused-allowlist")
         self.assertEqual(status, 0, said)
 
     def test_the_stubs_name_what_is_there(self):

@@ -104,7 +104,7 @@ class Wheel(unittest.TestCase):
             folder = name.removesuffix(".tar.gz")
             held = set(archive.getnames())
         for file in ("PKG-INFO", "pyproject.toml", "CMakeLists.txt", "tools/python/wheel_backend.py"):
-            self.assertIn(f"{folder}/{file}", held)
+            self.assertTrue(f"{folder}/{file}" in held, file)
 
 
 if __name__ == "__main__":
