@@ -34,7 +34,7 @@ std::string text_of_value(const py::handle& given) {
 
 // The array of a NumPy array, or of what NumPy makes one of.
 py::array array_from(const std::string& argument, const py::handle& given, const std::string& wanted) {
-  const py::array array = py::array::ensure(given);
+  py::array array = py::array::ensure(given);
   if (!array) {
     PyErr_Clear();
     refuse(argument, given, wanted);

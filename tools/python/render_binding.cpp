@@ -187,6 +187,7 @@ std::vector<PictureToDraw> pictures_of(const Cameras& cameras, PictureOutput& ou
     }
   } else {
     const auto& listed = std::get<std::vector<Camera>>(cameras);
+    pictures.reserve(listed.size());
     for (const Camera& camera : listed) {
       pictures.push_back({camera, output.file_for_frame(pictures.size(), listed.size())});
     }
@@ -238,6 +239,7 @@ std::vector<Path> render_files(Model& model, const Cameras& cameras, const Path&
   folder.commit({{"command", "render"}, {"model", model.path().string()}, {"mode", mode}, {"format", format}});
   if (form == PictureFormat::mp4) return {output / "video.mp4"};
   std::vector<Path> files;
+  files.reserve(pictures.size());
   for (const PictureToDraw& picture : pictures) files.push_back(output / picture.file);
   return files;
 }
