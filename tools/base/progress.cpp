@@ -97,13 +97,14 @@ Progress::~Progress() {
 }
 
 void Progress::tick(std::size_t count) {
-  done_.fetch_add(count, std::memory_order_relaxed);
+  const std::size_t done = done_.fetch_add(count, std::memory_order_relaxed) + count;
   if (!options_.quiet) {
     if (const Duration at = elapsed(); at.count() >= next_draw_.load(std::memory_order_relaxed)) {
       draw(at);
     }
   }
   throw_if_interrupted();
+  if (options_.told) options_.told(done, total_);
 }
 
 void Progress::draw(Duration at) {

@@ -13,6 +13,10 @@
 
 namespace lumatlas {
 
+// Called when a stage of the work begins, with what it is and its number of steps; returns what is called with the
+// steps done since the last call, from any thread. What that throws ends the work.
+using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;
+
 struct ProgressOptions {
   using Clock = std::chrono::steady_clock;
   std::ostream* out = nullptr;  // never null in use
@@ -22,6 +26,10 @@ struct ProgressOptions {
   // Ticks are of work of different kinds, as many for each as it takes time: a percentage instead of count and rate.
   bool as_share = false;
   std::function<Clock::time_point()> now = [] { return Clock::now(); };
+
+  // Called at each tick, from its thread, with the ticks done and their total. What it throws ends the work. Empty: not
+  // called.
+  std::function<void(std::size_t done, std::size_t total)> told;
 
   // What stderr is.
   [[nodiscard]] static ProgressOptions standard_error(bool quiet = false);

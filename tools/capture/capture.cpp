@@ -52,7 +52,8 @@ class Bar {
     throw_if_interrupted();
     if (!stage_ || of == 0) return;
     if (!tick_) tick_ = stage_(name_, of);
-    if (done > shown_) tick_(std::min(done, of) - std::min(shown_, of));
+    // The caller may end the work between steps too.
+    tick_(done > shown_ ? std::min(done, of) - std::min(shown_, of) : 0);
     shown_ = std::max(shown_, done);
   }
 
@@ -69,8 +70,8 @@ class CaptureRun {
              const CaptureListener& listener)
       : mask_folder_(folder_of_masks(options.masks)),
         sources_(find_sources(given, mask_folder_)),
-        work_(fs::weakly_canonical(work)),
-        model_(fs::weakly_canonical(model)),
+        work_(fs::weakly_canonical(fs::absolute(work))),  // the same whether it is there yet or not
+        model_(fs::weakly_canonical(fs::absolute(model))),
         options_(options),
         listener_(listener) {
     if (fs::is_directory(given)) {
@@ -387,6 +388,13 @@ void check(const CaptureOptions& options) {
   check(options.mesh);
   check(options.build);
   check(options.photographs);
+}
+
+fs::path capture_beside(fs::path model) {
+  if (!model.has_filename()) model = model.parent_path();
+  if (model.extension() == ".glb") model.replace_extension();
+  model += "-capture";
+  return model;
 }
 
 CaptureResult capture(const fs::path& photographs, const fs::path& work, const fs::path& model,

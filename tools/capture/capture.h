@@ -34,6 +34,10 @@ struct CaptureOptions {
 // Throws std::invalid_argument naming the field, its value and the rule.
 void check(const CaptureOptions& options);
 
+// Returns the folder for poses, mesh and logs where none is named: "office-capture" beside "office", "office/" and
+// "office.glb".
+[[nodiscard]] std::filesystem::path capture_beside(std::filesystem::path model);
+
 // How the caller follows the work. Any may be empty.
 struct CaptureListener {
   std::function<void(const std::string& sentence)> say;  // what begins, what was done before, what to know

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -25,6 +26,7 @@
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/refinement_json.h"
@@ -100,21 +102,8 @@ const Names<ValidityOptions::Edges> kEdges(kEdgesByName.begin(), kEdgesByName.en
 constexpr const char* kAuto = "auto";
 constexpr const char* kKeep = "keep";
 constexpr const char* kNoTexture = "none";
-constexpr double kFacesPixels = 0.5;
 
-// Of tiles, so many texels of whole slots; of whole views, those of photographs as the planner holds them.
-std::uint64_t bytes_of(const SizeBound& bound, const TileOptions& tiles) {
-  if (bound.texels == 0) return bound.bytes;
-  Camera one;
-  one.width = one.height = 1;
-  if (tiles.whole_views()) return bound.texels * stored_bytes(one);
-  const std::uint64_t slot_texels = std::uint64_t{tiles.slot_px()} * tiles.slot_px();
-  return std::max<std::uint64_t>(bound.texels / slot_texels, 1) * slot_bytes(tiles);
-}
-
-// Compressed texels have two levels, as others have by default, with twice their gutter.
 void set_gutter(const BuildFlags& flags, TileOptions& tiles) {
-  constexpr std::uint32_t kGutterOfBlocks = 4;
   if (tiles.texels == TexelFormat::rgb8) return;
   if (flags.gutter->count() == 0) tiles.gutter_px = kGutterOfBlocks;
   if (tiles.gutter_px < 2) throw CLI::ValidationError("--gutter", "must be 2, 4 or 8 with --texels bc7");
@@ -131,9 +120,20 @@ void set_texels(const BuildFlags& flags, BuildOptions& options) {
   const bool fit_for_blocks =
       flags.gutter->count() == 0 || options.tiles.gutter_px == 2 || options.tiles.gutter_px == 4;
   if (!automatic || options.tiles.whole_views() || !fit_for_blocks) return;
-  options.tight_tiles = options.tiles;
-  options.tight_tiles->texels = TexelFormat::bc7;
+  options.tight_tiles = compressed_tiles(options.tiles);
   set_gutter(flags, *options.tight_tiles);
+}
+
+ModelBudget budget_of(const BuildFlags& flags) {
+  ModelBudget budget;
+  budget.loss_db = flags.loss_db;
+  if (flags.budget->count() == 0) return budget;
+  budget.automatic = flags.budget_size == kAuto;
+  if (budget.automatic) return budget;
+  const SizeBound bound = size_bound(flags.budget_size);
+  budget.gpu_bytes = bound.bytes;
+  budget.texels = bound.texels;
+  return budget;
 }
 
 // Of tiles, a budget in bytes bounds all that the model takes on the GPU, one in texels the texture array; the
@@ -148,36 +148,18 @@ void set_budget(const BuildFlags& flags, BuildOptions& options) {
     options.tiles.tile_px = 0;
   }
   set_texels(flags, options);
-  const bool automatic = flags.budget_size == kAuto;
-  const SizeBound bound = flags.budget->count() > 0 && !automatic ? size_bound(flags.budget_size) : SizeBound{};
-  if (flags.least_scale->count() > 0 && (!tiles || (bound.bytes == 0 && !automatic))) {
+  const ModelBudget budget = budget_of(flags);
+  if (flags.least_scale->count() > 0 && (!tiles || (budget.gpu_bytes == 0 && !budget.automatic))) {
     throw CLI::ValidationError("--least-scale", "needs --layout tiles and a --budget of auto or in bytes");
   }
-  if (automatic) {
-    options.planner.max_bytes = flags.photograph_bytes;
-    // Half of the bound is for texels, a quarter, and what they leave, for faces, and the rest for what is left out.
-    const bool texels = tiles && (options.least_scale < 1 || options.tight_tiles);
-    options.max_texel_loss_db = texels ? flags.loss_db / 2 : 0;
-    options.planner.max_loss_db = flags.loss_db - options.max_texel_loss_db;
-    if (options.faces.pixels > 0) options.max_face_loss_db = 0.75 * flags.loss_db;
-    flags.coverage.apply_parsimony(options.planner);
-    if (flags.max_views->count() == 0) options.max_views.reset();
-    return;
+  if (flags.loss->count() > 0 && !budget.automatic) throw CLI::ValidationError("--loss", "needs --budget auto");
+  options.planner.max_bytes = flags.photograph_bytes;
+  try {
+    apply_budget(budget, flags.max_views->count() > 0, options);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError(error.what());
   }
-  if (flags.loss->count() > 0) throw CLI::ValidationError("--loss", "needs --budget auto");
-  const std::uint64_t budget = bytes_of(bound, options.tiles);
-  if (tiles && flags.budget->count() > 0 && budget < slot_bytes(options.tiles)) {
-    throw CLI::ValidationError("--budget", "is " + std::to_string(budget) + " bytes, less than the " +
-                                               std::to_string(slot_bytes(options.tiles)) +
-                                               " of a single tile: give more, or smaller tiles (--tile)");
-  }
-  options.planner.max_bytes = tiles ? flags.photograph_bytes : budget;
-  if (tiles) (bound.bytes > 0 ? options.gpu_bytes : options.array_bytes) = budget;
-  if (flags.max_views->count() > 0) return;
-  if (tiles && bound.texels > 0 && flags.photographs->count() == 0) {
-    options.planner.max_bytes = photograph_bytes_for(budget, options.tiles);
-  }
-  if (options.planner.max_bytes + options.gpu_bytes > 0) options.max_views.reset();
+  if (budget.automatic) flags.coverage.keep_given(options.planner);
 }
 
 // The measure, its thresholds and the masks as printed; and views refined while they come, as in section 3.3, their
@@ -192,17 +174,14 @@ void follow_paper(BuildFlags& flags) {
   flags.keep_lenses = true;
 }
 
-// A model whose mesh counts is to have no faces that no picture shows, unless someone wants all of them. With --watch
-// the mesh is there before most cameras are known, by which pictures are judged.
-bool is_mesh_to_be_small(const BuildFlags& flags) {
-  if (flags.budget->count() == 0 || flags.watch) return false;
-  if (flags.budget_size == kAuto) return flags.loss_db > 0;
-  return !flags.whole_views && size_bound(flags.budget_size).bytes > 0;
-}
-
+// A model whose mesh counts is to have few faces, unless the user wants all of them. With --watch the mesh is there
+// before most cameras are known, by which pictures are judged.
 FaceOptions faces_of(const BuildFlags& flags) {
+  TileOptions layout;
+  if (flags.whole_views) layout.tile_px = 0;
+  const bool few = !flags.watch && wants_few_faces(budget_of(flags), layout);
   FaceOptions faces;
-  if (flags.faces == kAuto || (flags.faces.empty() && is_mesh_to_be_small(flags))) {
+  if (flags.faces == kAuto || (flags.faces.empty() && few)) {
     faces.pixels = kFacesPixels;
   } else if (!flags.faces.empty() && flags.faces != kKeep) {
     faces.faces = std::stoull(flags.faces);

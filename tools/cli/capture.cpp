@@ -9,6 +9,7 @@
 #include <string>
 
 #include "tools/base/output_folder.h"
+#include "tools/capture/capture_json.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/next_steps.h"
@@ -20,8 +21,6 @@ namespace lumatlas {
 
 namespace {
 
-using nlohmann::json;
-
 struct CaptureFlags {
   std::filesystem::path photographs, output, work, masks, points, poses, vocabulary;
   CaptureOptions options;
@@ -29,49 +28,6 @@ struct CaptureFlags {
   bool json_output = false;
   bool quiet = false;
 };
-
-// "office-capture" beside "office", "office/" and "office.glb".
-std::filesystem::path capture_beside(std::filesystem::path model) {
-  if (!model.has_filename()) model = model.parent_path();
-  if (model.extension() == ".glb") model.replace_extension();
-  model += "-capture";
-  return model;
-}
-
-json steps_json(const CaptureResult& result) {
-  json steps = json::array();
-  for (const CaptureStep& step : result.steps) {
-    steps.push_back({{"name", step.name}, {"done_before", step.done_before}, {"ms", step.time_ms}});
-  }
-  return steps;
-}
-
-json videos_json(const std::vector<CapturedVideo>& videos) {
-  json list = json::array();
-  for (const CapturedVideo& video : videos) {
-    list.push_back({{"name", video.name},
-                    {"frames", video.frames},
-                    {"taken", video.taken},
-                    {"seconds", video.seconds},
-                    {"damage", video.damage.empty() ? json() : json(video.damage)}});
-  }
-  return list;
-}
-
-json result_json(const CaptureResult& result, const CaptureFlags& flags) {
-  return {{"output", flags.output.string()},
-          {"scene", flags.work.string()},
-          {"photographs",
-           {{"count", result.photographs},
-            {"converted", result.converted},
-            {"missed", result.missed},
-            {"outliers", result.outliers}}},
-          {"videos", videos_json(result.videos)},
-          {"left_out", result.left_out},
-          {"reconstructions", result.reconstructions},
-          {"steps", steps_json(result)},
-          {"warnings", result.warnings}};
-}
 
 void run(CaptureFlags flags) {
   if (flags.work.empty()) flags.work = capture_beside(flags.output);
@@ -91,7 +47,7 @@ void run(CaptureFlags flags) {
                                        {say, bars_on_standard_error(quiet), progress_on_standard_error(quiet)});
   for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
-    print_result(result_json(result, flags), flags.output);
+    print_result(capture_json(result, flags.work, flags.output), flags.output);
     return;
   }
   if (result.summary.is_object()) print_result(summary_text(result.summary, flags.output.string()), flags.output);

@@ -4,7 +4,6 @@
 #include <CLI/Error.hpp>
 #include <stdexcept>
 
-#include "planner/predicted_loss.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/option_rules.h"
 #include "tools/pipeline/coverage_names.h"
@@ -174,14 +173,12 @@ void CoverageFlags::apply(PlannerOptions& options) const {
   options.min_reference_gain = min_reference_gain_.value_or(options.min_reference_gain);
 }
 
-void CoverageFlags::apply_parsimony(PlannerOptions& options) const {
-  constexpr std::uint32_t kReferences = 64;
+void CoverageFlags::keep_given(PlannerOptions& options) const {
   if (metric_ != Metric::directions) throw CLI::ValidationError("--budget auto", "needs --metric directions");
-  const CoverageOptions wanted = parsimony_coverage(options.coverage);
-  if (weight_option_->count() == 0) options.coverage.lambda = wanted.lambda;
-  if (width_option_->count() == 0) options.coverage.direction_width = wanted.direction_width;
-  if (references_option_->count() == 0) options.coverage.max_references = kReferences;
-  options.min_view_gain = min_view_gain_.value_or(0);
+  if (weight_option_->count() > 0) options.coverage.lambda = values_.lambda;
+  if (width_option_->count() > 0) options.coverage.direction_width = values_.direction_width;
+  if (references_option_->count() > 0) options.coverage.max_references = values_.max_references;
+  options.min_view_gain = min_view_gain_.value_or(options.min_view_gain);
 }
 
 }  // namespace lumatlas

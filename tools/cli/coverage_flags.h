@@ -22,9 +22,9 @@ class CoverageFlags {
   void follow_paper();
   // Throws CLI::ValidationError for options that do not go together.
   void apply(PlannerOptions& options) const;
-  // After apply(): what a bound on the predicted loss needs where nothing else was asked for, which is the measure that
-  // the law is for, and that nothing is turned away which adds something.
-  void apply_parsimony(PlannerOptions& options) const;
+  // Sets the options that were given once more, after apply_budget() has set those that a bound on the loss needs.
+  // Throws CLI::ValidationError for a measure that no loss can be predicted by.
+  void keep_given(PlannerOptions& options) const;
 
  private:
   enum class Metric { directions, departures, printed };

@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -62,17 +60,6 @@ void print_fit(const json& fit) {
   std::snprintf(text, sizeof(text), "correlation %.2f (0 is chance), residual %.3f, outliers %.1f%%",
                 fit["correlation"].get<double>(), fit["residual"].get<double>(), 100 * fit["outliers"].get<double>());
   std::cout << "fit        colours of the same points in different photographs: " << text << '\n';
-}
-
-json look_past(const SceneViews& views, const Mesh& mesh) {
-  std::vector<std::size_t> ranks(views.views.size());
-  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
-  leave_out_bad(views, ranks);
-  const CompletionPlan plan = plan_completion(views, ranks, mesh);
-  return {{"surface", plan.shares.surface},
-          {"far", plan.shares.far},
-          {"lacking", std::max(0.0, 1 - plan.shares.surface - plan.shares.far)},
-          {"to_match", plan.to_match}};
 }
 
 void print_frames(const json& frames) {
@@ -147,7 +134,7 @@ void add_inspect_command(CLI::App& program) {
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
     const json scene = inspect_scene(flags->scene, mesh, flags->mesh_frame.frame().value_or(MeshFrame{}),
-                                     flags->cells.options(), flags->quiet, look_past);
+                                     flags->cells.options(), flags->quiet, frames_json);
     if (flags->json_output) {
       print_json(scene);
     } else {

@@ -22,13 +22,12 @@
 #include "tools/cli/option_rules.h"
 #include "tools/cli/stage_bars.h"
 #include "tools/meshing/length_text.h"
+#include "tools/meshing/mesh_json.h"
 #include "tools/meshing/scene_mesh.h"
 
 namespace lumatlas {
 
 namespace {
-
-using nlohmann::json;
 
 // Options, and the sources that use them.
 struct SourceOptions {
@@ -66,52 +65,6 @@ void check_is_ply(const std::filesystem::path& output) {
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   if (ending != ".ply") throw CLI::ValidationError("--output", output.string() + " does not end in .ply");
-}
-
-json depth_json(const std::optional<DepthFacts>& depth) {
-  if (!depth) return nullptr;
-  return {{"images", depth->images},
-          {"measured", depth->measured},
-          {"voxel", depth->voxel},
-          {"voxel_px", depth->voxel_px},
-          {"truncation", depth->truncation},
-          {"confirmed", depth->confirmed},
-          {"removed_pieces", depth->removed_pieces},
-          {"removed_faces", depth->removed_faces},
-          {"fused_faces", depth->fused_faces}};
-}
-
-json points_json(const SceneMesh& made) {
-  if (made.depth) return nullptr;
-  return {{"file", made.points_file.string()},
-          {"read", made.points},
-          {"used", made.points_used},
-          {"spacing_px", made.spacing_px}};
-}
-
-json completion_json(const std::optional<CompletionFacts>& completion) {
-  if (!completion) return nullptr;
-  return {{"mesh", completion->file.string()},
-          {"added_faces", completion->added_faces},
-          {"covered_before", completion->covered_before},
-          {"covered", completion->covered}};
-}
-
-json result_json(const SceneMesh& made, const std::filesystem::path& output, double milliseconds) {
-  return {{"output", output.string()},
-          {"from", name_of(made.source)},
-          {"points", points_json(made)},
-          {"depth", depth_json(made.depth)},
-          {"completion", completion_json(made.completion)},
-          {"views", {{"count", made.views}, {"matched", made.matched}, {"estimated", made.views_estimated}}},
-          {"mesh", {{"vertices", made.surface.positions.size()}, {"faces", made.surface.faces.size()}}},
-          {"trust",
-           {{"points_on_surface", made.trust.points_on_surface},
-            {"pixels_covered", made.trust.pixels_covered},
-            {"frames_mostly_empty", made.trust.frames_mostly_empty},
-            {"pixels_guessed", made.trust.pixels_guessed}}},
-          {"warnings", made.warnings},
-          {"time_ms", {{"total", milliseconds}}}};
 }
 
 std::string source_text(const SceneMesh& made) {
@@ -168,7 +121,7 @@ void run(MeshFlags flags) {
   const double time_ms = ms_since(start);
   for (const std::string& warning : made.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.json_output) {
-    print_result(result_json(made, flags.output, time_ms), flags.output);
+    print_result(mesh_json(made, flags.output, time_ms), flags.output);
     return;
   }
   print_result(mesh_text(made, flags.output), flags.output);

@@ -17,20 +17,14 @@
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
-#include "mesh/base/median.h"
-#include "mesh/upright.h"
 #include "tools/base/elapsed.h"
-#include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/render_flags.h"
-#include "tools/paths/camera_tours.h"
 #include "tools/paths/kept_path.h"
-#include "tools/paths/path_file.h"
-#include "tools/picture/photographed_share.h"
-#include "tools/picture/stored_depths.h"
+#include "tools/picture/model_tour.h"
 #include "tools/pipeline/lens_notes.h"
 
 namespace lumatlas {
@@ -97,17 +91,11 @@ std::vector<Shot> shots_of_scene(const RenderFlags& flags, const Snapshot& snaps
   return shots;
 }
 
-// Of the model's views, by name: the order in which a video was taken.
-std::vector<Camera> stored_cameras(const Snapshot& snapshot) {
-  std::vector<const StoredView*> views;
-  for (const auto& view : snapshot.views) {
-    if (view) views.push_back(view.get());
+KeptPath tour_of(const RenderFlags& flags, const Snapshot& snapshot) {
+  if (flags.path.empty() && stored_cameras(snapshot).empty()) {
+    throw InputError(flags.model.string() + ": holds no views that say where to fly: give key frames (--path)");
   }
-  std::sort(views.begin(), views.end(), [](const StoredView* a, const StoredView* b) { return a->name < b->name; });
-  std::vector<Camera> cameras;
-  cameras.reserve(views.size());
-  for (const StoredView* view : views) cameras.push_back(view->camera);
-  return cameras;
+  return model_tour(snapshot, flags.tour_options());
 }
 
 // What became of a path that keeps to the photographs, for people.
@@ -124,46 +112,6 @@ std::string kept_text(const KeptPath& kept, std::size_t frames) {
   }
   text << '\n';
   return text.str();
-}
-
-// Orbits and Hilbert flights, which know nothing of what is where they lead.
-KeptPath laid_tour(const RenderFlags& flags, const Snapshot& snapshot, const std::vector<Camera>& stored,
-                   double depth) {
-  const auto visibility = make_ray_visibility(near_surface(*snapshot.surface).mesh);
-  const PhotographedShare share = [&](const Vantage& vantage) {
-    throw_if_interrupted();
-    return photographed_share(snapshot, *visibility, camera_at(vantage, flags.width, flags.height));
-  };
-  const std::vector<Vantage> laid = flags.orbit ? orbit(stored, depth, flags.frames, flags.fov_deg)
-                                                : hilbert_flight(near_surface(*snapshot.surface).mesh, stored,
-                                                                 flags.hilbert_order, flags.frames, flags.fov_deg);
-  KeptPath kept = flags.orbit ? kept_orbit(stored, depth, flags.frames, flags.fov_deg, share)
-                              : keep_to_photographs(laid, stored, upward(stored), depth, false, share);
-  if (!flags.anywhere) return kept;
-  return {laid, kept.covered_before, kept.covered_before, 0};
-}
-
-KeptPath tour(const RenderFlags& flags, const Snapshot& snapshot) {
-  const std::vector<Camera> stored = stored_cameras(snapshot);
-  if (stored.empty() && flags.path.empty()) {
-    throw InputError(flags.model.string() + ": holds no views that say where to fly: give key frames (--path)");
-  }
-  KeptPath result;
-  if (!flags.path.empty()) {
-    PathDefaults defaults;
-    defaults.offset = snapshot.surface->offset;
-    if (!stored.empty()) defaults.up = upward(stored);
-    defaults.fov_deg = flags.fov_deg;
-    result.vantages = CameraPath(read_path(flags.path, defaults)).evenly(flags.frames);
-    return result;
-  }
-  std::vector<double> depths = sampled_depths(snapshot);
-  const double depth = depths.empty() ? 1 : percentile(std::move(depths), 0.5);
-  if (flags.walk) {
-    result.vantages = walk(stored, depth, flags.frames, flags.fov_deg);
-    return result;
-  }
-  return laid_tour(flags, snapshot, stored, depth);
 }
 
 std::vector<Shot> shots_of_path(const RenderFlags& flags, const KeptPath& path, const PictureOutput& output) {
@@ -208,7 +156,7 @@ void run(const RenderFlags& flags) {
   const Snapshot drawn = flags.background.empty() ? snapshot : without_far_sphere(snapshot);
   first.has_read(model.times);
   const bool is_laid = flags.orbit || flags.hilbert;
-  const KeptPath path = flags.views.empty() ? tour(flags, snapshot) : KeptPath();
+  const KeptPath path = flags.views.empty() ? tour_of(flags, snapshot) : KeptPath();
   if (is_laid && !flags.quiet) std::cerr << kept_text(path, flags.frames);
   const std::vector<Shot> shots =
       flags.views.empty() ? shots_of_path(flags, path, output) : shots_of_scene(flags, snapshot, output);

@@ -14,11 +14,7 @@ namespace lumatlas {
 
 namespace {
 
-const Names<Mode> kModes{{"picture", Mode::picture},       {"coverage", Mode::coverage},
-                         {"references", Mode::references}, {"valid-views", Mode::valid_views},
-                         {"winner", Mode::winner},         {"weights", Mode::weights},
-                         {"trust", Mode::trust},           {"cells", Mode::cells},
-                         {"depth", Mode::depth},           {"error", Mode::error}};
+const Names<Mode> kModes(kModesByName.begin(), kModesByName.end());
 
 const Names<PictureFormat> kPictureFormats{
     {"png", PictureFormat::png}, {"exr", PictureFormat::exr}, {"mp4", PictureFormat::mp4}};
@@ -162,6 +158,22 @@ FrameOptions RenderFlags::frame_options() const {
   options.color_bar = !no_color_bar;
   options.background = background_in_use();
   return options;
+}
+
+TourOptions RenderFlags::tour_options() const {
+  TourOptions tour;
+  tour.kind = !path.empty() ? TourOptions::Kind::keys
+              : orbit       ? TourOptions::Kind::orbit
+              : walk        ? TourOptions::Kind::walk
+                            : TourOptions::Kind::hilbert;
+  tour.path = path;
+  tour.frames = frames;
+  tour.width = width;
+  tour.height = height;
+  tour.fov_deg = fov_deg;
+  tour.hilbert_order = hilbert_order;
+  tour.anywhere = anywhere;
+  return tour;
 }
 
 std::string RenderFlags::mode_name() const {

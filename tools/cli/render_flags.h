@@ -12,6 +12,7 @@
 #include "tools/cli/blend_flags.h"
 #include "tools/cli/commands.h"
 #include "tools/picture/frame_renderer.h"
+#include "tools/picture/model_tour.h"
 #include "tools/picture/picture_output.h"
 
 namespace lumatlas {
@@ -44,7 +45,8 @@ struct RenderFlags {
   // Throws CLI::ValidationError for options that do not go together.
   void check() const;
   [[nodiscard]] FrameOptions frame_options() const;
-  [[nodiscard]] nlohmann::json json() const;  // those in effect
+  [[nodiscard]] TourOptions tour_options() const;  // without `views`
+  [[nodiscard]] nlohmann::json json() const;       // those in effect
   [[nodiscard]] std::string mode_name() const;
   [[nodiscard]] std::string format_name() const;
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
+#include "tools/base/progress.h"
 #include "tools/meshing/surface_trust.h"
 #include "tools/meshing/visibility_cut.h"
 #include "tools/scene/mesh_frame.h"
@@ -95,10 +96,6 @@ struct SceneMesh {
 // of. `lacking`: what there is too little of, "points" for example.
 [[nodiscard]] std::string coverage_warning(const SurfaceTrust& trust, const std::vector<std::string>& names,
                                            const std::string& lacking);
-
-// Called when a stage of the work begins, with what it is and its number of steps; returns what is called with the
-// steps done since the last call, from any thread. What that throws ends the work.
-using StageProgress = std::function<std::function<void(std::size_t)>(const std::string& stage, std::size_t steps)>;
 
 // Makes a mesh from points by a visibility cut. Points and poses are in the scene's own coordinates. Throws InputError
 // where the points make no surface.

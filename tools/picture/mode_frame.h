@@ -3,8 +3,11 @@
 // Paper Fig. 1, 7 and 14.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -27,6 +30,17 @@ enum class Mode {
   depth,        // z
   error,        // against a photograph: root mean square over R, G and B of the sRGB differences, 8-bit levels
 };
+
+inline const std::array<std::pair<std::string, Mode>, 10> kModesByName{{{"picture", Mode::picture},
+                                                                        {"coverage", Mode::coverage},
+                                                                        {"references", Mode::references},
+                                                                        {"valid-views", Mode::valid_views},
+                                                                        {"winner", Mode::winner},
+                                                                        {"weights", Mode::weights},
+                                                                        {"trust", Mode::trust},
+                                                                        {"cells", Mode::cells},
+                                                                        {"depth", Mode::depth},
+                                                                        {"error", Mode::error}}};
 
 // Whether a pixel has a number, and if not, why (paper Fig. 1 keeps unseen and untextured apart).
 enum class PixelMark : std::uint8_t {

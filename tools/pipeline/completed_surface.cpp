@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -174,6 +176,17 @@ CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::s
   const std::vector<Camera> cameras = completion_cameras(views, ranks);
   const Outlook seen = outlook_of(small_photographs(views.views, ranks), cameras, mesh, true);
   return {seen.shares, lacking_ranks(seen, ranks).size()};
+}
+
+nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh) {
+  std::vector<std::size_t> ranks(views.views.size());
+  std::iota(ranks.begin(), ranks.end(), std::size_t{0});
+  leave_out_bad(views, ranks);
+  const CompletionPlan plan = plan_completion(views, ranks, mesh);
+  return {{"surface", plan.shares.surface},
+          {"far", plan.shares.far},
+          {"lacking", std::max(0.0, 1 - plan.shares.surface - plan.shares.far)},
+          {"to_match", plan.to_match}};
 }
 
 CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,

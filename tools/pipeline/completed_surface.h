@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -54,6 +55,10 @@ struct CompletionPlan {
 // Interrupted soon after a signal.
 [[nodiscard]] CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks,
                                              const Mesh& mesh);
+
+// Returns what `lumatlas inspect` prints of the frames of a scene's good views, in the frame of the mesh: {"surface",
+// "far", "lacking", "to_match"}.
+[[nodiscard]] nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh);
 
 // Adds surface to `mesh` and finds its far sphere. `views` are those of `scene`, in the frame of the mesh; the views of
 // `ranks` are looked at. Surface is added if more than a hundredth of their valid pixels see neither the mesh nor the

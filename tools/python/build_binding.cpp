@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <pybind11/functional.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
-#include <map>
-#include <nlohmann/json.hpp>
+#include <array>
 #include <stdexcept>
-#include <vector>
+#include <utility>
+#include <variant>
 
-#include "mesh/mesh_file.h"
 #include "tools/base/output_folder.h"
-#include "tools/meshing/scene_mesh.h"
 #include "tools/pipeline/build_model.h"
+#include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/save_model.h"
 #include "tools/python/bindings.h"
+#include "tools/python/codings.h"
+#include "tools/python/mesh_frames.h"
 #include "tools/python/model.h"
+#include "tools/python/names.h"
+#include "tools/python/progress.h"
+#include "tools/stereo/scene_stereo.h"
 
 namespace lumatlas::python {
 
@@ -23,117 +26,100 @@ namespace py = pybind11;
 namespace {
 
 using Path = std::filesystem::path;
+using Faces = std::optional<std::variant<std::size_t, std::string>>;
 
-// Ctrl-C of somebody who types at Python, as the exception that Python has for it. Needs Python's lock.
-void throw_signals() {
-  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-}
+constexpr std::array<std::pair<const char*, RefineMode>, 5> kRefineModes{{{"none", RefineMode::none},
+                                                                          {"exposure", RefineMode::exposure},
+                                                                          {"pose", RefineMode::pose},
+                                                                          {"all", RefineMode::all},
+                                                                          {"joint", RefineMode::joint}}};
 
-bool truth_of(const py::object& answer) {
-  try {
-    return answer.cast<bool>();
-  } catch (const py::cast_error&) {
-    throw py::type_error("progress: has returned a value of type " +
-                         py::type::of(answer).attr("__name__").cast<std::string>() +
-                         ", must return None, True or False");
+ModelBudget budget_of(std::optional<std::uint64_t> gpu_bytes, std::optional<std::uint64_t> texels,
+                      std::optional<double> loss) {
+  if ((gpu_bytes ? 1 : 0) + (texels ? 1 : 0) + (loss ? 1 : 0) > 1) {
+    throw std::invalid_argument("gpu_bytes, texels and loss: more than one is given, name one bound");
   }
+  if (gpu_bytes == 0u) throw std::invalid_argument("gpu_bytes is 0, must be at least 1");
+  if (texels == 0u) throw std::invalid_argument("texels is 0, must be at least 1");
+  ModelBudget budget;
+  budget.gpu_bytes = gpu_bytes.value_or(0);
+  budget.texels = texels.value_or(0);
+  budget.automatic = loss.has_value();
+  budget.loss_db = loss.value_or(budget.loss_db);
+  return budget;
 }
 
-// Calls `progress`, which may be None, with the stage, the steps done and their number; False ends the build.
-BuildCallback callback_of(const py::object& progress) {
-  return [progress](const BuildProgress& build) {
-    const py::gil_scoped_acquire locked;
-    throw_signals();
-    if (progress.is_none()) return true;
-    const py::object answer = progress(build.stage, build.done, build.total);
-    return answer.is_none() || truth_of(answer);
-  };
+FaceOptions faces_of(const Faces& given, bool few) {
+  FaceOptions faces;
+  const std::string* const word = given ? std::get_if<std::string>(&*given) : nullptr;
+  if (word != nullptr && *word != "auto" && *word != "keep") {
+    throw std::invalid_argument("faces is '" + *word + "', must be a number, keep or auto");
+  }
+  if (given && word == nullptr) {
+    faces.faces = std::get<std::size_t>(*given);
+  } else if (word != nullptr ? *word == "auto" : few) {
+    faces.pixels = kFacesPixels;
+  }
+  return faces;
 }
 
-RefineMode refine_mode(const std::string& name) {
-  static const std::map<std::string, RefineMode> kModes{{"none", RefineMode::none},
-                                                        {"exposure", RefineMode::exposure},
-                                                        {"pose", RefineMode::pose},
-                                                        {"all", RefineMode::all},
-                                                        {"joint", RefineMode::joint}};
-  const auto found = kModes.find(name);
-  if (found != kModes.end()) return found->second;
-  throw std::invalid_argument("refine is '" + name + "', must be none, exposure, pose, all or joint");
-}
-
-ImageCoding coding_of(const std::string& image) {
-  if (image == "png") return {ImageFormat::png};
-  if (image == "jpeg" || image == "jpg") return {ImageFormat::jpeg};
-  throw std::invalid_argument("image is '" + image + "', must be png or jpeg");
+void warn_of(const BuildResult& result) {
+  for (const std::string& sentence : result.warnings) warn(sentence);
+  for (const SkippedView& view : result.skipped) warn("left out: " + view.why);
 }
 
 std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::optional<Path>& mesh,
+                             const std::optional<double>& mesh_scale, const std::optional<std::string>& mesh_axes,
+                             const std::optional<std::array<double, 3>>& mesh_shift, bool mesh_as_given,
                              std::optional<std::size_t> hold, std::size_t block, std::optional<std::uint32_t> max_views,
-                             const std::string& refine, const std::string& image, const py::object& progress) {
+                             std::optional<std::uint64_t> gpu_bytes, std::optional<std::uint64_t> texels,
+                             std::optional<double> loss, const Faces& faces, double cell_size,
+                             const std::string& refine, std::optional<std::uint32_t> texture, const std::string& image,
+                             std::optional<int> quality, const py::object& progress) {
   BuildOptions options;
   options.mesh = mesh;
+  options.mesh_frame = mesh_frame_of(mesh_scale, mesh_axes, mesh_shift);
   options.pictures = scene.pictures;
-  options.completion.surface = true;
+  options.completion.surface = !mesh_as_given;
   options.completion.stereo_folder = stereo_folder_of(output);
   options.hold_out = protocol_of(hold, block);
-  options.max_views = max_views;
-  options.refine = refine_mode(refine);
-  const ImageCoding coding = coding_of(image);
-  const BuildCallback callback = callback_of(progress);
-  const py::gil_scoped_release unlocked;
-  ModelOutput opened(output);
-  const BuildResult result = build_model(scene.path, options, callback);
-  (void)save_model(result, opened, coding);
-  remove_stereo_work(options.completion.stereo_folder);
-  return open_model(output);
-}
-
-nlohmann::json trust_json(const SceneMesh& made) {
-  return {{"vertices", made.surface.positions.size()},
-          {"faces", made.surface.faces.size()},
-          {"points_on_surface", made.trust.points_on_surface},
-          {"pixels_covered", made.trust.pixels_covered},
-          {"frames_mostly_empty", made.trust.frames_mostly_empty},
-          {"pixels_guessed", made.trust.pixels_guessed},
-          {"warnings", made.warnings}};
-}
-
-py::object make_mesh(const Scene& scene, const Path& output, const std::optional<Path>& points) {
-  SceneMeshOptions options;
-  options.points = points;
-  options.pictures = scene.pictures;
-  options.stereo_folder = output.string() + ".stereo";
-  nlohmann::json trust;
+  options.cells.size = cell_size;
+  if (max_views) options.max_views = max_views;
+  options.tight_tiles = compressed_tiles(options.tiles);
+  const ModelBudget budget = budget_of(gpu_bytes, texels, loss);
+  options.faces = faces_of(faces, wants_few_faces(budget, options.tiles));
+  apply_budget(budget, max_views.has_value(), options);
+  options.refine = value_named(kRefineModes, "refine", refine);
+  options.texture_px = texture;
+  const ImageCoding coding = image_coding(image, quality);
+  check(options);
+  check_apart(output, std::array{scene.path, mesh.value_or(Path()), scene.pictures.images.value_or(Path()),
+                                 scene.pictures.masks.value_or(Path())});
+  const Progress told("build", progress);
+  BuildResult result;
   {
     const py::gil_scoped_release unlocked;
-    const StageProgress stages = [](const std::string&, std::size_t) {
-      return [](std::size_t) {
-        const py::gil_scoped_acquire locked;
-        throw_signals();
-      };
-    };
-    AtomicFile file(output);
-    const SceneMesh made = mesh_from_scene(scene.path, options, stages);
-    write_ply(file.stream(), made.surface);
-    file.commit();
-    if (made.source == MeshSource::photographs) remove_stereo_work(options.stereo_folder);
-    trust = trust_json(made);
+    ModelOutput opened(output);
+    result = build_model(scene.path, options, told.of_build());
+    (void)save_model(result, opened, coding);
+    remove_stereo_work(options.completion.stereo_folder);
   }
-  return to_python(trust);
+  warn_of(result);
+  const py::gil_scoped_release unlocked;
+  return open_model(output);
 }
 
 }  // namespace
 
 void bind_build(py::module_& module) {
-  module.def("make_mesh", &make_mesh, py::arg("scene"), py::arg("output"), py::kw_only(),
-             py::arg("points") = py::none(),
-             "Write a mesh of the scene's depth images, dense points or photographs; returns how far to trust it");
   module.def("build", &build, py::arg("scene"), py::arg("output"), py::kw_only(), py::arg("mesh") = py::none(),
-             py::arg("hold") = py::none(), py::arg("block") = 1,
-             py::arg("max_views") = BuildOptions{}.max_views.value_or(0), py::arg("refine") = "joint",
-             py::arg("image") = "png", py::arg("progress") = py::none(),
-             "Choose photographs, save them as a model (a folder, or one .glb), and open it. `progress(stage, done, "
-             "total)` is called after each step; where it returns False the build ends with a RuntimeError");
+             py::arg("mesh_scale") = py::none(), py::arg("mesh_axes") = py::none(), py::arg("mesh_shift") = py::none(),
+             py::arg("mesh_as_given") = false, py::arg("hold") = py::none(), py::arg("block") = 1,
+             py::arg("max_views") = py::none(), py::arg("gpu_bytes") = py::none(), py::arg("texels") = py::none(),
+             py::arg("loss") = py::none(), py::arg("faces") = py::none(), py::arg("cell_size") = 0.0,
+             py::arg("refine") = "joint", py::arg("texture") = BuildOptions{}.texture_px, py::arg("image") = "png",
+             py::arg("quality") = py::none(), py::arg("progress") = py::none(),
+             "Choose photographs, save them as a model (a folder, or one .glb), and open it");
 }
 
 }  // namespace lumatlas::python

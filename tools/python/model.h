@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -16,7 +17,7 @@
 
 namespace lumatlas::python {
 
-// It is read once, and drawn by a renderer that is made for the first picture. Cameras are in the scene's coordinates.
+// It is read once, and drawn by renderers that are made for the first pictures. Cameras are in the scene's coordinates.
 // Its functions may be called from any thread; they need no lock of Python's.
 class Model {
  public:
@@ -30,7 +31,10 @@ class Model {
   [[nodiscard]] const lumatlas::Model& model() const { return model_; }
   [[nodiscard]] const glm::dvec3& offset() const { return model_.snapshot.surface->offset; }
 
-  [[nodiscard]] Rendering render(const Camera& camera);
+  // Draws with a renderer that has the snapshot loaded, on a current context. One drawing at a time. The first one
+  // loads the model.
+  using Drawing = std::function<void(const Snapshot&, Renderer&)>;
+  void draw(bool with_far_sphere, const Drawing& drawing);
   [[nodiscard]] VisibilityBuffer trace(const Camera& camera);
 
  private:
@@ -39,7 +43,11 @@ class Model {
   ModelNotes notes_;
   std::mutex drawing_;
   std::optional<EglContext> context_;
-  std::optional<Renderer> renderer_;
+  struct Drawn {
+    Snapshot snapshot;
+    Renderer renderer;
+  };
+  std::optional<Drawn> whole_, near_;  // with the far sphere, and without
   std::unique_ptr<Visibility> visibility_;
 };
 

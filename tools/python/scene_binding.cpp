@@ -10,6 +10,7 @@
 #include "mesh/base/errors.h"
 #include "tools/python/bindings.h"
 #include "tools/python/pictures.h"
+#include "tools/python/scene_arrays.h"
 
 namespace lumatlas::python {
 
@@ -23,7 +24,7 @@ using Names = std::vector<std::string>;
 Scene load_scene(const Path& path, const std::optional<Path>& images, const std::optional<Path>& masks, bool skip_bad) {
   const py::gil_scoped_release unlocked;
   const PictureFolders pictures{images, masks, skip_bad};
-  return {path, pictures, read_scene_views(path, glm::dvec3(0), pictures)};
+  return {path, pictures, read_scene_views(path, glm::dvec3(0), pictures), nullptr};
 }
 
 const SceneView& view_of(const Scene& scene, const std::string& name) {
@@ -74,7 +75,12 @@ py::array_t<std::uint8_t> photograph(const Scene& scene, const std::string& name
 }  // namespace
 
 void bind_scene(py::module_& module) {
-  py::class_<Scene>(module, "Scene", "Posed photographs, as `load_scene` finds them")
+  py::class_<Scene>(module, "Scene", "Posed photographs, of `load_scene` or of arrays")
+      .def_static("from_arrays", &scene_of_arrays, py::arg("photographs"), py::arg("cameras"),
+                  py::arg("vertices") = py::none(), py::arg("faces") = py::none(), py::kw_only(),
+                  py::arg("masks") = py::none(), py::arg("points") = py::none(),
+                  "A scene of arrays: photographs by name, (height, width, 3) of uint8, their cameras, a mesh, masks "
+                  "that are 0 where pixels are not used, and dense points")
       .def_property_readonly("path", [](const Scene& scene) { return scene.path; })
       .def_property_readonly("names", &names_of, "Of the photographs, in order")
       .def_property_readonly("cameras", &cameras_of, "The camera of each photograph once its lens is undone, by name")

@@ -250,9 +250,10 @@ struct Ticks {
   }
 };
 
-ProgressOptions of_whole_run(bool quiet) {
-  ProgressOptions options = ProgressOptions::standard_error(quiet);
+ProgressOptions of_whole_run(const ValidationOptions& validation) {
+  ProgressOptions options = ProgressOptions::standard_error(validation.quiet);
   options.as_share = true;
+  options.told = validation.told;
   return options;
 }
 
@@ -355,7 +356,7 @@ Report validate_model(const Snapshot& model, const SceneViews& scene, const EglC
   report.input_views = parts.input.size();
   report.views = report_views(unknown, parts.scored, options, folder);
   const Ticks ticks(options, parts);
-  Progress progress("validating", ticks.all, of_whole_run(options.quiet));
+  Progress progress("validating", ticks.all, of_whole_run(options));
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(near_surface(*model.surface).mesh);
   Methods methods{methods_of(model, scene, parts, options, progress), std::nullopt};
   if (options.unbounded)

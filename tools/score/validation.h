@@ -2,7 +2,9 @@
 // Scores a model on photographs that were held out, beside the two baselines, over the pixels where the mesh is seen.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "atlas/atlas.h"
@@ -29,6 +31,8 @@ struct ValidationOptions {
   std::optional<SceneViews> path;  // consecutive frames with their true pictures: also measure flicker along them
   bool pictures = true;            // write photograph, rendering and error of every scored view
   bool quiet = false;
+  // Called, from any thread, with how much of the whole is done. What it throws ends the work. Empty: not called.
+  std::function<void(std::size_t done, std::size_t total)> told;
 };
 
 // Renders every scored view, and the frames of the path, with each method ("store", "texture", "texture-all",

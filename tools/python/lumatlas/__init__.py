@@ -3,28 +3,45 @@
 
 from ._lumatlas import (
     Camera,
+    Error,
+    GlError,
+    InputError,
     Model,
     Scene,
+    Stopped,
     __version__,
     build,
+    capture,
+    export,
+    inspect,
     load_scene,
     make_mesh,
     open_model,
+    render,
     validate,
 )
 
 __all__ = [
     "Camera",
+    "Error",
+    "GlError",
+    "InputError",
     "Model",
     "Scene",
+    "Stopped",
     "__version__",
     "build",
+    "capture",
+    "export",
+    "inspect",
     "load_scene",
     "make_mesh",
     "open_model",
+    "render",
     "validate",
 ]
 
-for _name in (Camera, Model, Scene, build, load_scene, make_mesh, open_model, validate):
-    _name.__module__ = "lumatlas"
+for _name in __all__:
+    if _name != "__version__":
+        globals()[_name].__module__ = "lumatlas"
 del _name

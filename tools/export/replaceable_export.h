@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which files an export may replace: those that an earlier one wrote. Another file could be its owner's only copy.
+#pragma once
+
+#include <filesystem>
+
+namespace lumatlas {
+
+// Throws InputError where a file stands there that is no glTF of `lumatlas export`.
+void check_replaceable_export(const std::filesystem::path& file);
+
+// Throws InputError where a file stands there that is no page of `lumatlas export`.
+void check_replaceable_page(const std::filesystem::path& file);
+
+}  // namespace lumatlas
