@@ -161,8 +161,22 @@ class Jobs(unittest.TestCase):
         self.assertEqual((facts["views"]["count"], facts["views"]["form"]), (12, "COLMAP"))
         self.assertEqual(lumatlas.inspect(self.scene, mesh="office/mesh.ply")["mesh"]["file"], "office/mesh.ply")
         self.assertEqual(lumatlas.inspect(self.model)["views"]["count"], len(self.model.cameras))
-        with self.assertRaisesRegex(ValueError, "mesh and cell_size are for scenes"):
+        with self.assertRaisesRegex(ValueError, "mesh, its frame and cell_size are for scenes"):
             lumatlas.inspect(self.model, cell_size=1)
+        vertices, faces = read_ply(Path("office/mesh.ply"))
+        with open("millimetres.obj", "w", encoding="utf-8") as obj:
+            obj.writelines(f"v {x!r} {y!r} {z!r}\n" for x, y, z in (1000 * vertices).tolist())
+            obj.writelines(f"f {a} {b} {c}\n" for a, b, c in (faces + 1).tolist())
+        facts = lumatlas.inspect(self.scene, mesh="millimetres.obj")
+        self.assertEqual(facts["fit"]["remedy"]["mesh_scale"], 0.001)
+        told = lumatlas.inspect(self.scene, mesh="millimetres.obj", mesh_scale=0.001)
+        self.assertIsNone(told["fit"]["likely"])
+        self.assertAlmostEqual(told["mesh"]["diameter"], lumatlas.inspect(self.scene)["mesh"]["diameter"], places=4)
+        model = lumatlas.build(self.scene, "metres", mesh="millimetres.obj", mesh_scale=0.001, mesh_axes="x,y,z",
+                               mesh_shift=(0, 0, 0), refine="none")
+        self.assertEqual(len(model.cameras), 12)
+        with self.assertRaisesRegex(ValueError, "names x twice"):
+            lumatlas.build(self.scene, "metres", mesh="millimetres.obj", mesh_axes="x,x,z")
         with self.assertRaisesRegex(ValueError, "images or masks of its own"):
             lumatlas.inspect(lumatlas.load_scene("office", images="office/images"))
 
