@@ -149,12 +149,16 @@ Mesh with_axes(Mesh mesh, const glm::dmat3& axes) {
 // Shifts under which the scene's points lie on the mesh, with the axes that modelling programs export, each if there is
 // one. `mesh` lies around `offset`.
 std::vector<Explanation> shift_explanations(const Mesh& mesh, const glm::dvec3& offset, const ScenePoints& points) {
+  constexpr std::size_t kMostPoints = 20'000;
+  const std::size_t stride = points.positions.size() / kMostPoints + 1;
   std::vector<Explanation> list;
   for (const char* const names : {"x,y,z", kYUp, kZUp}) {
     const glm::dmat3 axes = parse_mesh_axes(names);
     const glm::dvec3 mesh_origin = axes * offset;
     std::vector<glm::dvec3> around;
-    for (const glm::dvec3& point : points.positions) around.push_back(point - mesh_origin);
+    for (std::size_t i = 0; i < points.positions.size(); i += stride) {
+      around.push_back(points.positions[i] - mesh_origin);
+    }
     const std::optional<glm::dvec3> shift = estimated_mesh_shift(with_axes(mesh, axes), around);
     if (!shift) continue;
     const std::string other_axes = axes == glm::dmat3(1.0) ? "" : " and has other axes than the poses";
@@ -237,11 +241,11 @@ std::optional<Explained> best_explanation(const Evidence& evidence, bool points_
   const auto best = [&](const std::vector<Explanation>& list, double least) {
     return best_of(list, evidence.meter, least, options.least_shared);
   };
-  const std::optional<Explained> simple = best(simple_explanations(), needed);
+  std::optional<Explained> simple = best(simple_explanations(), needed);
   if (points_fit) return simple;
   if (evidence.points) {
-    const auto shifted = best(shift_explanations(evidence.mesh, evidence.offset, *evidence.points),
-                              simple ? simple->correlation + kBetter : needed);
+    auto shifted = best(shift_explanations(evidence.mesh, evidence.offset, *evidence.points),
+                        simple ? simple->correlation + kBetter : needed);
     if (shifted) return shifted;
   }
   return simple ? simple : best(combined_explanations(), needed);
@@ -305,6 +309,7 @@ std::string misfit_sentence(const std::filesystem::path& mesh_file, const MeshDi
 std::string coarse_coordinates_warning(const SurfaceInput& facts, const Mesh& mesh, const std::vector<SceneView>& views,
                                        const std::vector<std::size_t>& ranks) {
   std::vector<Camera> cameras;
+  cameras.reserve(ranks.size());
   for (const std::size_t rank : ranks) cameras.push_back(views[rank].camera);
   const double pixel = pixel_size(mesh, cameras, 0.5);
   if (!(facts.coordinate_step > pixel / 2)) return {};

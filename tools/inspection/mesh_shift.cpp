@@ -279,6 +279,7 @@ std::optional<glm::dvec3> estimated_mesh_shift(const Mesh& mesh, std::span<const
   if (samples.empty()) return std::nullopt;
   const double diameter = scene_diameter(mesh);
   std::vector<glm::dvec3> positions;
+  positions.reserve(samples.size());
   for (const SurfaceSample& sample : samples) positions.push_back(sample.position);
   const glm::dvec3 middle = middle_of_bulk(every_nth(points, kForMiddle)) - middle_of_bulk(positions);
   const SampleTree tree(std::move(samples));
