@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a folder holds that can be captured, or a video alone.
+// Finds what can be captured in a folder, or takes a video alone.
 #pragma once
 
 #include <filesystem>

@@ -12,7 +12,7 @@ namespace lumatlas {
 
 namespace {
 
-// What tells lenses apart; empty for a photograph that cannot be read.
+// Returns what tells lenses apart; empty for a photograph that cannot be read.
 std::string lens_text(const CapturedPhotograph& photograph) {
   if (!photograph.video.empty()) return "video " + photograph.video;
   const CameraNote& note = photograph.note;

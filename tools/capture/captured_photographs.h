@@ -24,10 +24,10 @@ struct CapturedPhotographs {
 
 [[nodiscard]] std::vector<std::string> names_of(const CapturedPhotographs& captured);
 
-// Name, size and time of each: what tells that a photograph came, went or changed.
+// Returns name, size and time of each, which tell that a photograph came, went or changed.
 [[nodiscard]] nlohmann::json states_of(const CapturedPhotographs& captured);
 
-// The names of the photographs by the lens that they were taken through, as far as their headers tell: of one size,
+// Returns the names of the photographs by the lens that they were taken through, as far as their headers tell: of one size,
 // camera and focal length. The frames of a video count as of one lens of its own. Photographs that say nothing of their
 // camera count as of one where they have one size, and those that cannot be read as of the lens of most. The lens of
 // most photographs is the first, of equals the one of the first name; names are in byte order.

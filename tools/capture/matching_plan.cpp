@@ -14,7 +14,7 @@ namespace {
 constexpr std::size_t kMostLinks = 60;    // 1770 pairs: less than neighbours by order of 200 photographs
 constexpr double kEnoughWithPlace = 0.5;  // share
 
-// The share of the photographs that are no frames of a video whose headers tell where they were taken.
+// Returns the share of the photographs that are no frames of a video whose headers tell where they were taken.
 double share_with_place(const CapturedPhotographs& captured) {
   std::size_t stills = 0, placed = 0;
   for (const CapturedPhotograph& photograph : captured.photographs) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which photographs COLMAP compares with which.
+// Plans which photographs COLMAP compares with which.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ struct MatchingOptions {
   std::optional<std::filesystem::path> vocabulary;
 };
 
-// What COLMAP is asked for, one after the other; what was compared before is not compared again.
+// The comparisons that COLMAP is asked for, one after the other; what was compared before is not compared again.
 struct MatchingPlan {
   bool exhaustive = false;
   bool by_order = false;  // neighbours by name
@@ -38,18 +38,18 @@ struct MatchingPlan {
   std::vector<std::string> links;
 };
 
-// Automatic matching of many photographs: by order; by GPS, where at least half of those that are no frames of a video
+// Plans automatic matching of many photographs by all that tells neighbours: by order; by GPS, where at least half of those that are no frames of a video
 // tell their place; by the vocabulary where there is one, and without one by links. Names with a blank are no links,
 // for COLMAP's list of pairs cannot hold them.
 // Throws InputError where GPS is asked for by Matching::spatial and fewer than half tell it, and where there is no such
 // vocabulary.
 [[nodiscard]] MatchingPlan plan_matching(const CapturedPhotographs& captured, const MatchingOptions& options);
 
-// What the plan compares, for people, and for the record of what is done.
+// Return what the plan compares, for people, and for the record of what is done.
 [[nodiscard]] std::string text_of(const MatchingPlan& plan);
 [[nodiscard]] nlohmann::json json_of(const MatchingPlan& plan);
 
-// COLMAP's list of all pairs of the plan's links.
+// Returns COLMAP's list of all pairs of the plan's links.
 [[nodiscard]] std::string list_of_links(const MatchingPlan& plan);
 
 }  // namespace lumatlas

@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Of photographs in other forms: what it loses is below what tells features apart, and below noise.
+// The JPEG quality of photographs in other forms: what it loses is below what tells features apart, and below noise.
 constexpr int kConvertedQuality = 97;
 
 std::string percent(double share) {
@@ -57,7 +57,7 @@ fs::file_time_type time_of(const fs::path& file) {
   return time;
 }
 
-// Whether a file that was made of `source` is there: it has the time of its source.
+// Returns whether a file that was made of `source` is there: it has the time of its source.
 bool is_made_of(const fs::path& made, const fs::path& source) {
   std::error_code error;
   const fs::file_time_type time = fs::last_write_time(made, error);

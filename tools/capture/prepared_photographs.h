@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What lies in a folder made into photographs that COLMAP reads: frames of videos, and JPEG files of photographs in
-// other forms.
+// Makes photographs that COLMAP reads of what lies in a folder: of frames of videos, and of photographs in other forms.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +37,7 @@ struct PreparationListener {
   StageProgress stage;
 };
 
-// Whether COLMAP cannot read all sources as they are.
+// Returns whether COLMAP cannot read all sources as they are.
 [[nodiscard]] bool need_preparation(const CaptureSources& sources);
 
 // Returns the sources themselves where COLMAP can read all of them. Else makes the folder work/photographs of them:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What COLMAP's mapper leaves: one reconstruction, or several that do not hang together.
+// Reads what COLMAP's mapper leaves: one reconstruction, or several that do not hang together.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct Reconstruction {
 // InputError where one cannot be read.
 [[nodiscard]] std::vector<Reconstruction> reconstructions_in(const std::filesystem::path& folder);
 
-// The files of COLMAP's model in a folder of its own, in binary or as text, whether they are there or not.
+// Returns the files of COLMAP's model in a folder of its own, in binary or as text, whether they are there or not.
 [[nodiscard]] std::vector<std::filesystem::path> files_of_model(const std::filesystem::path& folder);
 
 }  // namespace lumatlas

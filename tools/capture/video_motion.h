@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the frames of a video move, kept in a file so that a video is measured once.
+// Measures how the frames of a video move, and keeps that in a file so that a video is measured once.
 #pragma once
 
 #include <filesystem>

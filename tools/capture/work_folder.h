@@ -6,7 +6,7 @@
 
 namespace lumatlas {
 
-// Whether a path, once links are followed, lies in the folder or is it.
+// Returns whether a path, once links are followed, lies in the folder or is it.
 [[nodiscard]] bool is_within(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 // Throws InputError where an output lies among the photographs.

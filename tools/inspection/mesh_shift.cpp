@@ -3,10 +3,15 @@
 // out as in D. Chetverikov et al., "The Trimmed Iterative Closest Point Algorithm", 2002.
 #include "tools/inspection/mesh_shift.h"
 
+#include <CGAL/Orthogonal_k_neighbor_search.h>
+#include <CGAL/Search_traits_3.h>
+#include <CGAL/Search_traits_adapter.h>
+#include <CGAL/Simple_cartesian.h>
+#include <CGAL/property_map.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -60,61 +65,35 @@ std::vector<SurfaceSample> sampled_surface(const Mesh& mesh) {
   return samples;
 }
 
-// A balanced k-d tree in the order of its own array: the middle of a range splits it.
+using Kernel = CGAL::Simple_cartesian<double>;
+using NumberedPoint = std::pair<Kernel::Point_3, std::size_t>;
+using SearchTraits = CGAL::Search_traits_adapter<NumberedPoint, CGAL::First_of_pair_property_map<NumberedPoint>,
+                                                 CGAL::Search_traits_3<Kernel>>;
+using NearestSearch = CGAL::Orthogonal_k_neighbor_search<SearchTraits>;
+
 class SampleTree {
  public:
-  explicit SampleTree(std::vector<SurfaceSample> samples) : samples_(std::move(samples)), axes_(samples_.size(), 0) {
-    split(0, samples_.size());
+  explicit SampleTree(std::vector<SurfaceSample> samples) : samples_(std::move(samples)) {
+    std::vector<NumberedPoint> points;
+    points.reserve(samples_.size());
+    for (const SurfaceSample& sample : samples_) {
+      const glm::dvec3& p = sample.position;
+      points.emplace_back(Kernel::Point_3(p.x, p.y, p.z), points.size());
+    }
+    tree_.insert(points.begin(), points.end());
+    tree_.build();
   }
 
   // Null if none is within `reach`.
   [[nodiscard]] const SurfaceSample* nearest(const glm::dvec3& point, double reach) const {
-    Found found{samples_.size(), reach * reach};
-    search(0, samples_.size(), point, found);
-    return found.index < samples_.size() ? &samples_[found.index] : nullptr;
+    const NearestSearch search(tree_, {point.x, point.y, point.z}, 1);
+    const auto& [found, squared_distance] = *search.begin();
+    return squared_distance < reach * reach ? &samples_[found.second] : nullptr;
   }
 
  private:
-  struct Found {
-    std::size_t index;
-    double squared;  // distance
-  };
-
-  void split(std::size_t first, std::size_t last) {
-    if (last - first < 2) return;
-    glm::dvec3 low = samples_[first].position, high = low;
-    for (std::size_t i = first; i < last; ++i) {
-      low = glm::min(low, samples_[i].position);
-      high = glm::max(high, samples_[i].position);
-    }
-    const glm::dvec3 extent = high - low;
-    int axis = extent.x >= extent.y ? 0 : 1;
-    if (extent.z > extent[axis]) axis = 2;
-    const std::size_t middle = first + (last - first) / 2;
-    const auto begin = samples_.begin();
-    std::nth_element(begin + static_cast<std::ptrdiff_t>(first), begin + static_cast<std::ptrdiff_t>(middle),
-                     begin + static_cast<std::ptrdiff_t>(last), [axis](const SurfaceSample& a, const SurfaceSample& b) {
-                       return a.position[axis] < b.position[axis];
-                     });
-    axes_[middle] = static_cast<std::uint8_t>(axis);
-    split(first, middle);
-    split(middle + 1, last);
-  }
-
-  void search(std::size_t first, std::size_t last, const glm::dvec3& point, Found& found) const {
-    if (first == last) return;
-    const std::size_t middle = first + (last - first) / 2;
-    const glm::dvec3 to = samples_[middle].position - point;
-    if (const double squared = glm::dot(to, to); squared < found.squared) found = {middle, squared};
-    const double beyond = point[axes_[middle]] - samples_[middle].position[axes_[middle]];
-    const bool below = beyond < 0;
-    below ? search(first, middle, point, found) : search(middle + 1, last, point, found);
-    if (beyond * beyond >= found.squared) return;
-    below ? search(middle + 1, last, point, found) : search(first, middle, point, found);
-  }
-
   std::vector<SurfaceSample> samples_;
-  std::vector<std::uint8_t> axes_;  // of the sample that splits a range
+  NearestSearch::Tree tree_;
 };
 
 // ---- Fitting ---------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ namespace lumatlas {
 
 namespace {
 
-// Where corners of the frame before lie in this one.
+// A corner of the frame before and where it lies in this one.
 struct FoundCorner {
   cv::Point2f before, now;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How sharp the frames of a video are and how their content moves, by OpenCV: corners are followed from each frame to
+// Measures how sharp the frames of a video are and how their content moves, by OpenCV: corners are followed from each frame to
 // the next one (Lucas and Kanade's method on a pyramid, asked in both directions).
 #pragma once
 

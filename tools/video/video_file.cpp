@@ -44,7 +44,7 @@ std::string input_name(const fs::path& file) {
   return "file:" + fs::absolute(file).string();
 }
 
-// Empty where the file is missing or empty.
+// Returns an empty line where the file is missing or empty.
 std::string first_line(const fs::path& file) {
   std::ifstream text(file);
   std::string line;
@@ -52,7 +52,7 @@ std::string first_line(const fs::path& file) {
   return line;
 }
 
-// The number of "30000/1001", "12.5" or "250"; 0 where the text is none.
+// Returns the number of "30000/1001", "12.5" or "250"; 0 where the text is none.
 double number_of(const json& object, const char* key) {
   const json value = object.value(key, json());
   if (value.is_number()) return value.get<double>();

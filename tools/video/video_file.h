@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// Whether the file's ending, in any case, is one that videos have.
+// Returns whether the file's ending, in any case, is one that videos have.
 [[nodiscard]] bool has_video_ending(const std::filesystem::path& file);
 
 // What ffprobe says of the first video stream.
@@ -42,7 +42,7 @@ class VideoFile {
   void write_frames(std::span<const std::size_t> indices, std::span<const std::filesystem::path> files,
                     const std::function<void(std::size_t)>& tick) const;
 
-  // The first line in which ffmpeg told of damage when it last read the whole video; empty: it told of none.
+  // Returns the first line in which ffmpeg told of damage when it last read the whole video; empty: it told of none.
   [[nodiscard]] std::string damage() const;
 
  private:
