@@ -27,10 +27,10 @@ struct CapturedPhotographs {
 // Returns name, size and time of each, which tell that a photograph came, went or changed.
 [[nodiscard]] nlohmann::json states_of(const CapturedPhotographs& captured);
 
-// Returns the names of the photographs by the lens that they were taken through, as far as their headers tell: of one size,
-// camera and focal length. The frames of a video count as of one lens of its own. Photographs that say nothing of their
-// camera count as of one where they have one size, and those that cannot be read as of the lens of most. The lens of
-// most photographs is the first, of equals the one of the first name; names are in byte order.
+// Returns the names of the photographs by the lens that they were taken through, as far as their headers tell: of one
+// size, camera and focal length. The frames of a video count as of one lens of its own. Photographs that say nothing of
+// their camera count as of one where they have one size, and those that cannot be read as of the lens of most. The lens
+// of most photographs is the first, of equals the one of the first name; names are in byte order.
 [[nodiscard]] std::vector<std::vector<std::string>> names_by_lens(const CapturedPhotographs& captured);
 
 }  // namespace lumatlas

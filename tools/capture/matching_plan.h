@@ -38,11 +38,10 @@ struct MatchingPlan {
   std::vector<std::string> links;
 };
 
-// Plans automatic matching of many photographs by all that tells neighbours: by order; by GPS, where at least half of those that are no frames of a video
-// tell their place; by the vocabulary where there is one, and without one by links. Names with a blank are no links,
-// for COLMAP's list of pairs cannot hold them.
-// Throws InputError where GPS is asked for by Matching::spatial and fewer than half tell it, and where there is no such
-// vocabulary.
+// Plans automatic matching of many photographs by all that tells neighbours: by order; by GPS, where at least half of
+// those that are no frames of a video tell their place; by the vocabulary where there is one, and without one by links.
+// Names with a blank are no links, for COLMAP's list of pairs cannot hold them. Throws InputError where GPS is asked
+// for by Matching::spatial and fewer than half tell it, and where there is no such vocabulary.
 [[nodiscard]] MatchingPlan plan_matching(const CapturedPhotographs& captured, const MatchingOptions& options);
 
 // Return what the plan compares, for people, and for the record of what is done.

@@ -38,7 +38,8 @@ VideoFrame frame_of(const json& numbers) {
   return frame;
 }
 
-// Returns what was kept for the file in this state; nothing where that is another file's, or not what write_motion() writes.
+// Returns what was kept for the file in this state; nothing where that is another file's, or not what write_motion()
+// writes.
 std::optional<VideoMotion> read_motion(const fs::path& kept, const json& state) {
   std::error_code ignored;
   if (!fs::exists(kept, ignored)) return std::nullopt;

@@ -27,14 +27,15 @@ void check(const FrameChoiceOptions& options);
 // parts of how far each has moved in sum, so that shaking to and fro counts for nothing and walking straight on does.
 [[nodiscard]] double motion_between(std::span<const VideoFrame> frames, std::size_t first, std::size_t last);
 
-// Returns the indices of the chosen frames, ascending: of each stretch in which the picture has moved by two to four thirds of
-// a step since the chosen frame before, the sharpest one; a take begins with the sharpest within its first third of a
-// step. Throws std::invalid_argument for bad options.
+// Returns the indices of the chosen frames, ascending: of each stretch in which the picture has moved by two to four
+// thirds of a step since the chosen frame before, the sharpest one; a take begins with the sharpest within its first
+// third of a step. Throws std::invalid_argument for bad options.
 [[nodiscard]] std::vector<std::size_t> choose_frames(std::span<const VideoFrame> frames,
                                                      const FrameChoiceOptions& options = {});
 
-// Returns the smallest step, from options.step on, at which the videos together give at most `most` frames, or fewer than two
-// each. Returns options.step where that gives few enough already. Throws std::invalid_argument for bad options.
+// Returns the smallest step, from options.step on, at which the videos together give at most `most` frames, or fewer
+// than two each. Returns options.step where that gives few enough already. Throws std::invalid_argument for bad
+// options.
 [[nodiscard]] double step_for(std::span<const std::vector<VideoFrame>> videos, std::size_t most,
                               const FrameChoiceOptions& options = {});
 

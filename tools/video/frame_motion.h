@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Measures how sharp the frames of a video are and how their content moves, by OpenCV: corners are followed from each frame to
-// the next one (Lucas and Kanade's method on a pyramid, asked in both directions).
+// Measures how sharp the frames of a video are and how their content moves, by OpenCV: corners are followed from each
+// frame to the next one (Lucas and Kanade's method on a pyramid, asked in both directions).
 #pragma once
 
 #include <cstdint>
