@@ -184,12 +184,10 @@ class CaptureRun {
     plan_ = plan_matching(captured_, options_.colmap.matching);
     if (!options_.poses && options_.colmap.mapper == Mapper::global) ColmapProgram(work_).require(Mapper::global);
     if (!options_.poses) return;
-    const KnownPoses known = write_known_poses(*options_.poses, captured_, poses_folder());
-    say("  " + options_.poses->string() + " is read as " + known.form + ": it has poses of " +
-        std::to_string(known.posed) + " of the " + std::to_string(result_.photographs) + " photographs");
+    poses_ = read_known_poses(*options_.poses, captured_);
+    say("  " + options_.poses->string() + " is read as " + poses_.form + ": it has poses of " +
+        std::to_string(poses_.views.size()) + " of the " + std::to_string(result_.photographs) + " photographs");
   }
-
-  [[nodiscard]] fs::path poses_folder() const { return work_ / "poses"; }
 
   void features() {
     const fs::path database = ColmapProgram::database(work_);
@@ -242,7 +240,8 @@ class CaptureRun {
       fs::create_directories(model.parent_path());
       const ColmapProgram colmap(work_);
       if (options_.poses) {
-        colmap.triangulate(captured_, poses_folder(), bar("mapping"));
+        write_known_poses(poses_, ColmapProgram::database(work_), work_ / "poses");
+        colmap.triangulate(captured_, work_ / "poses", bar("mapping"));
       } else {
         colmap.map(captured_, plan_.exhaustive, options_.colmap.mapper, bar("mapping"));
       }
@@ -372,6 +371,7 @@ class CaptureRun {
   CapturedPhotographs captured_;
   std::map<std::string, fs::path> masks_;  // by photograph
   MatchingPlan plan_;
+  KnownPoses poses_;  // with options_.poses
   fs::path work_, model_;
   const CaptureOptions& options_;
   const CaptureListener& listener_;

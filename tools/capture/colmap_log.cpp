@@ -47,6 +47,7 @@ std::string last_told(const std::string& log) {
   for (std::string line; std::getline(lines, line);) {
     const std::size_t begin = line.find_first_not_of(" \t\r=*");
     if (begin == std::string::npos || line.compare(begin, 2, "@ ") == 0) continue;
+    if (line.find("Check failure stack trace") != std::string::npos) continue;
     last = line;
   }
   return last;

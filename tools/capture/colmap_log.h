@@ -18,7 +18,7 @@ struct FeatureCounts {
 // say. `exhaustive`: each photograph was compared with each.
 [[nodiscard]] std::string why_no_reconstruction(const std::string& log, bool exhaustive);
 
-// The last line that says something: neither blank, nor a rule, nor a frame of a stack trace. Empty: there is none.
+// The last line that says something: neither blank, nor a rule, nor part of a stack trace. Empty: there is none.
 [[nodiscard]] std::string last_told(const std::string& log);
 
 }  // namespace lumatlas

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What `lumatlas capture` is given besides a folder of a few JPEG files: photographs in other forms, videos, many
 // photographs, poses, and how COLMAP is to work.
+#include <sqlite3.h>
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <optional>
@@ -44,6 +46,11 @@ void leave_model_of(const Surroundings& room, const Rename& renamed) {
 Arguments with(const Surroundings& room, const Arguments& more) {
   Arguments arguments = room.arguments();
   arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+Arguments with_quiet(Arguments arguments) {
+  arguments.push_back("--quiet");
   return arguments;
 }
 
@@ -231,14 +238,32 @@ TEST_CASE("lens model and mapper are COLMAP's to know") {
   CHECK(result["reconstructions"] == json{12});
 }
 
+// Makes the stand-in leave a database with these photographs, whose ids count down to 1.
+void leave_database_of(const Surroundings& room, const std::vector<std::string>& names) {
+  sqlite3* database = nullptr;
+  REQUIRE(sqlite3_open((room.bin() / "database").c_str(), &database) == SQLITE_OK);
+  std::string statements = "CREATE TABLE images (image_id INTEGER PRIMARY KEY, name TEXT, camera_id INTEGER);";
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    statements += "INSERT INTO images VALUES (" + std::to_string(names.size() - i) + ", '" + names[i] + "', 1);";
+  }
+  CHECK(sqlite3_exec(database, statements.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK);
+  REQUIRE(sqlite3_close(database) == SQLITE_OK);
+}
+
 TEST_CASE("where poses are known COLMAP finds points alone, and the poses stay as they are") {
   const Surroundings room;
   const Arguments posed{
       "capture", room.photographs().string(), "-o", room.model().string(), "--hold", "4", "--poses", made().scene,
       "--json"};
+  check_failure(lumatlas_here(with_quiet(posed)), "database.db: cannot be read as COLMAP's database (no such table");
+  fs::remove_all(room.work());
+  (void)room.calls();
+  leave_database_of(room, room.names());
   const Outcome outcome = lumatlas_here(posed);
-  const json result = printed(outcome);
+  (void)printed(outcome);
   CHECK(room.calls() == "feature_extractor exhaustive_matcher point_triangulator ");
+  const std::vector<ColmapImage> images = read_colmap_model(room.work()).images;
+  for (std::size_t i = 0; i < images.size(); ++i) CHECK(images[i].id == images.size() - i);
   CHECK_THAT(outcome.err, Catch::Contains("is read as COLMAP: it has poses of 12 of the 12 photographs"));
   const SceneViews before = read_scene_views(made().scene, glm::dvec3(0)),
                    now = read_scene_views(room.work(), glm::dvec3(0));

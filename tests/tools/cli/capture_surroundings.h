@@ -21,7 +21,8 @@ namespace lumatlas::capturing {
 using nlohmann::json;
 
 // Each command is noted in `calls`, the photographs that features are looked for in `lists`, and the pairs that are
-// compared besides in `links`. A file `global` makes COLMAP have a global mapper; A file `slow` makes
+// compared besides in `links`. A file `database` becomes
+// COLMAP's; `global` makes COLMAP have a global mapper; A file `slow` makes
 // the mapper wait for it to go away, `failing` makes it fail, `blind` makes it find nothing; `featureless`, `matchless`
 // and `pairless` make COLMAP say what it says in such cases.
 inline constexpr const char* kColmap = R"sh(#!/bin/sh
@@ -56,7 +57,7 @@ case $command in
     echo "$(tr '\n' ' ' < "$list")" >> "$folder/lists"
     echo "Processed file [12/12]"
     if [ -f "$folder/featureless" ]; then echo "  Features:        0"; else echo "  Features:        866"; fi
-    : > "$database" ;;
+    if [ -f "$folder/database" ]; then cp "$folder/database" "$database"; else : > "$database"; fi ;;
   *_matcher|matches_importer) echo "Matching block [1/1, 1/1]" ;;
   point_triangulator) cp "$input"/* "$output" ;;
   mapper|global_mapper)

@@ -79,6 +79,10 @@ Bytes cameras_file(const std::vector<CameraModel>& lenses) {
   return bytes;
 }
 
+std::uint32_t id_of(std::span<const WrittenView> images, std::size_t image) {
+  return images[image].id != 0 ? images[image].id : static_cast<std::uint32_t>(image + 1);
+}
+
 struct Keypoint {
   glm::dvec2 position;
   std::uint64_t point_id;
@@ -96,7 +100,7 @@ Bytes images_file(std::span<const WrittenView> images, const std::vector<std::ui
   Bytes bytes;
   bytes.put<std::uint64_t>(images.size());
   for (std::size_t i = 0; i < images.size(); ++i) {
-    bytes.put(static_cast<std::uint32_t>(i + 1));
+    bytes.put(id_of(images, i));
     put_pose(images[i].camera, bytes);
     bytes.put(lens_ids[i]);
     bytes.put_text(images[i].name);
@@ -132,7 +136,7 @@ void write_colmap_model(const std::filesystem::path& folder, std::span<const Wri
         throw std::invalid_argument("point " + std::to_string(i) + ": its track names image " +
                                     std::to_string(seen.image) + ", must be below " + std::to_string(images.size()));
       }
-      points_file.put<std::uint32_t>(seen.image + 1);
+      points_file.put(id_of(images, seen.image));
       points_file.put(static_cast<std::uint32_t>(keypoints[seen.image].size()));
       keypoints[seen.image].push_back({seen.position, i + 1});
     }

@@ -32,11 +32,12 @@ struct WrittenView {
   std::string name;  // relative to images/, with '/' between folders
   Camera camera;
   std::optional<CameraModel> lens = {};  // one of COLMAP's models; none: that of the camera, PINHOLE
+  std::uint32_t id = 0;                  // of the image; 0: its place in the order, from 1
 };
 
-// Writes cameras.bin, images.bin and points3D.bin into `folder`, which must exist. Ids count from 1 in the given order;
-// images whose lenses are equal share a camera. Throws InputError where a file cannot be written,
-// std::invalid_argument for a track that names no image, and for a lens that is none of COLMAP's.
+// Writes cameras.bin, images.bin and points3D.bin into `folder`, which must exist. Images whose lenses are equal share
+// a camera. Throws InputError where a file cannot be written, std::invalid_argument for a track that names no image,
+// and for a lens that is none of COLMAP's.
 void write_colmap_model(const std::filesystem::path& folder, std::span<const WrittenView> images,
                         std::span<const TrackedPoint> points);
 
