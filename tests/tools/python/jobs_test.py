@@ -326,7 +326,7 @@ class Capture(unittest.TestCase):
         self.assertEqual([step["done_before"] for step in facts["steps"]], [True, False, False, False, False])
 
     def test_what_is_missing_is_told(self):
-        with self.assertRaisesRegex(ValueError, "matching is 'x', must be automatic, exhaustive or sequential"):
+        with self.assertRaisesRegex(ValueError, "matching is 'x', must be automatic, exhaustive, sequential or spatial"):
             lumatlas.capture("office/images", "none", matching="x")
         Path("empty").mkdir(exist_ok=True)
         with self.assertRaisesRegex(lumatlas.InputError, "empty: holds 0 photographs"):
