@@ -150,7 +150,10 @@ class CaptureRun {
     result_.converted = prepared.converted;
     result_.videos = std::move(prepared.videos);
     result_.left_out = std::move(prepared.left_out);
-    for (const auto& [name, why] : result_.left_out) say("  left out: " + name + " " + why);
+    for (const auto& [name, why] : result_.left_out) {
+      std::string sentence = "  left out: ";
+      say(sentence.append(name).append(" ").append(why));
+    }
     if (needed) result_.steps.push_back({"photographs", !prepared.made_anything, ms_since(start)});
     check_inputs();
   }

@@ -43,6 +43,7 @@ std::vector<std::vector<std::string>> names_by_lens(const CapturedPhotographs& c
   std::vector<std::string> unreadable = std::move(by_lens[""]);
   by_lens.erase("");
   std::vector<std::vector<std::string>> lenses;
+  lenses.reserve(by_lens.size());
   for (auto& [lens, names] : by_lens) lenses.push_back(std::move(names));
   std::sort(lenses.begin(), lenses.end(), [](const auto& a, const auto& b) {
     return a.size() != b.size() ? a.size() > b.size() : a.front() < b.front();

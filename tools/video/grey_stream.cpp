@@ -26,24 +26,30 @@ struct PgmHead {
   std::uint32_t width = 0, height = 0;
 };
 
+[[noreturn]] void refuse() {
+  throw InputError("frame of a video: what ffmpeg writes is no PGM picture");
+}
+
 // Returns nothing while the head is not whole. Throws InputError for another one.
 std::optional<PgmHead> pgm_head(std::span<const std::uint8_t> bytes) {
   constexpr std::size_t kLongest = 64;
   constexpr std::uint32_t kLargest = 1 << 16;
   PgmHead head{2, 0, 0};
   std::uint32_t levels = 0;
-  const InputError error("frame of a video: what ffmpeg writes is no PGM picture");
   if (bytes.size() < 2) return std::nullopt;
-  if (bytes[0] != 'P' || bytes[1] != '5') throw error;
+  if (bytes[0] != 'P' || bytes[1] != '5') refuse();
   for (std::uint32_t* const value : {&head.width, &head.height, &levels}) {
     while (head.bytes < bytes.size() && std::isspace(bytes[head.bytes]) != 0) ++head.bytes;
     for (; head.bytes < bytes.size() && std::isdigit(bytes[head.bytes]) != 0; ++head.bytes) {
       *value = *value * 10 + (bytes[head.bytes] - '0');
-      if (*value > kLargest) throw error;
+      if (*value > kLargest) refuse();
     }
-    if (head.bytes == bytes.size()) return bytes.size() > kLongest ? throw error : std::optional<PgmHead>();
+    if (head.bytes == bytes.size()) {
+      if (bytes.size() > kLongest) refuse();
+      return std::nullopt;
+    }
   }
-  if (head.width == 0 || head.height == 0 || levels != 255 || std::isspace(bytes[head.bytes]) == 0) throw error;
+  if (head.width == 0 || head.height == 0 || levels != 255 || std::isspace(bytes[head.bytes]) == 0) refuse();
   ++head.bytes;
   return head;
 }

@@ -20,8 +20,8 @@ std::vector<VideoFrame> panned_frames(std::size_t count, glm::vec2 flow) {
 std::vector<VideoFrame> approaching_frames(std::size_t count, float speed) {
   VideoFrame frame{1, 1, {}};
   for (std::size_t part = 0; part < kFlowParts; ++part) {
-    frame.flow[part] = speed * glm::vec2(static_cast<float>(part % kFlowColumns) - 1.5F,
-                                         static_cast<float>(part / kFlowColumns) - 1.5F);
+    const std::size_t row = part / kFlowColumns, column = part % kFlowColumns;
+    frame.flow[part] = speed * glm::vec2(static_cast<float>(column) - 1.5F, static_cast<float>(row) - 1.5F);
   }
   return std::vector<VideoFrame>(count, frame);
 }
