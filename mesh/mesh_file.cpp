@@ -9,6 +9,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/file_ending.h"
 #include "mesh/base/pending_file.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
@@ -21,13 +22,6 @@ namespace lumatlas {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "write_ply() copies numbers as they are in memory");
-
-std::string lower_case_ending(const std::filesystem::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
-}
 
 // Of a Mesh or a TriangleSoup, whose positions are of the PLY type `number`.
 template <typename Triangles>

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/file_ending.h"
 #include "tools/capture/step_record.h"
 #include "tools/capture/work_folder.h"
 #include "tools/video/video_file.h"
@@ -29,7 +30,7 @@ std::string lower(std::string text) {
 }
 
 bool ends_as_one_of(std::span<const char* const> endings, const fs::path& path) {
-  return std::find(endings.begin(), endings.end(), lower(path.extension().string())) != endings.end();
+  return std::find(endings.begin(), endings.end(), lower_case_ending(path)) != endings.end();
 }
 
 // The name without its ending, in lower case.

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/base/file_ending.h"
 #include "mesh/base/number_text.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
@@ -61,10 +62,8 @@ struct MeshFlags {
 };
 
 void check_is_ply(const std::filesystem::path& output) {
-  std::string ending = output.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (ending != ".ply") throw CLI::ValidationError("--output", output.string() + " does not end in .ply");
+  if (lower_case_ending(output) != ".ply")
+    throw CLI::ValidationError("--output", output.string() + " does not end in .ply");
 }
 
 std::string source_text(const SceneMesh& made) {

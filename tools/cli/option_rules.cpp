@@ -11,6 +11,7 @@
 #include <regex>
 #include <system_error>
 
+#include "mesh/base/file_ending.h"
 #include "mesh/base/text_fields.h"
 
 namespace lumatlas {
@@ -139,8 +140,7 @@ CLI::Validator host_name() {
 
 CLI::Validator model_name() {
   const auto check = [](std::string& text) -> std::string {
-    std::string ending = std::filesystem::path(text).extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string ending = lower_case_ending(text);
     for (const auto& [of_export, form] : {std::pair{".obj", "obj"}, {".gltf", "gltf"}, {".html", "web"}}) {
       if (ending != of_export) continue;
       return text + " is not a folder or a .glb, as a model is: make it of a model by lumatlas export MODEL --to " +

@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/base/median.h"
 #include "mesh/cells.h"
 #include "tools/base/interrupt.h"
 
@@ -151,12 +152,6 @@ glm::dvec3 step_to_planes(const std::vector<PlaneDistance>& distances, double us
   return glm::inverse(a) * b;
 }
 
-double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // `stray`: how far a point is at least that does not belong to the mesh.
 ShiftFit judged_fit(const std::vector<PlaneDistance>& distances, const glm::dvec3& shift, double stray) {
   std::vector<double> along;
@@ -165,7 +160,7 @@ ShiftFit judged_fit(const std::vector<PlaneDistance>& distances, const glm::dvec
     along.push_back(std::abs(distance.along));
     cost += distance.to_sample <= stray ? along.back() : stray;
   }
-  return {shift, cost / static_cast<double>(distances.size()), median_of(std::move(along)),
+  return {shift, cost / static_cast<double>(distances.size()), upper_median(along),
           distances[distances.size() / 2].to_sample};
 }
 

@@ -28,7 +28,7 @@ struct TourOptions {
   std::uint32_t height = 720;          // pixels, [1, 65536]
   double fov_deg = 70;                 // horizontal field of view where `path` names none, [1, 170]
   std::uint32_t hilbert_order = 3;     // of Kind::hilbert: the curve has 2^order turns a side, [1, kMostHilbertOrder]
-  bool anywhere = false;               // orbits and Hilbert flights lead past what nobody photographed, too
+  bool anywhere = false;               // orbits and Hilbert flights may lead past what no photograph shows
   std::function<void()> cancel_check;  // called again and again; what it throws ends the work; empty: not called
 };
 

@@ -82,7 +82,7 @@ void bind_scene(py::module_& module) {
                   "A scene of arrays: photographs by name, (height, width, 3) of uint8, their cameras, a mesh, masks "
                   "that are 0 where pixels are not used, and dense points")
       .def_property_readonly("path", [](const Scene& scene) { return scene.path; })
-      .def_property_readonly("names", &names_of, "Of the photographs, in order")
+      .def_property_readonly("names", &names_of, "The names of the photographs, in order")
       .def_property_readonly("cameras", &cameras_of, "The camera of each photograph once its lens is undone, by name")
       .def_property_readonly("bad", &bad_of, "With skip_bad, why photographs are left out, by name")
       .def("held_out", &held_out, py::arg("hold") = 8, py::arg("block") = 1,

@@ -7,6 +7,7 @@
 
 #include "atlas/gltf_mesh.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/file_ending.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/mesh_file.h"
 #include "tools/base/child_process.h"
@@ -68,13 +69,6 @@ std::string others_in(const fs::path& scene) {
     }
   }
   return list;
-}
-
-std::string lower_case_ending(const fs::path& path) {
-  std::string ending = path.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return ending;
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ glm::dvec3 usual_size(const std::vector<glm::dvec3>& positions) {
   return size;
 }
 
-// The distance between numbers of so many decimal digits at `size`, which is above 0.
+// Returns the distance between neighbouring numbers of `digits` decimal digits near `size`, which is above 0.
 double decimal_step(double size, int digits) {
   return std::pow(10, std::floor(std::log10(size)) - digits + 1);
 }

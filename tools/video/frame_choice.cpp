@@ -16,6 +16,16 @@ constexpr Requirement frame_choice_requires{"choice of frames"};
 
 using Displacements = std::array<glm::dvec2, kFlowParts>;
 
+// Adds how far the parts of `frame` have moved, and returns the mean length of the sums.
+double add_motion(const VideoFrame& frame, Displacements& moved) {
+  double sum = 0;
+  for (std::size_t part = 0; part < kFlowParts; ++part) {
+    moved[part] += glm::dvec2(frame.flow[part]);
+    sum += glm::length(moved[part]);
+  }
+  return sum / static_cast<double>(kFlowParts);
+}
+
 // Chooses frames of one take, [first, end).
 class Take {
  public:
@@ -36,7 +46,7 @@ class Take {
   [[nodiscard]] std::optional<std::size_t> first_beyond(std::size_t origin, double motion) const {
     Displacements moved{};
     for (std::size_t i = origin + 1; i < end_; ++i) {
-      if (advance(moved, i) >= motion) return i;
+      if (add_motion(frames_[i], moved) >= motion) return i;
     }
     return std::nullopt;
   }
@@ -46,22 +56,12 @@ class Take {
     Displacements moved{};
     std::size_t best = begin;
     for (std::size_t i = origin + 1; i < end_; ++i) {
-      const double so_far = advance(moved, i);
+      const double so_far = add_motion(frames_[i], moved);
       if (i <= begin) continue;
       if (so_far > motion) break;
       if (frames_[i].sharpness > frames_[best].sharpness) best = i;
     }
     return best;
-  }
-
-  // Adds what frame `i` has moved, and returns the mean length of the sums.
-  [[nodiscard]] double advance(Displacements& moved, std::size_t i) const {
-    double sum = 0;
-    for (std::size_t part = 0; part < kFlowParts; ++part) {
-      moved[part] += glm::dvec2(frames_[i].flow[part]);
-      sum += glm::length(moved[part]);
-    }
-    return sum / static_cast<double>(kFlowParts);
   }
 
   std::span<const VideoFrame> frames_;
@@ -85,12 +85,9 @@ void check(const FrameChoiceOptions& options) {
 
 double motion_between(std::span<const VideoFrame> frames, std::size_t first, std::size_t last) {
   Displacements moved{};
-  for (std::size_t i = first + 1; i <= last; ++i) {
-    for (std::size_t part = 0; part < kFlowParts; ++part) moved[part] += glm::dvec2(frames[i].flow[part]);
-  }
-  double sum = 0;
-  for (const glm::dvec2& displacement : moved) sum += glm::length(displacement);
-  return sum / static_cast<double>(kFlowParts);
+  double motion = 0;
+  for (std::size_t i = first + 1; i <= last; ++i) motion = add_motion(frames[i], moved);
+  return motion;
 }
 
 std::vector<std::size_t> choose_frames(std::span<const VideoFrame> frames, const FrameChoiceOptions& options) {

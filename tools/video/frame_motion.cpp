@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "mesh/base/median.h"
+
 namespace lumatlas {
 
 namespace {
@@ -51,12 +53,6 @@ std::vector<FoundCorner> follow(const cv::Mat& before, const cv::Mat& now, const
   return result;
 }
 
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // The median of how far the corners have moved, in pixels.
 glm::vec2 median_motion(const std::vector<FoundCorner>& corners) {
   std::vector<float> x, y;
@@ -64,7 +60,7 @@ glm::vec2 median_motion(const std::vector<FoundCorner>& corners) {
     x.push_back(corner.now.x - corner.before.x);
     y.push_back(corner.now.y - corner.before.y);
   }
-  return {median_of(x), median_of(y)};
+  return {upper_median(x), upper_median(y)};
 }
 
 std::size_t part_of(const cv::Point2f& point, const cv::Size& size) {

@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/file_ending.h"
 #include "tools/base/child_process.h"
 #include "tools/base/strict_json.h"
 #include "tools/video/grey_stream.h"
@@ -119,10 +119,7 @@ std::string any_of_frames(std::span<const std::size_t> indices) {
 bool has_video_ending(const fs::path& file) {
   constexpr std::array kEndings{".mp4", ".mov",  ".m4v", ".mkv",  ".webm", ".avi", ".mts",
                                 ".mpg", ".m2ts", ".3gp", ".mpeg", ".wmv",  ".ogv"};
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return std::find(kEndings.begin(), kEndings.end(), ending) != kEndings.end();
+  return std::find(kEndings.begin(), kEndings.end(), lower_case_ending(file)) != kEndings.end();
 }
 
 VideoFile::VideoFile(fs::path file, fs::path work)

@@ -110,13 +110,13 @@ class Surroundings {
   [[nodiscard]] fs::path folder() const { return folder_.path(); }
   [[nodiscard]] fs::path bin() const { return bin_; }
   [[nodiscard]] fs::path note(const char* name) const { return folder_.with_file("bin/" + std::string(name), "x"); }
-  // Of the photographs, in order.
+  // Returns the names of the photographs, in order.
   [[nodiscard]] std::vector<std::string> names() const {
     std::vector<std::string> names = names_in(photographs_);
     std::sort(names.begin(), names.end());
     return names;
   }
-  // The names of COLMAP's commands since the last call of this.
+  // Returns the names of COLMAP's commands since the last call of this.
   [[nodiscard]] std::string calls() const {
     std::istringstream lines(bytes_of(bin_ / "calls"));
     fs::remove(bin_ / "calls");
@@ -133,7 +133,7 @@ class Surroundings {
 
 inline constexpr const char* kAllCalls = "feature_extractor exhaustive_matcher mapper ";
 
-// Which of the steps were done before.
+// Returns the names of the steps that were done before.
 inline std::string done_before(const json& printed) {
   std::string done;
   for (const json& step : printed["steps"]) {

@@ -5,25 +5,19 @@ Scenes that Python makes of NumPy arrays.
 """
 
 import gc
-import os
 import subprocess
 import sys
-import tempfile
 import unittest
 import warnings
 from pathlib import Path
 
-from support import lumatlas, make_office, np, read_ply
-
-PROGRAM = sys.argv[1]
+from support import InOffice, lumatlas, np, read_ply
 
 
-class Arrays(unittest.TestCase):
+class Arrays(InOffice):
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        os.chdir(cls.temporary.name)
-        make_office(PROGRAM)
+        super().setUpClass()
         cls.disk = lumatlas.load_scene("office")
         cls.photographs = {name: cls.disk.photograph(name) for name in cls.disk.names}
         cls.cameras = cls.disk.cameras
@@ -33,8 +27,7 @@ class Arrays(unittest.TestCase):
     @classmethod
     def tearDownClass(cls):
         del cls.scene
-        os.chdir("/")
-        cls.temporary.cleanup()
+        super().tearDownClass()
 
     def setUp(self):
         warnings.simplefilter("ignore")

@@ -10,12 +10,11 @@ import signal
 import stat
 import subprocess
 import sys
-import tempfile
 import unittest
 import warnings
 from pathlib import Path
 
-from support import lumatlas, make_office, np, read_ply, stopping
+from support import InOffice, lumatlas, np, read_ply, stopping
 
 PROGRAM = sys.argv[1]
 
@@ -42,22 +41,15 @@ esac
 """
 
 
-class Jobs(unittest.TestCase):
+class Jobs(InOffice):
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        os.chdir(cls.temporary.name)
-        make_office(PROGRAM)
+        super().setUpClass()
         cls.scene = lumatlas.load_scene("office")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             cls.model = lumatlas.build(cls.scene, "model", hold=4, refine="none")
         cls.camera = cls.scene.cameras[cls.scene.names[0]]
-
-    @classmethod
-    def tearDownClass(cls):
-        os.chdir("/")
-        cls.temporary.cleanup()
 
     def setUp(self):
         warnings.simplefilter("ignore")
@@ -152,7 +144,7 @@ class Jobs(unittest.TestCase):
         ):
             with self.assertRaisesRegex(ValueError, sentence):
                 lumatlas.export(self.model, **arguments)
-        Path("mine.glb").write_text("a file of somebody's own")
+        Path("mine.glb").write_text("a file that no export wrote")
         with self.assertRaisesRegex(lumatlas.InputError, "mine.glb: is nothing that `lumatlas export` wrote"):
             lumatlas.export(self.model, "mine.glb")
 
@@ -276,22 +268,15 @@ class Jobs(unittest.TestCase):
         self.assertEqual(before, [path.read_bytes() for path in kept])
 
 
-class Capture(unittest.TestCase):
+class Capture(InOffice):
     @classmethod
     def setUpClass(cls):
-        cls.temporary = tempfile.TemporaryDirectory()
-        os.chdir(cls.temporary.name)
-        make_office(PROGRAM)
+        super().setUpClass()
         cls.bin = Path("bin").absolute()
         shutil.copytree("office/sparse", cls.bin / "model")
         (cls.bin / "colmap").write_text(COLMAP)
         (cls.bin / "colmap").chmod(stat.S_IRWXU)
         cls.path = os.environ["PATH"]
-
-    @classmethod
-    def tearDownClass(cls):
-        os.chdir("/")
-        cls.temporary.cleanup()
 
     def setUp(self):
         warnings.simplefilter("ignore")

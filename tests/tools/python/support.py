@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the tests of the Python module have in common."""
 
+import os
 import subprocess
 import sys
+import tempfile
+import unittest
 
 
 def skip(reason):
@@ -24,6 +27,21 @@ def make_office(program, *options):
     size = "--photographs 12 --width 96 --height 72 --samples 1 --triangles 3000"
     subprocess.run([program, "synth", "apartment", "-o", "office", *size.split(), *options, "--quiet"], check=True,
                    stdout=subprocess.DEVNULL)
+
+
+class InOffice(unittest.TestCase):
+    """Tests in a folder of their own, with a small scene in its folder `office`."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.temporary = tempfile.TemporaryDirectory()
+        os.chdir(cls.temporary.name)
+        make_office(sys.argv[1])
+
+    @classmethod
+    def tearDownClass(cls):
+        os.chdir("/")
+        cls.temporary.cleanup()
 
 
 def read_ply(path):
