@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <fstream>
 #include <memory>
@@ -20,12 +19,12 @@
 
 #include "atlas/color_profile.h"
 #include "atlas/embedded_profile.h"
+#include "atlas/image_errors.h"
 #include "atlas/image_header.h"
 #include "atlas/jpeg_file.h"
 #include "atlas/picture_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "mesh/base/pending_file.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -35,8 +34,6 @@ namespace {
 namespace fs = std::filesystem;
 using OIIO::TypeDesc;
 
-constexpr int kMaxSide = 65536;  // pixels; also the largest camera
-
 // No format packs a photograph tighter than this: deflate ends at 1032 to 1, JPEG near 1000 to 1. A header that claims
 // more is damaged, and is refused before anything is allocated for it. Small images may be as regular as they like.
 constexpr std::uint64_t kMaxCompression = 2048;
@@ -44,13 +41,6 @@ constexpr std::uint64_t kAlwaysPlausible = 16 << 20;  // bytes
 
 [[noreturn]] void fail(const fs::path& path, const std::string& reason) {
   throw InputError(path.string() + ": " + reason);
-}
-
-// OpenImageIO's first reason in brackets; it does not always give one, and it may give one for each row.
-std::string because(std::string reason) {
-  reason.resize(std::min(reason.size(), reason.find('\n')));
-  while (!reason.empty() && std::isspace(static_cast<unsigned char>(reason.back()))) reason.pop_back();
-  return reason.empty() ? reason : " (" + reason + ")";
 }
 
 // The formats that people photograph and save in. OpenImageIO knows many more, whose readers are not fit for strangers'
@@ -218,7 +208,8 @@ void check_size(const Source& source, const Header& header) {
   const fs::path& path = source.path();
   const std::string size = size_text(header.width, header.height) + " pixels";
   if (header.width < 1 || header.height < 1) fail(path, size + ", there is nothing in it");
-  if (header.width > kMaxSide || header.height > kMaxSide) fail(path, size + ", more than 65536 a side");
+  if (header.width > kLongestImageSide || header.height > kLongestImageSide)
+    fail(path, size + ", more than 65536 a side");
   if (!is_plausible(source, header.width * header.height * header.pixel_bytes)) {
     fail(path, "claims " + size + ", which its " + std::to_string(source.size()) + " bytes cannot hold");
   }
@@ -251,7 +242,7 @@ void check_exr(const Source& source) {
   const std::optional<ExrHeader> exr = read_exr_header(*source.stream(), source.size());
   if (!exr) fail(source.path(), "is damaged or cut off, an OpenEXR file without a sound header; copy it again");
   check_size(source, {exr->width, exr->height, exr->pixel_bytes, 1});
-  if (exr->columns > kMaxSide || exr->rows > kMaxSide) {
+  if (exr->columns > kLongestImageSide || exr->rows > kLongestImageSide) {
     fail(source.path(), "its tiles have " + size_text(exr->columns, exr->rows) + " pixels, more than 65536 a side");
   }
   if (!is_plausible(source, std::max(exr->width, exr->columns) * exr->rows * exr->pixel_bytes)) {
@@ -335,11 +326,6 @@ std::uint8_t byte_of(float linear) {
   if (linear >= 1.0f) return 255;
   const float encoded = linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
   return static_cast<std::uint8_t>(encoded * 255.0f + 0.5f);
-}
-
-float linear_of(std::uint8_t byte) {
-  const float encoded = static_cast<float>(byte) / 255.0f;
-  return encoded <= 0.04045f ? encoded / 12.92f : std::pow((encoded + 0.055f) / 1.055f, 2.4f);
 }
 
 // Which stored channels are red, green and blue: by name, since an EXR may hold others; one or two channels are grey.
@@ -472,34 +458,6 @@ std::vector<std::uint8_t> upright_rgb(std::vector<std::uint8_t> stored, const He
   return rgb;
 }
 
-void check(const Photograph& image) {
-  const std::size_t expected = std::size_t{3} * image.width * image.height;
-  if (expected == 0 || image.width > kMaxSide || image.height > kMaxSide) {
-    throw std::invalid_argument("image size is " + size_text(image.width, image.height) +
-                                "; each side must be in [1, 65536]");
-  }
-  if (image.rgb.size() != expected) {
-    throw std::invalid_argument("image.rgb has " + std::to_string(image.rgb.size()) + " bytes; it must have " +
-                                std::to_string(expected) + " (3 * width * height)");
-  }
-}
-
-// Formats that hold numbers instead of codes get linear light, as read_photograph() expects of them.
-bool write_pixels(OIIO::ImageOutput& output, const Photograph& image) {
-  if (!output.spec().format.is_floating_point()) return output.write_image(TypeDesc::UINT8, image.rgb.data());
-  std::vector<float> linear(image.rgb.size());
-  std::transform(image.rgb.begin(), image.rgb.end(), linear.begin(), linear_of);
-  return output.write_image(TypeDesc::FLOAT, linear.data());
-}
-
-OIIO::ImageSpec spec_of(const Photograph& image) {
-  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 3, TypeDesc::UINT8);
-  // Six times as fast as the defaults on photographs, and no larger.
-  spec.attribute("png:compressionLevel", 1);
-  spec.attribute("png:filter", 0x20);  // "up", PNG_FILTER_UP
-  return spec;
-}
-
 ImageSize size_of(Source& source, Orientation orientation) {
   Opened image = reader_for(source);
   return upright_size(checked_header(source, image, orientation));
@@ -521,29 +479,6 @@ std::optional<GpsPosition> gps_of(const OIIO::ImageSpec& spec) {
   if (!latitude || !longitude || !(std::abs(*latitude) <= 90) || !(std::abs(*longitude) <= 180)) return std::nullopt;
   const double altitude = static_cast<double>(spec.get_float_attribute("GPS:Altitude"));
   return GpsPosition{*latitude, *longitude, spec.get_int_attribute("GPS:AltitudeRef") == 1 ? -altitude : altitude};
-}
-
-void set_gps_angle(OIIO::ImageSpec& spec, const std::string& name, double degrees, const char* positive,
-                   const char* negative) {
-  const double whole = std::floor(std::abs(degrees)), minutes = (std::abs(degrees) - whole) * 60;
-  const std::array parts{static_cast<float>(whole), static_cast<float>(std::floor(minutes)),
-                         static_cast<float>((minutes - std::floor(minutes)) * 60)};
-  spec.attribute(name, TypeDesc(TypeDesc::FLOAT, 3), parts.data());
-  spec.attribute(name + "Ref", degrees < 0 ? negative : positive);
-}
-
-void set_camera_note(OIIO::ImageSpec& spec, const CameraNote& note) {
-  if (!note.make.empty()) spec.attribute("Make", note.make);
-  if (!note.model.empty()) spec.attribute("Model", note.model);
-  if (note.focal_length_mm > 0) spec.attribute("Exif:FocalLength", static_cast<float>(note.focal_length_mm));
-  if (note.focal_length_35mm > 0) {
-    spec.attribute("Exif:FocalLengthIn35mmFilm", static_cast<int>(std::lround(note.focal_length_35mm)));
-  }
-  if (!note.gps) return;
-  set_gps_angle(spec, "GPS:Latitude", note.gps->latitude_deg, "N", "S");
-  set_gps_angle(spec, "GPS:Longitude", note.gps->longitude_deg, "E", "W");
-  spec.attribute("GPS:Altitude", static_cast<float>(std::abs(note.gps->altitude_m)));
-  spec.attribute("GPS:AltitudeRef", note.gps->altitude_m < 0 ? 1 : 0);
 }
 
 CameraNote camera_note_of(Source& source) {
@@ -674,72 +609,6 @@ GreyImage read_grey_image(const fs::path& path) {
 Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name) {
   Source source(file, name);
   return read_from(source, Orientation::exif);
-}
-
-const char* ending(ImageFormat format) {
-  return format == ImageFormat::jpeg ? ".jpg" : ".png";
-}
-
-const char* mime_type(ImageFormat format) {
-  return format == ImageFormat::jpeg ? "image/jpeg" : "image/png";
-}
-
-void check(const ImageCoding& coding) {
-  if (coding.quality >= 1 && coding.quality <= 100) return;
-  throw std::invalid_argument("image: quality is " + std::to_string(coding.quality) + ", must be in [1, 100]");
-}
-
-std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
-                                       const std::optional<CameraNote>& note) {
-  check(image);
-  check(coding);
-  const std::string name = std::string("image") + ending(coding.format);
-  const auto output = OIIO::ImageOutput::create(name);
-  if (!output) {
-    OIIO::geterror();
-    fail(name, "OpenImageIO is installed without this format");
-  }
-  OIIO::ImageSpec spec = spec_of(image);
-  spec.attribute("CompressionQuality", coding.quality);
-  spec.attribute("jpeg:subsampling", "4:4:4");
-  if (note) set_camera_note(spec, *note);
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  OIIO::Filesystem::IOProxy* proxy = &memory;
-  spec.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
-  output->threads(1);
-  if (!output->open(name, spec) || !write_pixels(*output, image) || !output->close()) {
-    fail(name, "cannot be encoded" + because(output->geterror()));
-  }
-  return bytes;
-}
-
-void write_image(const fs::path& path, const Photograph& image) {
-  check(image);
-  const auto output = OIIO::ImageOutput::create(path.string());
-  if (!output) {
-    OIIO::geterror();
-    fail(path, "no image format is known by the ending '" + path.extension().string() + "'; use .png or .jpg");
-  }
-  output->threads(1);
-  OIIO::ImageSpec spec = spec_of(image);
-  // Into memory where the format allows that: its writers for files do not all tell of writes that failed.
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  OIIO::Filesystem::IOProxy* proxy = &memory;
-  const bool in_memory = output->supports("ioproxy") != 0;
-  if (in_memory) spec.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
-  std::optional<PendingFile> file;
-  if (!in_memory) file.emplace(path);
-  const std::string name = in_memory ? path.string() : file->path().string();
-  if (!output->open(name, spec) || !write_pixels(*output, image) || !output->close()) {
-    fail(path, "cannot be written" + because(output->geterror()));
-  }
-  if (in_memory) {
-    write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, Durability::left_to_folder);
-  } else {
-    file->commit(Durability::left_to_folder);
-  }
 }
 
 }  // namespace lumatlas

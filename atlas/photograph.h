@@ -81,13 +81,13 @@ struct GreyImage {
 [[nodiscard]] ImageSize photograph_size(std::span<const std::uint8_t> file, const std::string& name);
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);
 
-enum class ImageFormat { png, jpeg };
+enum class ImageFormat { png, jpeg, webp };
 [[nodiscard]] const char* ending(ImageFormat format);     // of a file's name: ".png"
 [[nodiscard]] const char* mime_type(ImageFormat format);  // "image/png"
 
 struct ImageCoding {
   ImageFormat format = ImageFormat::png;
-  int quality = 95;  // of JPEG, [1, 100]; PNG is exact
+  int quality = 95;  // of JPEG and WebP, [1, 100]; PNG is exact
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -99,9 +99,9 @@ void check(const ImageCoding& coding);
 [[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
                                                      const std::optional<CameraNote>& note = std::nullopt);
 
-// PNG, 8-bit RGB, or by the ending another format that OpenImageIO writes. Writes beside `path`, then renames. Throws
-// std::invalid_argument for what is no image, InputError naming the path unless every byte was taken; waits for no
-// disk, see Durability::left_to_folder.
-void write_image(const std::filesystem::path& path, const Photograph& image);
+// Writes a PNG file, 8-bit RGB, or by the ending another format that OpenImageIO writes. `alpha` is empty, or has one
+// value for each pixel, 255 is opaque. Writes beside `path`, then renames. Throws std::invalid_argument for what is no
+// image, InputError naming the path unless every byte was taken; waits for no disk, see Durability::left_to_folder.
+void write_image(const std::filesystem::path& path, const Photograph& image, std::span<const std::uint8_t> alpha = {});
 
 }  // namespace lumatlas

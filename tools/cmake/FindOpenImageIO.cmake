@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-# OpenImageIO::OpenImageIO from the header and the two libraries alone. The package configuration that Debian installs
+# OpenImageIO::OpenImageIO and OpenImageIO::OpenImageIO_Util from the headers and the two libraries alone. The package configuration that Debian installs
 # with the development files refuses to load unless the command-line programs and the Python module are there too.
 find_path(OpenImageIO_INCLUDE_DIR OpenImageIO/imageio.h)
 find_library(OpenImageIO_LIBRARY OpenImageIO)
@@ -18,9 +18,13 @@ find_package_handle_standard_args(OpenImageIO
   VERSION_VAR OpenImageIO_VERSION)
 
 if(OpenImageIO_FOUND AND NOT TARGET OpenImageIO::OpenImageIO)
+  add_library(OpenImageIO::OpenImageIO_Util UNKNOWN IMPORTED GLOBAL)
+  set_target_properties(OpenImageIO::OpenImageIO_Util PROPERTIES
+    IMPORTED_LOCATION ${OpenImageIO_UTIL_LIBRARY}
+    INTERFACE_INCLUDE_DIRECTORIES ${OpenImageIO_INCLUDE_DIR})
   add_library(OpenImageIO::OpenImageIO UNKNOWN IMPORTED GLOBAL)
   set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
     IMPORTED_LOCATION ${OpenImageIO_LIBRARY}
     INTERFACE_INCLUDE_DIRECTORIES ${OpenImageIO_INCLUDE_DIR}
-    INTERFACE_LINK_LIBRARIES ${OpenImageIO_UTIL_LIBRARY})
+    INTERFACE_LINK_LIBRARIES OpenImageIO::OpenImageIO_Util)
 endif()

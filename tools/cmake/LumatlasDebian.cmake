@@ -27,7 +27,13 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME liblumatlas-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "Static libraries, headers and the CMake package of lumatlas")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "libceres-dev, libcgal-dev, libeigen3-dev, libembree-dev, libepoxy-dev, libglm-dev, libheif-dev, libjpeg-dev, liblcms2-dev, libmeshoptimizer-dev, libopenimageio-dev, libopenmesh-dev, libpugixml-dev, libraw-dev, libtbb-dev, libutf8proc-dev, nlohmann-json3-dev, zlib1g-dev")
+  "libceres-dev, libcgal-dev, libeigen3-dev, libembree-dev, libepoxy-dev, libglm-dev, libjpeg-dev, liblcms2-dev, libmeshoptimizer-dev, libopenimageio-dev, libopenmesh-dev, libpugixml-dev, libtbb-dev, libutf8proc-dev, nlohmann-json3-dev, zlib1g-dev")
+# The code for images is a library that programs open when they need it (LumatlasImages.cmake); it comes with the program.
+if(LUMATLAS_IMAGES_ON_DEMAND)
+  string(PREPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "lumatlas (= ${PROJECT_VERSION}), ")
+else()
+  string(APPEND CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS ", libheif-dev, libraw-dev")
+endif()
 
 if(LUMATLAS_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)
@@ -39,5 +45,8 @@ if(LUMATLAS_PYTHON)
   # The compiled part is for one version of Python.
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy, libegl1, libgl1-mesa-dri, libopengl0")
+  if(LUMATLAS_IMAGES_ON_DEMAND)
+    string(APPEND CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS ", lumatlas (= ${PROJECT_VERSION})")
+  endif()
 endif()
 include(CPack)

@@ -46,13 +46,17 @@ function(lumatlas_install_package)
   install(FILES
     ${PROJECT_BINARY_DIR}/cmake/lumatlasConfig.cmake
     ${PROJECT_BINARY_DIR}/cmake/lumatlasConfigVersion.cmake
-    ${PROJECT_SOURCE_DIR}/tools/cmake/FindHEIF.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindLCMS2.cmake
-    ${PROJECT_SOURCE_DIR}/tools/cmake/FindLIBRAW.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindUTF8PROC.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/FindOpenImageIO.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/Findepoxy.cmake
     ${PROJECT_SOURCE_DIR}/tools/cmake/LumatlasFindLibrary.cmake
     DESTINATION ${LUMATLAS_PACKAGE_DIR} COMPONENT development)
+  if(NOT LUMATLAS_IMAGES_ON_DEMAND)
+    install(FILES
+      ${PROJECT_SOURCE_DIR}/tools/cmake/FindHEIF.cmake
+      ${PROJECT_SOURCE_DIR}/tools/cmake/FindLIBRAW.cmake
+      DESTINATION ${LUMATLAS_PACKAGE_DIR} COMPONENT development)
+  endif()
   install(FILES ${PROJECT_SOURCE_DIR}/LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
 endfunction()

@@ -2,13 +2,10 @@
 // Source of the blurred colours: S. Gortler et al., "The Lumigraph", 1996, section 3.4.2, pull and push.
 #include "tools/frame/background.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -16,8 +13,6 @@
 #include <utility>
 
 #include "atlas/srgb.h"
-#include "mesh/base/errors.h"
-#include "mesh/base/whole_file.h"
 #include "tools/texture/edge_distance.h"
 
 namespace lumatlas {
@@ -237,40 +232,6 @@ FloatImage with_background(const LinearRendering& rendering, const Background& b
     image.values[4 * pixel + 3] = coverage[pixel];
   }
   return image;
-}
-
-void write_soft_picture(const std::filesystem::path& path, const SoftPicture& soft) {
-  if (soft.alpha.empty()) {
-    write_image(path, soft.picture);
-    return;
-  }
-  if (soft.alpha.size() != std::size_t{soft.picture.width} * soft.picture.height ||
-      soft.picture.rgb.size() != 3 * soft.alpha.size()) {
-    throw std::invalid_argument("background: a picture must have three values and an alpha for each pixel");
-  }
-  const auto output = OIIO::ImageOutput::create(path.string());
-  if (!output) throw InputError(path.string() + ": this build of OpenImageIO cannot write PNG");
-  output->threads(1);
-  OIIO::ImageSpec spec(static_cast<int>(soft.picture.width), static_cast<int>(soft.picture.height), 4,
-                       OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:UnassociatedAlpha", 1);
-  spec.attribute("png:compressionLevel", 1);  // as write_image() has it
-  spec.attribute("png:filter", 0x20);
-  std::vector<std::uint8_t> rgba(4 * soft.alpha.size());
-  for (std::size_t pixel = 0; pixel < soft.alpha.size(); ++pixel) {
-    std::copy_n(&soft.picture.rgb[3 * pixel], 3, &rgba[4 * pixel]);
-    rgba[4 * pixel + 3] = soft.alpha[pixel];
-  }
-  // Into memory, because not every write that fails is told by the writer for files.
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  OIIO::Filesystem::IOProxy* proxy = &memory;
-  spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  if (!output->open(path.string(), spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgba.data()) ||
-      !output->close()) {
-    throw InputError(path.string() + ": cannot be written (" + output->geterror() + ")");
-  }
-  write_whole_file(path, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, Durability::left_to_folder);
 }
 
 }  // namespace lumatlas

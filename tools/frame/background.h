@@ -5,7 +5,6 @@
 
 #include <array>
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,9 +43,5 @@ struct SoftPicture {
 // Linear light; with alpha, A, which is multiplied into the colours as OpenEXR has it, if the background is
 // transparent.
 [[nodiscard]] FloatImage with_background(const LinearRendering& rendering, const Background& background);
-
-// 8-bit PNG with alpha; one without where there is none. Writes beside `path`, then renames. Throws InputError if it
-// cannot be written.
-void write_soft_picture(const std::filesystem::path& path, const SoftPicture& picture);
 
 }  // namespace lumatlas

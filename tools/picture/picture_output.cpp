@@ -69,7 +69,7 @@ void PictureOutput::write(const fs::path& file, const SoftPicture& picture) {
   }
   const fs::path path = folder_ / file;
   fs::create_directories(path.parent_path());
-  write_soft_picture(path, picture);
+  write_image(path, picture.picture, picture.alpha);
 }
 
 void PictureOutput::write(const fs::path& file, const FloatImage& image) {

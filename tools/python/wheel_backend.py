@@ -75,8 +75,8 @@ def configure(folder):
     run_cmake("-S", str(SOURCE), "-B", str(folder), f"-DPython3_EXECUTABLE={sys.executable}", *settings)
 
 
-def built_module(config_settings):
-    """Build the compiled part and return its path."""
+def built_files(config_settings):
+    """Build the compiled part; return the paths of the module and of the library that it opens for images, if any."""
     given = (config_settings or {}).get("build-dir")
     folder = Path(given).resolve() if given else SOURCE / "build" / f"wheel-{tag()}"
     if not given:
@@ -87,7 +87,7 @@ def built_module(config_settings):
     module = folder / "tools" / "python" / "lumatlas" / ("_lumatlas" + sysconfig.get_config_var("EXT_SUFFIX"))
     if not module.is_file():
         raise SystemExit(f"lumatlas: {module} was not built: {folder} is a build for another Python than {sys.executable}")
-    return module
+    return [module, *(folder / "atlas").glob("liblumatlas-images.so")]
 
 
 def record_line(name, data):
@@ -130,9 +130,9 @@ def prepare_metadata_for_build_wheel(metadata_directory, config_settings=None):
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
     """Build the module, write the wheel, and return the wheel's name (PEP 517)."""
-    module = built_module(config_settings)
+    built = built_files(config_settings)
     files = {f"lumatlas/{name}": (PACKAGE / name).read_bytes() for name in ("__init__.py", "__init__.pyi", "py.typed")}
-    files[f"lumatlas/{module.name}"] = module.read_bytes()
+    files.update({f"lumatlas/{file.name}": file.read_bytes() for file in built})
     name = f"lumatlas-{version()}-{tag()}.whl"
     write_wheel(Path(wheel_directory) / name, {**files, **info_files()})
     return name

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/texture/page_image.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <stdexcept>
 #include <string>
 
@@ -26,19 +23,7 @@ std::vector<std::uint8_t> encode_webp(const Photograph& page, int quality) {
   if (page.width > kLongestWebp || page.height > kLongestWebp) {
     fail(page, "it has at most " + std::to_string(kLongestWebp) + " texels a side");
   }
-  const auto output = OIIO::ImageOutput::create("page.webp");
-  if (!output) fail(page, OIIO::geterror());
-  OIIO::ImageSpec spec(static_cast<int>(page.width), static_cast<int>(page.height), 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("compression", "webp:" + std::to_string(quality));
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  OIIO::Filesystem::IOProxy* proxy = &memory;
-  spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
-  output->threads(1);
-  const bool written =
-      output->open("page.webp", spec) && output->write_image(OIIO::TypeDesc::UINT8, page.rgb.data()) && output->close();
-  if (!written || bytes.empty()) fail(page, output->geterror());
-  return bytes;
+  return encode_image(page, {ImageFormat::webp, quality});
 }
 
 }  // namespace

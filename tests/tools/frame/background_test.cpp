@@ -98,7 +98,7 @@ TEST_CASE("in linear light alpha is multiplied into the colours") {
 TEST_CASE("a file keeps colours and alpha apart, to the bit") {
   const SoftPicture soft = with_background(half_empty(128), kTransparent);
   const TemporaryFolder folder;
-  write_soft_picture(folder / "a.png", soft);
+  write_image(folder / "a.png", soft.picture, soft.alpha);
   const auto file = OIIO::ImageInput::open((folder / "a.png").string(), [] {
     static OIIO::ImageSpec config;
     config.attribute("oiio:UnassociatedAlpha", 1);
