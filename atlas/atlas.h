@@ -19,9 +19,9 @@
 #include "atlas/snapshot.h"
 #include "atlas/stored_view.h"
 #include "atlas/surface.h"
-#include "atlas/tile_policy.h"
-#include "atlas/tiles.h"
-#include "mesh/visibility.h"
+#include "atlas/tiles/tile_policy.h"
+#include "atlas/tiles/tiles.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

@@ -8,7 +8,7 @@
 #include <glm/vec2.hpp>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

@@ -19,7 +19,7 @@
 #include <vector>
 
 #include "atlas/stored_view.h"
-#include "atlas/texel_format.h"
+#include "atlas/tiles/texel_format.h"
 
 namespace lumatlas {
 

@@ -11,7 +11,7 @@
 #include "atlas/reference_table.h"
 #include "atlas/stored_view.h"
 #include "atlas/surface.h"
-#include "atlas/tiles.h"
+#include "atlas/tiles/tiles.h"
 
 namespace lumatlas {
 
@@ -32,8 +32,9 @@ struct Snapshot {
   // How well the stored views cover each cell by the measure that they were chosen by, >= 0; not for drawing. Empty:
   // nobody has said, as in every snapshot that an atlas gives.
   std::vector<float> cell_coverage;
-  // Standard deviation of each cell's surface along a ray, scene units, >= 0: see planner/surface_deviation.h. The
-  // renderer blurs photographs by it in pictures from other directions. Empty: it takes the surface as exact.
+  // Standard deviation of each cell's surface along a ray, scene units, >= 0: see
+  // planner/refinement/surface_deviation.h. The renderer blurs photographs by it in pictures from other directions.
+  // Empty: it takes the surface as exact.
   std::vector<float> cell_deviation;
 };
 

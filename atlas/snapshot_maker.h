@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "atlas/tile_policy.h"
+#include "atlas/tiles/tile_policy.h"
 #include "atlas/vertex_colors.h"
 
 namespace lumatlas {

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

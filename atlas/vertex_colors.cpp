@@ -12,8 +12,8 @@
 #include <string>
 #include <utility>
 
-#include "atlas/srgb.h"
-#include "mesh/spreading.h"
+#include "atlas/images/srgb.h"
+#include "mesh/cells/spreading.h"
 
 namespace lumatlas {
 

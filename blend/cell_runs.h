@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mesh/camera.h"
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 
 namespace lumatlas {
 

@@ -19,7 +19,7 @@
 #include <utility>
 
 #include "mesh/base/number_text.h"
-#include "mesh/joined_faces.h"
+#include "mesh/repair/joined_faces.h"
 
 namespace lumatlas {
 

@@ -17,8 +17,8 @@
 #include <array>
 #include <cstdint>
 
-#include "atlas/image_levels.h"
-#include "atlas/tiles.h"
+#include "atlas/images/image_levels.h"
+#include "atlas/tiles/tiles.h"
 
 namespace lumatlas {
 

@@ -4,9 +4,9 @@
 
 #include <memory>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

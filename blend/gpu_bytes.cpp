@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/texel_format.h"
+#include "atlas/tiles/texel_format.h"
 #include "blend/cell_shares.h"
 #include "blend/gl_objects.h"
 #include "blend/photograph_array.h"

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <string>
 
-#include "atlas/compressed_texels.h"
-#include "atlas/content_digest.h"
-#include "atlas/image_levels.h"
+#include "atlas/images/image_levels.h"
+#include "atlas/model/content_digest.h"
+#include "atlas/tiles/compressed_texels.h"
 #include "blend/egl_context.h"
 
 namespace lumatlas {

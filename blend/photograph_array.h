@@ -14,9 +14,9 @@
 #include <vector>
 
 #include "atlas/depth_blocks.h"
-#include "atlas/image_levels.h"
+#include "atlas/images/image_levels.h"
 #include "atlas/snapshot.h"
-#include "atlas/texel_format.h"
+#include "atlas/tiles/texel_format.h"
 #include "blend/gl_objects.h"
 
 namespace lumatlas {

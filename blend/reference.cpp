@@ -14,10 +14,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/compressed_texels.h"
 #include "atlas/depth_blocks.h"
-#include "atlas/image_levels.h"
-#include "atlas/srgb.h"
+#include "atlas/images/image_levels.h"
+#include "atlas/images/srgb.h"
+#include "atlas/tiles/compressed_texels.h"
 #include "blend/cell_shares.h"
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"

@@ -8,7 +8,7 @@
 #include "blend/diagnosis.h"
 #include "blend/rendering.h"
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

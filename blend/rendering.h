@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

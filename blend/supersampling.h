@@ -26,7 +26,7 @@
 
 #include "blend/blend_options.h"
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

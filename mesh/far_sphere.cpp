@@ -10,7 +10,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 
 namespace lumatlas {
 

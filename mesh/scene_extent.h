@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

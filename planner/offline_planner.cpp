@@ -12,7 +12,7 @@
 #include <string>
 
 #include "mesh/base/number_text.h"
-#include "planner/coverage_ledger.h"
+#include "planner/coverage/coverage_ledger.h"
 
 namespace lumatlas {
 

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "planner/coverage.h"
+#include "planner/coverage/coverage.h"
 #include "planner/interruption.h"
 
 namespace lumatlas {

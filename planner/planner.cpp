@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "atlas/texel_format.h"
+#include "atlas/tiles/texel_format.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"

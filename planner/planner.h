@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/visibility.h"
-#include "planner/coverage_ledger.h"
-#include "planner/offered_coverage.h"
-#include "planner/refiner.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/coverage/coverage_ledger.h"
+#include "planner/coverage/offered_coverage.h"
+#include "planner/refinement/refiner.h"
 
 namespace lumatlas {
 

@@ -11,7 +11,7 @@
 // without OpenGL.
 #pragma once
 
-#include "planner/coverage.h"
+#include "planner/coverage/coverage.h"
 
 namespace lumatlas {
 

@@ -36,7 +36,7 @@
 // texels.
 #pragma once
 
-#include "atlas/tile_policy.h"
+#include "atlas/tiles/tile_policy.h"
 
 namespace lumatlas {
 

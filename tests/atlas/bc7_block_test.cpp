@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/bc7_block.h"
+#include "atlas/tiles/bc7_block.h"
 
 #include <algorithm>
 #include <array>

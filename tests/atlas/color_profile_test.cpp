@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tests/support/profiled_pictures.h"
 #include "tests/support/temporary_folder.h"
 

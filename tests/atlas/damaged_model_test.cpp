@@ -14,8 +14,8 @@
 #include <string>
 #include <vector>
 
-#include "atlas/glb_file.h"
-#include "atlas/model_file.h"
+#include "atlas/model/glb_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "tests/support/plain_model.h"

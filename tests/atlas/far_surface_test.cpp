@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/gltf_mesh.h"
-#include "atlas/model_file.h"
+#include "atlas/model/gltf_mesh.h"
+#include "atlas/model/model_file.h"
 #include "atlas/snapshot.h"
 #include "atlas/surface.h"
 #include "mesh/base/errors.h"

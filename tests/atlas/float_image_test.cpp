@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/float_image.h"
+#include "atlas/images/float_image.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <limits>
 
-#include "atlas/photograph.h"
-#include "atlas/srgb.h"
+#include "atlas/images/photograph.h"
+#include "atlas/images/srgb.h"
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/gltf_mesh.h"
+#include "atlas/model/gltf_mesh.h"
 
 #include <meshoptimizer.h>
 #include <array>
@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/meshopt_compression.h"
+#include "atlas/model/meshopt_compression.h"
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
 

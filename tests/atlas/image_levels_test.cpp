@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/image_levels.h"
+#include "atlas/images/image_levels.h"
 
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -11,8 +11,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "atlas/compressed_texels.h"
-#include "atlas/lower_resolution.h"
+#include "atlas/images/lower_resolution.h"
+#include "atlas/tiles/compressed_texels.h"
 #include "tests/support/allocation_peak.h"
 #include "tests/support/skip.h"
 #include "tests/support/wall_scenes.h"

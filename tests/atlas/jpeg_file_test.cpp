@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/jpeg_file.h"
+#include "atlas/images/jpeg_file.h"
 
 #include <OpenImageIO/imageio.h>
 
@@ -16,7 +16,7 @@
 #include <jpeglib.h>
 // clang-format on
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 
 #include <sys/resource.h>
 #include <tbb/global_control.h>
@@ -22,9 +22,9 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/glb_file.h"
-#include "atlas/gltf_cameras.h"
-#include "atlas/gltf_mesh.h"
+#include "atlas/model/glb_file.h"
+#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/gltf_mesh.h"
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tests/support/far_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"

@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"

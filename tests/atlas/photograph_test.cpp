@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 #include <OpenImageIO/imageio.h>
 

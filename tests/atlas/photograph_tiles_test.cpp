@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "atlas/atlas.h"
-#include "atlas/tiles.h"
+#include "atlas/tiles/tiles.h"
 #include "tests/support/random_stream.h"
 #include "tests/support/wall_scenes.h"
 

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "tests/support/plain_model.h"
 #include "tests/support/temporary_folder.h"

@@ -16,7 +16,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/vertex_colors.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/wall_scenes.h"
 

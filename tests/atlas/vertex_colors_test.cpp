@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "atlas/atlas.h"
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {

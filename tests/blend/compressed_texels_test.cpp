@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/compressed_texels.h"
+#include "atlas/tiles/compressed_texels.h"
 
 #include <epoxy/gl.h>
 

@@ -8,7 +8,7 @@
 #include <memory>
 #include <optional>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "blend/reference.h"
-#include "mesh/cell_growth.h"
+#include "mesh/cells/cell_growth.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {

@@ -9,7 +9,7 @@
 #include <random>
 #include <set>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "blend/cell_shares.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"

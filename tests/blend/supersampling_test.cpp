@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "blend/tiles.h"

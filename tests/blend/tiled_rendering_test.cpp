@@ -11,7 +11,7 @@
 #include <set>
 #include <utility>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "blend/cubic_kernel.h"
 #include "blend/gpu_bytes.h"
 #include "blend/photograph_array.h"

@@ -10,7 +10,7 @@
 
 #include "blend/renderer.h"
 #include "blend/supersampling.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tests/extremes/extreme_scenes.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"

@@ -9,11 +9,11 @@
 #include <iomanip>
 #include <set>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
-#include "mesh/repair.h"
-#include "mesh/visibility.h"
+#include "mesh/repair/repair.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/scene/forms/colmap_writer.h"
 
 namespace lumatlas {

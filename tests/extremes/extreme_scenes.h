@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "blend/blend_options.h"
 #include "blend/rendering.h"
 #include "mesh/camera.h"

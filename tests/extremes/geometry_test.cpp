@@ -11,7 +11,7 @@
 #include <random>
 #include <utility>
 
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 #include "tests/extremes/extreme_scenes.h"
 #include "tests/support/rendering_difference.h"
 

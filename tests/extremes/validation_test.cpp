@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "mesh/base/errors.h"
-#include "planner/photometry.h"
+#include "planner/refinement/photometry.h"
 #include "tests/extremes/extreme_scenes.h"
 #include "tests/support/gl_test_context.h"
 #include "tools/score/report.h"

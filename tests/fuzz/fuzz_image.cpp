@@ -3,7 +3,7 @@
 // images are read.
 #include <span>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tests/fuzz/sentence_laws.h"
 
 namespace {

@@ -11,8 +11,8 @@
 #include <sstream>
 #include <string>
 
-#include "atlas/glb_file.h"
-#include "atlas/model_file.h"
+#include "atlas/model/glb_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 
 namespace {

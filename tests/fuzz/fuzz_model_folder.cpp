@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tests/fuzz/sentence_laws.h"
 #include "tests/support/plain_model.h"
 #include "tests/support/wall_scenes.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // ICC profiles in sound PNG and TIFF files. The fuzzer of images seldom reaches them: a PNG has a checksum over a
 // packed profile.
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tests/fuzz/sentence_laws.h"
 #include "tests/support/profiled_pictures.h"
 

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tests/support/plain_model.h"
 #include "tests/support/profiled_pictures.h"
 #include "tests/support/wall_scenes.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/cell_growth.h"
+#include "mesh/cells/cell_growth.h"
 
 #include <tbb/global_control.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 
 #include <tbb/global_control.h>
 
@@ -15,7 +15,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 #include "tests/support/surfaces.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/decimation.h"
+#include "mesh/repair/decimation.h"
 
 #include <catch2/catch.hpp>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/embree_scene.h"
+#include "mesh/visibility/embree_scene.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

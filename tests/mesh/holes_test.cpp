@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/holes.h"
+#include "mesh/repair/holes.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "mesh/opposite_halfedges.h"
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 #include "tests/support/surfaces.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/joined_faces.h"
+#include "mesh/repair/joined_faces.h"
 
 #include <catch2/catch.hpp>
 

@@ -5,9 +5,9 @@
 #include <functional>
 #include <utility>
 
-#include "mesh/cells.h"
-#include "mesh/holes.h"
-#include "mesh/repair.h"
+#include "mesh/cells/cells.h"
+#include "mesh/repair/holes.h"
+#include "mesh/repair/repair.h"
 #include "tests/support/allocation_peak.h"
 #include "tests/support/skip.h"
 #include "tests/support/surfaces.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 
 #include <algorithm>
 #include <bit>
@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
-#include "mesh/obj_reader.h"
-#include "mesh/ply_reader.h"
-#include "mesh/stl_reader.h"
+#include "mesh/readers/obj_reader.h"
+#include "mesh/readers/ply_reader.h"
+#include "mesh/readers/stl_reader.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/polygons.h"
+#include "mesh/readers/polygons.h"
 
 #include <tbb/global_control.h>
 

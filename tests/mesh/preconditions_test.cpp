@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "mesh/cell_growth.h"
-#include "mesh/cells.h"
-#include "mesh/decimation.h"
-#include "mesh/joined_faces.h"
-#include "mesh/mesh_file.h"
-#include "mesh/ray_visibility.h"
+#include "mesh/cells/cell_growth.h"
+#include "mesh/cells/cells.h"
+#include "mesh/readers/mesh_file.h"
+#include "mesh/repair/decimation.h"
+#include "mesh/repair/joined_faces.h"
+#include "mesh/visibility/ray_visibility.h"
 #include "tests/support/surfaces.h"
 #include "tests/support/temporary_folder.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 
 #include <tbb/global_control.h>
 

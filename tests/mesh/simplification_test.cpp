@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/simplification.h"
+#include "mesh/repair/simplification.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "tests/support/skip.h"
 #include "tests/support/surfaces.h"
 

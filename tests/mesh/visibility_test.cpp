@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 #include <tbb/global_control.h>
 
@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/ray_visibility.h"
+#include "mesh/visibility/ray_visibility.h"
 
 namespace lumatlas {
 namespace {

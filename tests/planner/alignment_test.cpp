@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/alignment.h"
+#include "planner/refinement/alignment.h"
 
 #include <tbb/global_control.h>
 
@@ -11,7 +11,7 @@
 #include <random>
 #include <utility>
 
-#include "planner/photometry.h"
+#include "planner/refinement/photometry.h"
 #include "tests/support/refusal.h"
 #include "tests/support/relief_scenes.h"
 

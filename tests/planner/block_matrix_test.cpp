@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/block_matrix.h"
+#include "planner/refinement/block_matrix.h"
 
 #include <tbb/global_control.h>
 

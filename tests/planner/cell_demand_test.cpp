@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What the stream asks for, from one cell to the planner.
-#include "planner/cell_demand.h"
+#include "planner/coverage/cell_demand.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,8 +9,8 @@
 #include <map>
 #include <random>
 
-#include "planner/coverage_ledger.h"
-#include "planner/direction_coverage.h"
+#include "planner/coverage/coverage_ledger.h"
+#include "planner/coverage/direction_coverage.h"
 #include "planner/planner.h"
 #include "tests/support/small_scenes.h"
 

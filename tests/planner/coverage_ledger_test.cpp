@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/coverage_ledger.h"
+#include "planner/coverage/coverage_ledger.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -7,7 +7,7 @@
 #include <random>
 #include <set>
 
-#include "planner/direction_coverage.h"
+#include "planner/coverage/direction_coverage.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {

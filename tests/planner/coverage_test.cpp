@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/coverage.h"
+#include "planner/coverage/coverage.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

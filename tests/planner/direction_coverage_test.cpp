@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/direction_coverage.h"
+#include "planner/coverage/direction_coverage.h"
 
 #include <catch2/catch.hpp>
 #include <glm/ext/matrix_transform.hpp>

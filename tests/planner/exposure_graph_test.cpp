@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/exposure_graph.h"
+#include "planner/refinement/exposure_graph.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // How the stored views disagree at surface points, on views whose true poses are known.
-#include "planner/joint_problem.h"
+#include "planner/refinement/joint_problem.h"
 
 #include <array>
 #include <catch2/catch.hpp>
@@ -8,7 +8,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "planner/photometry.h"
+#include "planner/refinement/photometry.h"
 #include "tests/support/relief_scenes.h"
 
 namespace lumatlas {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Poses of all views at once, from starts that are far off.
-#include "planner/joint_solver.h"
+#include "planner/refinement/joint_solver.h"
 
 #include <algorithm>
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/lens_estimate.h"
+#include "planner/refinement/lens_estimate.h"
 
 #include <tbb/global_control.h>
 

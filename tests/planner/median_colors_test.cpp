@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/median_colors.h"
+#include "planner/refinement/median_colors.h"
 
 #include <tbb/global_control.h>
 

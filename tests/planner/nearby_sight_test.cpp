@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/nearby_sight.h"
+#include "planner/coverage/nearby_sight.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

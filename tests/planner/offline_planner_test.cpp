@@ -12,7 +12,7 @@
 #include <numeric>
 #include <random>
 
-#include "planner/coverage_ledger.h"
+#include "planner/coverage/coverage_ledger.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {

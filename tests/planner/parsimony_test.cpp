@@ -12,8 +12,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "planner/direction_coverage.h"
-#include "planner/offered_coverage.h"
+#include "planner/coverage/direction_coverage.h"
+#include "planner/coverage/offered_coverage.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
 #include "tests/support/small_scenes.h"

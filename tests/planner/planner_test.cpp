@@ -8,7 +8,7 @@
 #include <set>
 
 #include "mesh/base/errors.h"
-#include "planner/surface_samples.h"
+#include "planner/refinement/surface_samples.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The poses of all stored views at once, on walks whose true poses are known.
-#include "planner/pose_estimate.h"
+#include "planner/refinement/pose_estimate.h"
 
 #include <tbb/global_control.h>
 

@@ -10,16 +10,16 @@
 #include <string>
 #include <vector>
 
-#include "planner/cell_coverage.h"
-#include "planner/cell_demand.h"
-#include "planner/coverage_ledger.h"
-#include "planner/direction_coverage.h"
-#include "planner/exposure_graph.h"
-#include "planner/offered_coverage.h"
+#include "planner/coverage/cell_coverage.h"
+#include "planner/coverage/cell_demand.h"
+#include "planner/coverage/coverage_ledger.h"
+#include "planner/coverage/direction_coverage.h"
+#include "planner/coverage/offered_coverage.h"
 #include "planner/planner.h"
-#include "planner/pose_estimate.h"
 #include "planner/predicted_loss.h"
-#include "planner/surface_samples.h"
+#include "planner/refinement/exposure_graph.h"
+#include "planner/refinement/pose_estimate.h"
+#include "planner/refinement/surface_samples.h"
 #include "tests/support/relief_scenes.h"
 
 namespace lumatlas {

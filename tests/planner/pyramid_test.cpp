@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/pyramid.h"
+#include "planner/refinement/pyramid.h"
 
 #include <tbb/global_control.h>
 
@@ -8,7 +8,7 @@
 #include <glm/glm.hpp>
 #include <random>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 
 namespace lumatlas {
 namespace {

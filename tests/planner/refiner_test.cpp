@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Refinement as the planner uses it, on streams whose true poses and exposures are known.
-#include "planner/refiner.h"
+#include "planner/refinement/refiner.h"
 
 #include <tbb/global_control.h>
 

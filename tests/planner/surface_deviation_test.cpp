@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Photographs of a flat wall whose colours are known, over a mesh that stands a known distance before it.
-#include "planner/surface_deviation.h"
+#include "planner/refinement/surface_deviation.h"
 
 #include <tbb/global_control.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/surface_samples.h"
+#include "planner/refinement/surface_samples.h"
 
 #include <algorithm>
 #include <array>

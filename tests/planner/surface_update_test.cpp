@@ -5,7 +5,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 
-#include "mesh/cell_growth.h"
+#include "mesh/cells/cell_growth.h"
 #include "planner/planner.h"
 #include "tests/support/small_scenes.h"
 

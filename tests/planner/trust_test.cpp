@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/trust.h"
+#include "planner/refinement/trust.h"
 
 #include <tbb/global_control.h>
 

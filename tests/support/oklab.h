@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 
 namespace lumatlas {
 

@@ -9,8 +9,8 @@
 #include <string>
 #include <utility>
 
-#include "atlas/srgb.h"
-#include "mesh/cells.h"
+#include "atlas/images/srgb.h"
+#include "mesh/cells/cells.h"
 
 namespace lumatlas {
 

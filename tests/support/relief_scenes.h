@@ -13,8 +13,8 @@
 
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
-#include "planner/median_colors.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/refinement/median_colors.h"
 
 namespace lumatlas {
 

@@ -5,8 +5,8 @@
 #include <glm/glm.hpp>
 #include <utility>
 
-#include "mesh/cells.h"
-#include "mesh/visibility.h"
+#include "mesh/cells/cells.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

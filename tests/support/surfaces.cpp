@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 
 namespace lumatlas {
 

@@ -4,7 +4,7 @@
 
 #include <cstddef>
 
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Benchmark of what a mesh goes through before views are planned on it: splitting and cells, on a generated surface. A
 // table in Markdown goes to stdout; exit status as of lumatlas itself.
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 
 #include <algorithm>
 #include <chrono>

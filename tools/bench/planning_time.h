@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "planner/planner.h"
 
 namespace lumatlas {

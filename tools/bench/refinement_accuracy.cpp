@@ -11,7 +11,7 @@
 #include <sstream>
 #include <utility>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"

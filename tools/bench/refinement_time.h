@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "planner/planner.h"
 
 namespace lumatlas {

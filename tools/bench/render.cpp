@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/median.h"

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
-#include "tools/capture/colmap_program.h"
-#include "tools/capture/prepared_photographs.h"
+#include "atlas/images/photograph.h"
+#include "tools/capture/colmap/colmap_program.h"
+#include "tools/capture/sources/prepared_photographs.h"
 #include "tools/meshing/scene_mesh.h"
 #include "tools/pipeline/build_model.h"
 

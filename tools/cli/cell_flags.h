@@ -4,7 +4,7 @@
 
 #include <CLI/App.hpp>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "tools/cli/option_rules.h"
 
 namespace lumatlas {

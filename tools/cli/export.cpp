@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"

@@ -14,8 +14,8 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/mesh_frame_flags.h"
 #include "tools/inspection/inspection.h"
-#include "tools/pipeline/completed_surface.h"
 #include "tools/pipeline/model_inspection.h"
+#include "tools/pipeline/surface/completed_surface.h"
 
 namespace lumatlas {
 

@@ -13,7 +13,7 @@
 
 #include "mesh/base/file_ending.h"
 #include "mesh/base/number_text.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tools/base/child_process.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"

@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
@@ -25,7 +25,7 @@
 #include "tools/cli/render_flags.h"
 #include "tools/paths/kept_path.h"
 #include "tools/picture/model_tour.h"
-#include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/refinement/lens_notes.h"
 
 namespace lumatlas {
 

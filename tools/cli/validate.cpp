@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "tools/base/child_process.h"
 #include "tools/base/elapsed.h"
@@ -22,9 +22,9 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
-#include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/offered_scene.h"
+#include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/score/frame_time.h"
 #include "tools/score/report_refinements.h"
 #include "tools/score/validation.h"

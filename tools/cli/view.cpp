@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"

@@ -12,9 +12,9 @@
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/export/replaceable_export.h"
-#include "tools/pipeline/lens_notes.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/offered_scene.h"
+#include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/worth_saving.h"
 #include "tools/texture/write_textured_mesh.h"
 

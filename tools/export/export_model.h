@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tools/base/progress.h"
 #include "tools/export/export_options.h"
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/scene/scene.h"
 #include "tools/texture/page_image.h"
 #include "tools/texture/textured_mesh.h"

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "tools/base/strict_json.h"
 #include "tools/texture/write_textured_mesh.h"

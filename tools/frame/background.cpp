@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "tools/texture/edge_distance.h"
 
 namespace lumatlas {

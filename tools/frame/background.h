@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "atlas/float_image.h"
-#include "atlas/photograph.h"
+#include "atlas/images/float_image.h"
+#include "atlas/images/photograph.h"
 #include "blend/rendering.h"
 
 namespace lumatlas {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

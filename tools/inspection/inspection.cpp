@@ -11,7 +11,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/base/progress.h"
 #include "tools/inspection/blind_views.h"
 #include "tools/inspection/mesh_diagnosis.h"

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "mesh/mesh.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/inspection/mesh_fit.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"

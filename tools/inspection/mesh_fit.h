@@ -21,7 +21,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"

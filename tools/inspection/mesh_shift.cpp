@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "mesh/base/median.h"
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "tools/base/interrupt.h"
 
 namespace lumatlas {

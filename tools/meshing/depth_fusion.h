@@ -53,7 +53,7 @@ using DepthSource = std::function<DepthImage(std::size_t index)>;
 
 // Two triangles for each edge of the grid that the surface crosses between voxels that were seen; none without depths.
 // Faces look to where the cameras were. The mesh may be non-manifold where two sheets meet in one voxel: see
-// mesh/repair.h. The same for any number of threads.
+// mesh/repair/repair.h. The same for any number of threads.
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks, an image of the wrong size,
 // or a depth too far from the origin, more than 8 million voxels; InputError where max_blocks are too few and voxels
 // may not be enlarged; and what the source throws for the least index.

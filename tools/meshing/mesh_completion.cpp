@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/repair.h"
-#include "mesh/visibility.h"
+#include "mesh/repair/repair.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/meshing/small_pieces.h"
 
 namespace lumatlas {

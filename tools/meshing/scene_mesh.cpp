@@ -15,7 +15,7 @@
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
 #include "mesh/finite.h"
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 #include "tools/meshing/depth_mesh.h"
 #include "tools/meshing/estimated_views.h"
 #include "tools/meshing/mesh_completion.h"

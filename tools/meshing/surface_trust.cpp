@@ -14,7 +14,7 @@
 #include <limits>
 #include <vector>
 
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 namespace {

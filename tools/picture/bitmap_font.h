@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/score/color_map.h"
 
 namespace lumatlas {

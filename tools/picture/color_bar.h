@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/score/color_map.h"
 
 namespace lumatlas {

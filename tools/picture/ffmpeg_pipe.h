@@ -10,7 +10,7 @@
 #include <memory>
 #include <string>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

@@ -6,10 +6,10 @@
 #include <optional>
 
 #include "atlas/atlas.h"
-#include "atlas/float_image.h"
+#include "atlas/images/float_image.h"
 #include "blend/blend_options.h"
 #include "blend/renderer.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/frame/background.h"
 #include "tools/picture/mode_picture.h"
 

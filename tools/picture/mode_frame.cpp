@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "planner/surface_deviation.h"
+#include "planner/refinement/surface_deviation.h"
 #include "tools/score/counted_pixels.h"
 
 namespace lumatlas {

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/float_image.h"
-#include "atlas/photograph.h"
+#include "atlas/images/float_image.h"
+#include "atlas/images/photograph.h"
 #include "blend/diagnosis.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

@@ -8,7 +8,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/upright.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/base/interrupt.h"
 #include "tools/paths/camera_tours.h"
 #include "tools/paths/path_file.h"

@@ -4,7 +4,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

@@ -8,8 +8,8 @@
 #include <set>
 #include <string>
 
-#include "atlas/float_image.h"
-#include "atlas/photograph.h"
+#include "atlas/images/float_image.h"
+#include "atlas/images/photograph.h"
 #include "tools/frame/background.h"
 #include "tools/picture/ffmpeg_pipe.h"
 

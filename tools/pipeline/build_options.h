@@ -9,11 +9,11 @@
 #include <optional>
 #include <string>
 
-#include "atlas/tiles.h"
-#include "mesh/cells.h"
+#include "atlas/tiles/tiles.h"
+#include "mesh/cells/cells.h"
 #include "planner/planner.h"
-#include "tools/pipeline/baked_texture.h"
-#include "tools/pipeline/completed_surface.h"
+#include "tools/pipeline/surface/baked_texture.h"
+#include "tools/pipeline/surface/completed_surface.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
@@ -26,7 +26,7 @@ inline constexpr std::uint64_t kPhotographsPerArray = 4;
 // So many for tiles that take those bytes; of compressed tiles, for what they would take uncompressed.
 [[nodiscard]] std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles);
 
-// What is made to agree before a view is stored: see planner/refiner.h.
+// What is made to agree before a view is stored: see planner/refinement/refiner.h.
 enum class RefineMode {
   none,
   exposure,  // gains
@@ -46,7 +46,7 @@ enum class ViewChoice {
 
 // What finds the visible surface; the two agree but at silhouettes.
 enum class VisibilityBy {
-  rays,  // mesh/visibility.h, on the processor
+  rays,  // mesh/visibility/visibility.h, on the processor
   gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
 };
 
@@ -78,7 +78,7 @@ struct BuildOptions {
   PlannerOptions planner;
   RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1; lenses and poses may take it further
-  bool refine_lenses = true;                     // of RefineMode::all and joint: see planner/lens_estimate.h
+  bool refine_lenses = true;                     // of RefineMode::all and joint: see planner/refinement/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
   // Instead of `tiles`, where gpu_bytes has no room for the photographs whole, all of them or the largest max_views, or

@@ -11,10 +11,10 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
+#include "tools/pipeline/budget/gpu_budget.h"
 #include "tools/pipeline/coverage_names.h"
-#include "tools/pipeline/gpu_budget.h"
-#include "tools/pipeline/lens_notes.h"
-#include "tools/pipeline/refinement_json.h"
+#include "tools/pipeline/refinement/lens_notes.h"
+#include "tools/pipeline/refinement/refinement_json.h"
 
 namespace lumatlas {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "planner/coverage.h"
+#include "planner/coverage/coverage.h"
 
 namespace lumatlas {
 

@@ -5,11 +5,11 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "planner/planner.h"
+#include "tools/pipeline/budget/gpu_budget.h"
 #include "tools/pipeline/build_summary.h"
-#include "tools/pipeline/gpu_budget.h"
 #include "tools/pipeline/model_output.h"
 
 namespace lumatlas {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/scene/scene.h"
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/model_output.h"
 

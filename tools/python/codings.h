@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/python/names.h"
 
 namespace lumatlas::python {

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/meshing/mesh_json.h"

@@ -8,10 +8,10 @@
 #include <mutex>
 #include <optional>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "blend/egl_context.h"
 #include "blend/renderer.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/python/initialised_caster.h"
 

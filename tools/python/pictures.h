@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas::python {
 

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/photograph.h"
-#include "mesh/mesh_file.h"
+#include "atlas/images/photograph.h"
+#include "mesh/readers/mesh_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/python/arrays.h"
 #include "tools/scene/forms/colmap_writer.h"

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "mesh/base/errors.h"
-#include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/python/bindings.h"
 #include "tools/python/model.h"
 #include "tools/python/progress.h"

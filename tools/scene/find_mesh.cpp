@@ -5,11 +5,11 @@
 #include <string>
 #include <system_error>
 
-#include "atlas/gltf_mesh.h"
+#include "atlas/model/gltf_mesh.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/file_ending.h"
 #include "mesh/base/text_fields.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tools/base/child_process.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"

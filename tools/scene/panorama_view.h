@@ -10,7 +10,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/camera.h"
 
 namespace lumatlas {

@@ -2,7 +2,7 @@
 // Pictures that are kept at another size than they were taken at.
 #pragma once
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

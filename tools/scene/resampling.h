@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
 #include "mesh/mesh.h"

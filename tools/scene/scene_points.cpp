@@ -12,7 +12,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "mesh/finite.h"
-#include "mesh/ply_reader.h"
+#include "mesh/readers/ply_reader.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
 #include "tools/scene/forms/colmap.h"

@@ -13,8 +13,8 @@
 
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
-#include "mesh/cells.h"
-#include "mesh/repair.h"
+#include "mesh/cells/cells.h"
+#include "mesh/repair/repair.h"
 #include "tools/scene/mesh_frame.h"
 
 namespace lumatlas {
@@ -28,7 +28,7 @@ struct SurfaceInput {
   MeshFrame frame;             // how the file's coordinates became those of the poses
   double coordinate_step = 0;  // of the file's numbers, scene units: see mesh_coordinate_step()
   RepairReport repair;
-  std::uint64_t closed_holes = 0;      // see mesh/holes.h
+  std::uint64_t closed_holes = 0;      // see mesh/repair/holes.h
   std::uint64_t simplified_faces = 0;  // taken away because no camera shows what they add
   double simplified_distance = 0;      // that the surface moved by it, scene units, estimated
   std::uint64_t split_faces = 0;       // added by splitting those that were larger than a cell

@@ -2,7 +2,7 @@
 // From the photograph that a lens took to the one that a pinhole camera at the same place would have taken.
 #pragma once
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
 #include "tools/scene/camera_model.h"

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "mesh/base/median.h"
-#include "planner/alignment.h"
-#include "planner/photometry.h"
-#include "planner/surface_samples.h"
+#include "planner/refinement/alignment.h"
+#include "planner/refinement/photometry.h"
+#include "planner/refinement/surface_samples.h"
 #include "tools/base/interrupt.h"
 
 namespace lumatlas {

@@ -2,17 +2,17 @@
 // The pose and exposure of a photograph that was held out, refined against what a model shows: its given pose is as
 // wrong as any other, and a score at that pose would measure the pose.
 //
-// A picture's points move with the camera as surface, depth and image gradients say (planner/alignment.h), so that one
-// picture, which is there already, gives a whole search. What that leaves out, how the views that are blended change
-// with the pose, changes slowly: only a pose that was found far away is looked at once more from there.
+// A picture's points move with the camera as surface, depth and image gradients say (planner/refinement/alignment.h),
+// so that one picture, which is there already, gives a whole search. What that leaves out, how the views that are
+// blended change with the pose, changes slowly: only a pose that was found far away is looked at once more from there.
 #pragma once
 
 #include <functional>
 #include <optional>
 
-#include "atlas/photograph.h"
-#include "mesh/visibility.h"
-#include "planner/pyramid.h"
+#include "atlas/images/photograph.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/refinement/pyramid.h"
 
 namespace lumatlas {
 

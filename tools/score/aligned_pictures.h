@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/score/scores.h"
 
 namespace lumatlas {

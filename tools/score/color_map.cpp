@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <glm/glm.hpp>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 
 namespace lumatlas {
 

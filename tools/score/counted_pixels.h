@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

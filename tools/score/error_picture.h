@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <span>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

@@ -26,7 +26,7 @@ struct ReportRendering {
   std::string aligned_error;    // error_picture of that
 };
 
-// What the build did to one photograph, see planner/alignment.h.
+// What the build did to one photograph, see planner/refinement/alignment.h.
 struct ReportRefinement {
   std::string name;
   std::string decision;                                           // "kept", "replaced", "outlier"

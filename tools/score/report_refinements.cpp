@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "planner/refiner.h"
+#include "planner/refinement/refiner.h"
 
 namespace lumatlas {
 

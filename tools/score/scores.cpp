@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "mesh/base/number_text.h"
 #include "tools/score/counted_pixels.h"
 

@@ -17,7 +17,7 @@
 #include <optional>
 #include <span>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "mesh/joined_faces.h"
+#include "mesh/repair/joined_faces.h"
 #include "tools/score/counted_pixels.h"
 
 namespace lumatlas {

@@ -11,10 +11,10 @@
 #include <cstdint>
 #include <unordered_set>
 
-#include "atlas/photograph.h"
-#include "mesh/cells.h"
+#include "atlas/images/photograph.h"
+#include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 
 namespace lumatlas {
 

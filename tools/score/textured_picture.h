@@ -7,7 +7,7 @@
 
 #include "blend/rendering.h"
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/texture/textured_mesh.h"
 
 namespace lumatlas {

@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "atlas/vertex_colors.h"
-#include "mesh/visibility.h"
-#include "planner/photometry.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/refinement/photometry.h"
 #include "tools/scene/photograph_stream.h"
 
 namespace lumatlas {

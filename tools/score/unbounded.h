@@ -10,7 +10,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/validity.h"
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/base/progress.h"
 #include "tools/scene/scene.h"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/lower_resolution.h"
+#include "atlas/images/lower_resolution.h"
 
 namespace lumatlas {
 namespace {

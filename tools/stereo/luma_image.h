@@ -6,7 +6,7 @@
 #include <glm/vec2.hpp>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/camera.h"
 
 namespace lumatlas {

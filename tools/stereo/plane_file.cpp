@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "atlas/content_digest.h"
+#include "atlas/model/content_digest.h"
 #include "tools/base/output_folder.h"
 
 namespace lumatlas {

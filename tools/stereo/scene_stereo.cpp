@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/content_digest.h"
+#include "atlas/model/content_digest.h"
 #include "mesh/base/errors.h"
 #include "tools/scene/for_each_index.h"
 #include "tools/stereo/luma_image.h"

@@ -9,7 +9,7 @@
 #include <optional>
 #include <vector>
 
-#include "atlas/tiles.h"
+#include "atlas/tiles/tiles.h"
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
 #include "tools/scene/scene.h"

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/decimation.h"
-#include "mesh/repair.h"
+#include "mesh/repair/decimation.h"
+#include "mesh/repair/repair.h"
 #include "tools/synth/random.h"
 
 namespace lumatlas::synth {

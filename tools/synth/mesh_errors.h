@@ -19,7 +19,7 @@ namespace lumatlas::synth {
 // diagonal of the mesh's box. Vertices that would join two corners of the rest are parted, so that it stays manifold.
 [[nodiscard]] Mesh with_holes(const Mesh& mesh, double share, std::uint64_t seed);
 
-// All of it that the options ask for: noise, then holes, then edge collapses (mesh/decimation.h).
+// All of it that the options ask for: noise, then holes, then edge collapses (mesh/repair/decimation.h).
 [[nodiscard]] Mesh with_mesh_errors(Mesh mesh, const SynthOptions& options);
 
 }  // namespace lumatlas::synth

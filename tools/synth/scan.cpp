@@ -9,8 +9,8 @@
 #include <glm/glm.hpp>
 #include <utility>
 
-#include "mesh/decimation.h"
-#include "mesh/repair.h"
+#include "mesh/repair/decimation.h"
+#include "mesh/repair/repair.h"
 #include "tools/meshing/small_pieces.h"
 #include "tools/synth/random.h"
 

@@ -6,7 +6,7 @@
 #include <glm/glm.hpp>
 #include <numbers>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "tools/synth/random.h"
 
 namespace lumatlas::synth {

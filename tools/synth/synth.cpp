@@ -14,9 +14,9 @@
 #include <system_error>
 #include <utility>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/scene/forms/colmap_writer.h"
 #include "tools/synth/disturbance.h"

@@ -17,7 +17,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mesh/embree_scene.h"
+#include "mesh/visibility/embree_scene.h"
 #include "tools/synth/random.h"
 
 namespace lumatlas::synth {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/camera.h"
 #include "tools/synth/motion.h"
 #include "tools/synth/synth.h"

@@ -17,8 +17,8 @@
 #include <unordered_map>
 
 #include "mesh/base/number_text.h"
-#include "mesh/joined_faces.h"
 #include "mesh/opposite_halfedges.h"
+#include "mesh/repair/joined_faces.h"
 
 namespace lumatlas {
 

@@ -12,7 +12,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "mesh/cells.h"
+#include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

@@ -7,8 +7,8 @@
 #include <glm/glm.hpp>
 #include <span>
 
-#include "mesh/joined_faces.h"
-#include "mesh/spreading.h"
+#include "mesh/cells/spreading.h"
+#include "mesh/repair/joined_faces.h"
 
 namespace lumatlas {
 

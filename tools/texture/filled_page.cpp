@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 
 namespace lumatlas {
 

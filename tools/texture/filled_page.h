@@ -6,7 +6,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 
 namespace lumatlas {
 

@@ -11,8 +11,8 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "planner/pyramid.h"
-#include "planner/surface_samples.h"
+#include "planner/refinement/pyramid.h"
+#include "planner/refinement/surface_samples.h"
 #include "tools/base/interrupt.h"
 
 namespace lumatlas {

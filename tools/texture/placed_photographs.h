@@ -13,8 +13,8 @@
 #include "atlas/snapshot.h"
 #include "atlas/validity.h"
 #include "mesh/camera.h"
-#include "mesh/visibility.h"
-#include "planner/refiner.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/refinement/refiner.h"
 #include "tools/texture/surface_color.h"
 #include "tools/texture/texture_views.h"
 

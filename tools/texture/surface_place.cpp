@@ -5,8 +5,8 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-#include "atlas/srgb.h"
-#include "mesh/joined_faces.h"
+#include "atlas/images/srgb.h"
+#include "mesh/repair/joined_faces.h"
 
 namespace lumatlas {
 

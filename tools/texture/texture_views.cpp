@@ -9,7 +9,7 @@
 #include <limits>
 #include <optional>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "mesh/base/median.h"
 #include "tools/texture/edge_distance.h"
 

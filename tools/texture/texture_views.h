@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "atlas/image_levels.h"
+#include "atlas/images/image_levels.h"
 #include "atlas/snapshot.h"
 
 namespace lumatlas {

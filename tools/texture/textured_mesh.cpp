@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
 #include "tools/texture/chart_texels.h"

@@ -7,9 +7,9 @@
 #include <functional>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "atlas/snapshot.h"
-#include "mesh/cells.h"  // Tick
+#include "mesh/cells/cells.h"  // Tick
 #include "tools/texture/charts.h"
 #include "tools/texture/placed_photographs.h"
 #include "tools/texture/surface_color.h"

@@ -10,8 +10,8 @@
 #include <string>
 #include <utility>
 
-#include "atlas/srgb.h"
-#include "atlas/tiles.h"
+#include "atlas/images/srgb.h"
+#include "atlas/tiles/tiles.h"
 
 namespace lumatlas {
 

@@ -22,7 +22,7 @@ struct ScaledView {
 };
 
 // Pixels are means over the area that they cover, in linear light and by validity, as coarser levels are
-// (atlas/image_levels.h); a pixel is at a rim if the one at its middle is. A factor of 1 changes nothing. Throws
+// (atlas/images/image_levels.h); a pixel is at a rim if the one at its middle is. A factor of 1 changes nothing. Throws
 // std::invalid_argument unless the factor is in (0, 1].
 [[nodiscard]] ScaledView scaled_view(const StoredView& view, double factor);
 

@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "atlas/content_digest.h"
+#include "atlas/model/content_digest.h"
 #include "blend/cell_shares.h"
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"

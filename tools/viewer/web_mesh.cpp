@@ -8,7 +8,7 @@
 #include <limits>
 #include <vector>
 
-#include "mesh/simplification.h"
+#include "mesh/repair/simplification.h"
 
 namespace lumatlas {
 

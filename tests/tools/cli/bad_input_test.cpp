@@ -6,7 +6,7 @@
 #include <set>
 #include <string>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/program_here.h"
 

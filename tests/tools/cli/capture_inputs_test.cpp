@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tests/support/skip.h"

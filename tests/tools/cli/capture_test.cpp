@@ -14,7 +14,7 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tests/support/skip.h"
 #include "tests/tools/cli/capture_surroundings.h"
 #include "tests/tools/cli/program.h"

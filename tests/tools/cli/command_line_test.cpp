@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/plain_model.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"

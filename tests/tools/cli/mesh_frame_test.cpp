@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/program_here.h"
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/program_here.h"

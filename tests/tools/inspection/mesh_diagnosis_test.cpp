@@ -14,7 +14,7 @@
 #include <stdexcept>
 
 #include "mesh/base/errors.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/inspection/inspection.h"
 #include "tools/inspection/mesh_shift.h"

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/repair.h"
+#include "mesh/repair/repair.h"
 #include "tests/support/surfaces.h"
 
 namespace lumatlas {

@@ -18,7 +18,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/camera.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/colmap_writer.h"

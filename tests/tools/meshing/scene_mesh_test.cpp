@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "mesh/base/errors.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/surfaces.h"
 #include "tests/support/temporary_folder.h"

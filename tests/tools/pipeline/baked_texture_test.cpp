@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The base texture that a build puts into a model's file.
-#include "tools/pipeline/baked_texture.h"
+#include "tools/pipeline/surface/baked_texture.h"
 
 #include <tbb/global_control.h>
 
@@ -13,8 +13,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/model_file.h"
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
+#include "atlas/model/model_file.h"
 #include "tests/support/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"

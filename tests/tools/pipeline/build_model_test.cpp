@@ -18,10 +18,10 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
-#include "planner/photometry.h"
 #include "planner/predicted_loss.h"
+#include "planner/refinement/photometry.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_inspection.h"

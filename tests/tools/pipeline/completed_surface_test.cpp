@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A build adds to half a wall what photographs show of the other half.
-#include "tools/pipeline/completed_surface.h"
+#include "tools/pipeline/surface/completed_surface.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <string>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"

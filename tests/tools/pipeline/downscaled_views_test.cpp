@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/downscaled_views.h"
+#include "tools/pipeline/budget/downscaled_views.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/pipeline/bounded_build.h"
 #include "tests/tools/pipeline/sharp_scene.h"

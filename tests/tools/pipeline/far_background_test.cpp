@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Which of what photographs show past a mesh is taken to be far, on scenes whose depth is known.
-#include "tools/pipeline/far_background.h"
+#include "tools/pipeline/surface/far_background.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/joint_limits.h"
+#include "tools/pipeline/refinement/joint_limits.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A lens that a scene states wrongly: the build finds it out, and scores of its model know it too.
-#include "tools/pipeline/lens_notes.h"
+#include "tools/pipeline/refinement/lens_notes.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/synth/synth.h"
 

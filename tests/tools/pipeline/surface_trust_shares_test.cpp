@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A wall and a panel of cells with known deviations, counted as two photographs see them.
-#include "tools/pipeline/surface_trust_shares.h"
+#include "tools/pipeline/surface/surface_trust_shares.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
 
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {

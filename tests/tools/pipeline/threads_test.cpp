@@ -6,7 +6,7 @@
 #include <sstream>
 #include <string>
 
-#include "atlas/model_file.h"
+#include "atlas/model/model_file.h"
 #include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/mesh_coordinate_step.h"
 #include "tools/scene/surface_input.h"

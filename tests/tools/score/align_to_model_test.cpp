@@ -5,7 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "planner/photometry.h"
+#include "planner/refinement/photometry.h"
 #include "tests/support/relief_scenes.h"
 #include "tools/score/scores.h"
 

@@ -7,7 +7,7 @@
 #include <glm/gtc/quaternion.hpp>
 #include <vector>
 
-#include "mesh/visibility.h"
+#include "mesh/visibility/visibility.h"
 #include "tests/support/wall_scenes.h"
 #include "tools/synth/disturbance.h"
 

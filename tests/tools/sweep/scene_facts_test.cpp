@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
-#include "atlas/tiles.h"
+#include "atlas/images/photograph.h"
+#include "atlas/tiles/tiles.h"
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/colmap.h"

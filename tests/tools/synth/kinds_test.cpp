@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "mesh/mesh_file.h"
-#include "mesh/visibility.h"
+#include "mesh/readers/mesh_file.h"
+#include "mesh/visibility/visibility.h"
 #include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/scene.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/surfaces.h"
 #include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"

@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/surfaces.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/synth/synth.h"

@@ -15,9 +15,9 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "tests/support/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/colmap_writer.h"

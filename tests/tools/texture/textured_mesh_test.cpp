@@ -14,7 +14,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/srgb.h"
+#include "atlas/images/srgb.h"
 #include "mesh/base/errors.h"
 #include "tests/support/refusal.h"
 #include "tests/support/relief_scenes.h"

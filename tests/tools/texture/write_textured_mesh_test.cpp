@@ -10,9 +10,9 @@
 #include <glm/glm.hpp>
 #include <sstream>
 
-#include "atlas/tiny_gltf.h"
+#include "atlas/model/tiny_gltf.h"
 #include "mesh/base/errors.h"
-#include "mesh/mesh_file.h"
+#include "mesh/readers/mesh_file.h"
 #include "mesh/upright.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/temporary_folder.h"

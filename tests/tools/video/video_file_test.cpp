@@ -7,7 +7,7 @@
 #include <fstream>
 #include <optional>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tests/support/skip.h"

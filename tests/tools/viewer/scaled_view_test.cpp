@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <stdexcept>
 
-#include "atlas/image_levels.h"
+#include "atlas/images/image_levels.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {

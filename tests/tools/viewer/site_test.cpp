@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/content_digest.h"
+#include "atlas/model/content_digest.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {

@@ -13,7 +13,7 @@
 #include <string_view>
 #include <vector>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "tools/scene/camera_model.h"
 #include "tools/scene/panorama_view.h"

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string_view>
 
-#include "atlas/photograph.h"
+#include "atlas/images/photograph.h"
 #include "tools/scene/forms/capture.h"
 
 namespace lumatlas {

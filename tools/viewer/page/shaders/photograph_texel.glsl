@@ -1,5 +1,5 @@
 // A texel of a stored photograph, at one of its levels: the mean over the area that it covers, in linear light and by
-// validity, as atlas/image_levels.cpp and tools/viewer/scaled_view.cpp have it.
+// validity, as atlas/images/image_levels.cpp and tools/viewer/scaled_view.cpp have it.
 uniform sampler2D image;  // sRGB as it is in the file, first row above
 uniform usampler2D mask;  // validity, 0 to 255; 1 at rims
 uniform float pixels;     // of the photograph in a texel, along a side

@@ -1,0 +1,718 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+#include <glm/glm.hpp>
+#include <iterator>
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <utility>
+
+#include "atlas/images/srgb.h"
+#include "atlas/model/glb_file.h"
+#include "atlas/model/gltf_file.h"
+#include "atlas/model/json_nesting.h"
+#include "atlas/model/model_extension.h"
+#include "atlas/model/model_file.h"
+#include "atlas/model/model_ranges.h"
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+#include "mesh/base/whole_file.h"
+#include "mesh/visibility/ray_visibility.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr AccessorType kWholeNumbers{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kTriangles{TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT, TINYGLTF_TYPE_SCALAR, 3};
+constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kNumbers{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR};
+constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
+constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
+constexpr AccessorType kPlaces{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2};
+
+class Watch {
+ public:
+  // Since the last lap, or the beginning.
+  double lap_ms() {
+    const auto last = std::exchange(last_, std::chrono::steady_clock::now());
+    return std::chrono::duration<double, std::milli>(last_ - last).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// A stored view, less its pixels.
+struct ViewEntry {
+  std::string name;
+  Camera camera;
+  glm::dvec3 gain{1.0};
+  GltfImage image;
+  std::optional<GltfImage> lens_mask, trust_mask;
+};
+
+// Of a file with a base texture the last vertices are copies for it, which are left out of the surface.
+struct ReadSurface {
+  std::shared_ptr<const Surface> surface;
+  std::size_t vertices = 0, copies = 0;  // of the first mesh in the file, and how many of them are copies
+};
+
+// The far sphere in a file: the number of its mesh, and its number of cells. Both are 0 where there is none.
+struct FarPart {
+  std::size_t mesh = 0;
+  std::uint32_t cells = 0;
+};
+
+// The lumigraph in a glTF file, part by part, each checked against the parts before it.
+class ModelReader {
+ public:
+  explicit ModelReader(const fs::path& path)
+      : path_(path), file_(path), lumigraph_(file_.extension(kLumigraphExtension)) {
+    const std::uint32_t version = file_.whole_number(lumigraph_, kLumigraphExtension, "version", 0, 1'000'000);
+    textured_ = version == kTexturedLumigraphVersion;
+    if (version != kLumigraphVersion && !textured_) {
+      file_.refuse("has version " + std::to_string(version) + " of " + kLumigraphExtension +
+                   ", this program reads versions " + std::to_string(kLumigraphVersion) + " and " +
+                   std::to_string(kTexturedLumigraphVersion));
+    }
+  }
+
+  [[nodiscard]] Model model() const;
+  [[nodiscard]] ModelFacts facts() const;
+
+ private:
+  [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
+  [[nodiscard]] std::vector<std::uint8_t> cells_seen() const;
+  [[nodiscard]] FarPart far_part(std::size_t cells) const;
+  [[nodiscard]] FarSphere far_sphere(const FarPart& part, std::size_t cells, double cell_size) const;
+  [[nodiscard]] Mesh written_mesh(std::size_t number = 0) const;
+  [[nodiscard]] std::vector<std::uint32_t> copies(const Mesh& written) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
+                                                          std::size_t mesh) const;
+  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
+                                                        std::size_t mesh) const;
+  void require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first, std::size_t count) const;
+  [[nodiscard]] Cells cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const;
+  [[nodiscard]] ReadSurface surface() const;
+  [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(const ReadSurface& of) const;
+  void add_colors(const char* name, std::size_t mesh, std::size_t vertices, std::size_t copies,
+                  std::vector<glm::u8vec3>& colors) const;
+  [[nodiscard]] int texture_number() const;
+  [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
+  [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
+  void require_each_view_once(const ReferenceTable& table, std::size_t views) const;
+  // Reads the accessor `name`, one number per cell; empty where the file has none.
+  [[nodiscard]] std::vector<float> numbers_of_cells(const char* name, std::size_t cells) const;
+  [[nodiscard]] ValidityOptions validity() const;
+  [[nodiscard]] TexelFormat texels() const;
+  [[nodiscard]] TileTable tiles(const std::vector<ViewEntry>& views) const;
+  [[nodiscard]] Camera camera(const GltfFile::Object& view, const std::string& where) const;
+  [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
+  [[nodiscard]] std::vector<ViewEntry> view_entries() const;
+  void require_own_images(const std::vector<ViewEntry>& entries) const;
+  [[nodiscard]] GltfImage image(const GltfFile::Object& view, const std::string& where, const char* name) const;
+  [[nodiscard]] Photograph sized_image(const GltfImage& image, const Camera& camera) const;
+  [[nodiscard]] std::vector<std::uint8_t> mask(const std::optional<GltfImage>& image, const Camera& camera) const;
+  [[nodiscard]] StoredView load(const ViewEntry& entry, const RayVisibility& visibility,
+                                std::span<const std::uint8_t> drawn, const ValidityOptions& options,
+                                ReadTimes& times) const;
+  [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
+                                                                        const Mesh& mesh, const TileTable& tiles,
+                                                                        const ValidityOptions& options,
+                                                                        ReadTimes& times) const;
+
+  fs::path path_;
+  GltfFile file_;
+  const GltfFile::Object& lumigraph_;  // in file_
+  bool textured_ = false;              // it has a base texture
+};
+
+std::string out_of(std::uint32_t index, std::size_t count) {
+  return std::to_string(index) + " of " + std::to_string(count);
+}
+
+std::vector<std::uint32_t> ModelReader::whole_numbers(const char* name) const {
+  return file_.values<std::uint32_t>(file_.accessor(lumigraph_, kLumigraphExtension, name), name, kWholeNumbers);
+}
+
+Mesh ModelReader::written_mesh(std::size_t number) const {
+  Mesh mesh;
+  mesh.positions = file_.values<glm::vec3>(file_.attribute("POSITION", number), "POSITION", kPositions);
+  mesh.faces = file_.values<glm::uvec3>(file_.triangles(number).indices, "indices", kTriangles);
+  if (mesh.faces.empty()) file_.refuse("its mesh has no faces");
+  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t vertex = mesh.faces[face][corner];
+      if (vertex < mesh.positions.size()) continue;
+      file_.refuse("face " + std::to_string(face) + " has the vertex " + out_of(vertex, mesh.positions.size()));
+    }
+  }
+  for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    const glm::vec3& p = mesh.positions[vertex];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+      file_.refuse("vertex " + std::to_string(vertex) + " has a coordinate that is not finite");
+    }
+  }
+  return mesh;
+}
+
+// Which vertex each of the last ones is a copy of; none without a texture.
+std::vector<std::uint32_t> ModelReader::copies(const Mesh& written) const {
+  if (!textured_ || !lumigraph_.Has("vertexCopies")) return {};
+  std::vector<std::uint32_t> copies = whole_numbers("vertexCopies");
+  const std::size_t vertices = written.positions.size();
+  if (copies.size() > vertices) {
+    file_.refuse("vertexCopies has " + std::to_string(copies.size()) + " entries for " + std::to_string(vertices) +
+                 " vertices");
+  }
+  const std::size_t first = vertices - copies.size();
+  for (std::size_t i = 0; i < copies.size(); ++i) {
+    const std::string what = "vertex " + std::to_string(first + i) + " is a copy of vertex ";
+    if (copies[i] >= first) file_.refuse(what + out_of(copies[i], first) + " that are none");
+    if (written.positions[copies[i]] != written.positions[first + i]) {
+      file_.refuse(what + std::to_string(copies[i]) + ", but lies elsewhere");
+    }
+  }
+  return copies;
+}
+
+// The surface's mesh: every copy gives way to its original.
+void leave_out(const std::vector<std::uint32_t>& copies, Mesh& mesh) {
+  const std::size_t first = mesh.positions.size() - copies.size();
+  mesh.positions.resize(first);
+  for (glm::uvec3& face : mesh.faces) {
+    for (int corner = 0; corner < 3; ++corner) {
+      if (face[corner] >= first) face[corner] = copies[face[corner] - first];
+    }
+  }
+}
+
+// Returns for each vertex of a mesh the number of its cell less `first`, in [0, count).
+std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
+                                                       std::size_t mesh) const {
+  const auto numbers = file_.values<float>(file_.attribute(kCellAttribute, mesh), kCellAttribute, kNumbers);
+  if (numbers.size() != vertices) {
+    file_.refuse(std::string(kCellAttribute) + " has " + std::to_string(numbers.size()) + " cells for " +
+                 std::to_string(vertices) + " vertices");
+  }
+  const auto least = static_cast<float>(first), end = static_cast<float>(first + count);
+  std::vector<std::uint32_t> cells;
+  cells.reserve(vertices);
+  for (const float number : numbers) {
+    // Written so that NaN is refused too.
+    if (!(number >= least && number < end && number == std::floor(number))) {
+      file_.refuse("vertex " + std::to_string(cells.size()) + (mesh == 0 ? "" : " of mesh " + std::to_string(mesh)) +
+                   " is in cell " + number_text(number) + " of " + std::to_string(count) +
+                   (first == 0 ? "" : " from cell " + std::to_string(first)));
+    }
+    cells.push_back(static_cast<std::uint32_t>(number) - static_cast<std::uint32_t>(first));
+  }
+  return cells;
+}
+
+std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
+                                                     std::size_t mesh) const {
+  if (first + count > kMostCells) {
+    file_.refuse("has " + std::to_string(first + count) + " cells, must be at most " + std::to_string(kMostCells));
+  }
+  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(written.positions.size(), first, count, mesh);
+  std::vector<std::uint32_t> cells;
+  cells.reserve(written.faces.size());
+  for (const glm::uvec3& face : written.faces) {
+    const std::uint32_t cell = of_vertex[face[0]];
+    if (of_vertex[face[1]] != cell || of_vertex[face[2]] != cell) {
+      file_.refuse("face " + std::to_string(cells.size()) + " has vertices in cells " + std::to_string(cell) + ", " +
+                   std::to_string(of_vertex[face[1]]) + " and " + std::to_string(of_vertex[face[2]]) +
+                   ", must be in one");
+    }
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
+FarPart ModelReader::far_part(std::size_t cells) const {
+  if (!lumigraph_.Has("far")) return {};
+  const GltfFile::Object& far = file_.field(lumigraph_, kLumigraphExtension, "far");
+  const auto most = static_cast<std::uint32_t>(std::min<std::size_t>(cells, kMostCells));
+  return {file_.whole_number(far, "far", "mesh", 1, 1'000'000), file_.whole_number(far, "far", "cells", 1, most)};
+}
+
+FarSphere ModelReader::far_sphere(const FarPart& part, std::size_t cells, double cell_size) const {
+  if (part.cells == 0) return {};
+  FarSphere far;
+  far.mesh = written_mesh(part.mesh);
+  std::vector<std::uint32_t> of_face = cell_of_face(far.mesh, cells - part.cells, part.cells, part.mesh);
+  require_no_empty_cell(of_face, cells - part.cells, part.cells);
+  far.cells = measure_cells(far.mesh, std::move(of_face), cell_size);
+  return far;
+}
+
+// `of_face`: for each face the number of its cell less `first`.
+void ModelReader::require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first,
+                                        std::size_t count) const {
+  std::vector<std::uint8_t> used(count, 0);
+  for (const std::uint32_t cell : of_face) used[cell] = 1;
+  const auto empty = std::find(used.begin(), used.end(), 0);
+  if (empty == used.end()) return;
+  file_.refuse("cell " + std::to_string(first + static_cast<std::size_t>(empty - used.begin())) + " has no faces");
+}
+
+Cells ModelReader::cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const {
+  const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, most_cell_size(mesh));
+  require_no_empty_cell(of_face, 0, count);
+  return measure_cells(mesh, std::move(of_face), size);
+}
+
+// Adds the colours of a mesh to `colors`, without those of the last vertices, which are copies.
+void ModelReader::add_colors(const char* name, std::size_t mesh, std::size_t vertices, std::size_t copies,
+                             std::vector<glm::u8vec3>& colors) const {
+  const auto linear = file_.values<glm::u16vec4>(file_.attribute(name, mesh), name, kColors);
+  if (linear.size() != vertices) {
+    file_.refuse(std::string(name) + " has " + std::to_string(linear.size()) + " colours for " +
+                 std::to_string(vertices) + " vertices");
+  }
+  for (const glm::u16vec4& c : std::span(linear).first(vertices - copies)) {
+    colors.emplace_back(srgb8_from_linear(c.r / 65535.0), srgb8_from_linear(c.g / 65535.0),
+                        srgb8_from_linear(c.b / 65535.0));
+  }
+}
+
+std::vector<glm::u8vec3> ModelReader::vertex_colors(const ReadSurface& of) const {
+  std::vector<glm::u8vec3> colors;
+  colors.reserve(of.surface->mesh.positions.size());
+  add_colors(textured_ ? kTexturedColorAttribute : kColorAttribute, 0, of.vertices, of.copies, colors);
+  const FarPart far = far_part(of.surface->cells.cells.size());
+  if (far.cells > 0) add_colors(kColorAttribute, far.mesh, of.surface->far_vertices, 0, colors);
+  return colors;
+}
+
+ReferenceTable ModelReader::references(std::size_t cells, std::size_t views) const {
+  ReferenceTable table;
+  table.offsets = whole_numbers("referenceOffsets");
+  if (lumigraph_.Has("references")) table.views = whole_numbers("references");
+  if (table.offsets.size() != cells + 1) {
+    file_.refuse("referenceOffsets has " + std::to_string(table.offsets.size()) + " entries, must have " +
+                 std::to_string(cells + 1) + " for " + std::to_string(cells) + " cells");
+  }
+  if (table.offsets.front() != 0 || table.offsets.back() != table.views.size() ||
+      !std::is_sorted(table.offsets.begin(), table.offsets.end())) {
+    file_.refuse("referenceOffsets do not rise from 0 to the number of references, " +
+                 std::to_string(table.views.size()));
+  }
+  for (std::size_t i = 0; i < table.views.size(); ++i) {
+    if (table.views[i] >= views) {
+      file_.refuse("reference " + std::to_string(i) + " is to view " + out_of(table.views[i], views));
+    }
+  }
+  require_each_view_once(table, views);
+  return table;
+}
+
+// A cell could else have many more references than there are views, all of which the renderer looks at in each pixel.
+void ModelReader::require_each_view_once(const ReferenceTable& table, std::size_t views) const {
+  std::vector<std::size_t> last_cell(views, table.offsets.size());  // that refers to each view
+  for (std::uint32_t cell = 0; cell + 1 < table.offsets.size(); ++cell) {
+    for (const std::uint32_t view : table.of_cell(cell)) {
+      if (std::exchange(last_cell[view], cell) != cell) continue;
+      file_.refuse("cell " + std::to_string(cell) + " refers to view " + std::to_string(view) +
+                   " twice, must refer to each view once at most");
+    }
+  }
+}
+
+std::vector<float> ModelReader::numbers_of_cells(const char* name, std::size_t cells) const {
+  if (!lumigraph_.Has(name)) return {};
+  auto numbers = file_.values<float>(file_.accessor(lumigraph_, kLumigraphExtension, name), name, kNumbers);
+  if (numbers.size() != cells) {
+    file_.refuse(std::string(name) + " has " + std::to_string(numbers.size()) + " entries for " +
+                 std::to_string(cells) + " cells");
+  }
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (std::isfinite(numbers[cell]) && numbers[cell] >= 0) continue;
+    file_.refuse(std::string(name) + " says of cell " + std::to_string(cell) + " " + number_text(numbers[cell]) +
+                 ", must be finite and not negative");
+  }
+  return numbers;
+}
+
+ValidityOptions ModelReader::validity() const {
+  const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "validity");
+  ValidityOptions options;
+  options.depth_edge = file_.number(object, "validity", "depthEdge", 0, kMostDepthEdge);
+  options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, kMostEdgePixels);
+  options.fade_px = file_.whole_number(object, "validity", "fade", 0, kMostEdgePixels);
+  const std::string edges = object.Has("edges") ? file_.text(object, "validity", "edges") : "both";
+  const auto known = kEdgesByName.find(edges);
+  if (known == kEdgesByName.end()) {
+    file_.refuse("validity: \"edges\" is \"" + edges + "\", must be \"far\" or \"both\"");
+  }
+  options.edges = known->second;
+  try {
+    check(options);
+  } catch (const std::invalid_argument& error) {
+    file_.refuse(error.what());
+  }
+  return options;
+}
+
+// Files of earlier versions of this program do not say.
+TexelFormat ModelReader::texels() const {
+  if (!lumigraph_.Has("texels")) return TexelFormat::rgb8;
+  const std::string name = file_.text(lumigraph_, kLumigraphExtension, "texels");
+  const auto known = kTexelFormatsByName.find(name);
+  if (known == kTexelFormatsByName.end()) {
+    file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc7\"");
+  }
+  return known->second;
+}
+
+// Slots are given anew, in order.
+TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
+  TileTable table;
+  table.options = kWholeViews;
+  table.options.texels = texels();
+  if (!lumigraph_.Has("tiles")) return table;
+  const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "tiles");
+  table.options.tile_px = file_.whole_number(object, "tiles", "size", 8, 1024);
+  table.options.gutter_px = file_.whole_number(object, "tiles", "gutter", 1, 8);
+  try {
+    check(table.options);
+  } catch (const std::invalid_argument& error) {
+    file_.refuse(error.what());
+  }
+  std::vector<std::uint8_t> resident;
+  if (object.Has("resident")) {
+    resident = file_.values<std::uint8_t>(file_.accessor(object, "tiles", "resident"), "resident", kFlags);
+  }
+  std::uint64_t tiles = 0;
+  for (const ViewEntry& view : views) {
+    table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
+    tiles += TileGrid(view.camera.width, view.camera.height, table.options.tile_px).tiles();
+  }
+  table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
+  if (resident.size() != tiles) {
+    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
+                 " tiles whether they are there, its views have " + std::to_string(tiles));
+  }
+  if (tiles >= kNotResident) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
+  std::uint32_t next = 0;
+  for (const std::uint8_t there : resident) table.slots.push_back(there ? next++ : kNotResident);
+  if (next > kMostTileSlots) {
+    file_.refuse("has " + std::to_string(next) + " resident tiles, must have at most " +
+                 std::to_string(kMostTileSlots));
+  }
+  return table;
+}
+
+Camera ModelReader::camera(const GltfFile::Object& view, const std::string& where) const {
+  constexpr std::uint32_t kMaxSide = 65536;
+  const std::vector<double> focal = file_.numbers(view, where, "focalLength", 2);
+  const std::vector<double> principal = file_.numbers(view, where, "principalPoint", 2);
+  const std::vector<double> rotation = file_.numbers(view, where, "rotation", 9);
+  const std::vector<double> translation = file_.numbers(view, where, "translation", 3);
+  Camera camera;
+  camera.width = file_.whole_number(view, where, "width", 1, kMaxSide);
+  camera.height = file_.whole_number(view, where, "height", 1, kMaxSide);
+  camera.fx = focal[0];
+  camera.fy = focal[1];
+  camera.cx = principal[0];
+  camera.cy = principal[1];
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      camera.cam_from_world_rotation[column][row] =
+          rotation[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)];
+    }
+    camera.cam_from_world_translation[row] = translation[static_cast<std::size_t>(row)];
+  }
+  try {
+    check(camera);
+    check_model_ranges(camera);
+  } catch (const std::invalid_argument& error) {
+    file_.refuse(where + ": " + error.what());
+  }
+  return camera;
+}
+
+GltfImage ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
+  return file_.image(file_.whole_number(view, where, name, 0, 1'000'000'000));
+}
+
+ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::string& where) const {
+  ViewEntry entry;
+  entry.name = file_.text(view, where, "name");
+  entry.camera = camera(view, where);
+  const std::vector<double> gain = file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
+  entry.gain = {gain[0], gain[1], gain[2]};
+  entry.image = image(view, where, "image");
+  if (view.Has("lensMask")) entry.lens_mask = image(view, where, "lensMask");
+  if (view.Has("trustMask")) entry.trust_mask = image(view, where, "trustMask");
+  return entry;
+}
+
+std::vector<ViewEntry> ModelReader::view_entries() const {
+  std::vector<ViewEntry> entries;
+  if (!lumigraph_.Has("views")) return entries;  // glTF has no empty arrays
+  const GltfFile::Object& views = lumigraph_.Get("views");
+  if (!views.IsArray()) file_.refuse("\"views\" is not an array");
+  for (std::size_t index = 0; index < views.ArrayLen(); ++index) {
+    entries.push_back(view_entry(views.Get(static_cast<int>(index)), "view " + std::to_string(index)));
+  }
+  require_own_images(entries);
+  return entries;
+}
+
+// A file of a few kilobytes could else ask for one large photograph a million times.
+void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) const {
+  std::set<fs::path> files;
+  std::map<const unsigned char*, const unsigned char*> ends;  // of the bytes in buffers, by their first
+  for (const ViewEntry& entry : entries) {
+    const std::span<const unsigned char> bytes = entry.image.bytes;
+    if (!bytes.empty()) {
+      const auto next = ends.lower_bound(bytes.data());
+      const bool before_next = next == ends.end() || next->first >= bytes.data() + bytes.size();
+      const bool after_last = next == ends.begin() || std::prev(next)->second <= bytes.data();
+      ends.emplace(bytes.data(), bytes.data() + bytes.size());
+      if (before_next && after_last) continue;
+    } else if (files.insert(entry.image.file.lexically_normal()).second) {
+      continue;
+    }
+    file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
+  }
+}
+
+ImageSize size_of(const GltfImage& image) {
+  return image.bytes.empty() ? photograph_size(image.file) : photograph_size(image.bytes, image.file.string());
+}
+
+Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera) const {
+  const ImageSize size = size_of(image);
+  if (size.width != camera.width || size.height != camera.height) {
+    throw InputError(image.file.string() + ": is " + size_text(size.width, size.height) + ", its view in " +
+                     path_.string() + " says " + size_text(camera.width, camera.height));
+  }
+  return image.bytes.empty() ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
+}
+
+// The red of an image, one value per pixel; none without an image.
+std::vector<std::uint8_t> ModelReader::mask(const std::optional<GltfImage>& image, const Camera& camera) const {
+  if (!image) return {};
+  const Photograph picture = sized_image(*image, camera);
+  std::vector<std::uint8_t> values(picture.rgb.size() / 3);
+  for (std::size_t pixel = 0; pixel < values.size(); ++pixel) values[pixel] = picture.rgb[3 * pixel];
+  return values;
+}
+
+// `drawn` says of each pixel whether it, or the mask of one that may be drawn, needs its depth; empty: all do.
+StoredView ModelReader::load(const ViewEntry& entry, const RayVisibility& visibility,
+                             std::span<const std::uint8_t> drawn, const ValidityOptions& options,
+                             ReadTimes& times) const {
+  Watch watch;
+  Photograph photograph = sized_image(entry.image, entry.camera);
+  photograph.valid = mask(entry.lens_mask, entry.camera);
+  std::vector<std::uint8_t> trust = mask(entry.trust_mask, entry.camera);
+  times.images = watch.lap_ms();
+  VisibilityBuffer visible;
+  if (drawn.empty()) {
+    visibility.trace_sparsely(entry.camera, visible);
+  } else {
+    visibility.trace_part(entry.camera, drawn, visible);
+  }
+  times.depth = watch.lap_ms();
+  StoredView view =
+      make_stored_view(entry.name, entry.camera, std::move(photograph), std::move(visible), options, std::move(trust));
+  times.masks = watch.lap_ms();
+  return view;
+}
+
+// Of several views that cannot be read, the first is reported, whichever thread was faster.
+std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::vector<ViewEntry>& entries,
+                                                                     const Mesh& mesh, const TileTable& tiles,
+                                                                     const ValidityOptions& options,
+                                                                     ReadTimes& times) const {
+  const RayVisibility visibility(mesh);
+  // The mask of a pixel depends on depths as far away as the fade, and as the edges of what is beyond it.
+  TileTable around = tiles;
+  around.options.gutter_px += options.fade_px + 1 + options.edge_radius_px;
+  std::vector<std::shared_ptr<const StoredView>> views(entries.size());
+  std::vector<std::exception_ptr> errors(entries.size());
+  std::vector<ReadTimes> of_view(entries.size());
+  tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
+    try {
+      std::vector<std::uint8_t> drawn;
+      if (!tiles.whole_views()) {
+        if (!tiles.has_resident_tile(static_cast<std::uint32_t>(i))) return;  // nothing of the view is shown
+        drawn = around.resident_pixels(static_cast<std::uint32_t>(i), entries[i].camera);
+      }
+      views[i] = std::make_shared<const StoredView>(load(entries[i], visibility, drawn, options, of_view[i]));
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  for (const ReadTimes& view : of_view) {
+    times.images += view.images;
+    times.depth += view.depth;
+    times.masks += view.masks;
+  }
+  return views;
+}
+
+std::vector<std::uint8_t> ModelReader::cells_seen() const {
+  return file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
+}
+
+ReadSurface ModelReader::surface() const {
+  auto surface = std::make_shared<Surface>();
+  surface->mesh = written_mesh();
+  const std::vector<double> offset =
+      file_.numbers(lumigraph_, kLumigraphExtension, "offset", 3, -kMostOffset, kMostOffset);
+  surface->offset = {offset[0], offset[1], offset[2]};
+  const std::size_t all_cells = cells_seen().size();
+  const FarPart far = far_part(all_cells);
+  const std::size_t count = all_cells - far.cells;
+  std::vector<std::uint32_t> of_face = cell_of_face(surface->mesh, 0, count, 0);
+  const std::vector<std::uint32_t> left_out = copies(surface->mesh);
+  ReadSurface read{surface, surface->mesh.positions.size(), left_out.size()};
+  leave_out(left_out, surface->mesh);
+  surface->cells = cells(surface->mesh, std::move(of_face), count);
+  if (far.cells > 0) *surface = with_far_sphere(*surface, far_sphere(far, all_cells, surface->cells.size));
+  return read;
+}
+
+// Of the image of the only material's texture.
+int ModelReader::texture_number() const {
+  const tinygltf::Model& file = file_.contents();
+  const auto chosen = [&](int number, std::size_t count, const std::string& what) {
+    if (number >= 0 && static_cast<std::size_t>(number) < count) return static_cast<std::size_t>(number);
+    file_.refuse(what + " " + std::to_string(number) + ", which does not exist");
+  };
+  const std::size_t material = chosen(file_.triangles().material, file.materials.size(), "its mesh has material");
+  const tinygltf::TextureInfo& info = file.materials[material].pbrMetallicRoughness.baseColorTexture;
+  const std::size_t texture = chosen(info.index, file.textures.size(), "its material has the base texture");
+  if (info.texCoord != 0) {
+    file_.refuse("its base texture is placed by TEXCOORD_" + std::to_string(info.texCoord) + ", must be by " +
+                 kPlaceAttribute);
+  }
+  return file.textures[texture].source;
+}
+
+std::optional<GltfImage> ModelReader::texture(std::size_t vertices) const {
+  if (!textured_) return std::nullopt;
+  const auto places = file_.values<glm::u16vec2>(file_.attribute(kPlaceAttribute), kPlaceAttribute, kPlaces);
+  if (places.size() != vertices) {
+    file_.refuse(std::string(kPlaceAttribute) + " has " + std::to_string(places.size()) + " places for " +
+                 std::to_string(vertices) + " vertices");
+  }
+  const int number = texture_number();
+  if (number < 0) file_.refuse("its base texture has no image");
+  return file_.image(static_cast<std::uint32_t>(number));
+}
+
+Model ModelReader::model() const {
+  Watch watch;
+  Model model;
+  model.validity = validity();
+  Snapshot& snapshot = model.snapshot;
+  const ReadSurface read = surface();
+  snapshot.surface = read.surface;
+  snapshot.cell_seen = cells_seen();
+  const std::vector<ViewEntry> entries = view_entries();
+  snapshot.references = references(snapshot.cell_seen.size(), entries.size());
+  snapshot.tiles = tiles(entries);
+  snapshot.cell_coverage = numbers_of_cells("cellCoverage", snapshot.cell_seen.size());
+  snapshot.cell_deviation = numbers_of_cells("cellDeviation", snapshot.cell_seen.size());
+  snapshot.vertex_colors = vertex_colors(read);
+  if (const std::optional<GltfImage> image = texture(read.vertices)) (void)size_of(*image);
+  for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
+  model.times.tables = watch.lap_ms();
+  snapshot.views = load_all(entries, snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
+  leave_out_views_without_tiles(snapshot);
+  model.times.views = watch.lap_ms();
+  return model;
+}
+
+std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
+  if (!image) return 0;
+  if (!image->bytes.empty()) return image->bytes.size();
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(image->file, error);
+  if (error == std::errc::no_such_file_or_directory) throw InputError(image->file.string() + ": no such file");
+  if (error) throw InputError(image->file.string() + ": cannot be looked at (" + error.message() + ")");
+  return bytes;
+}
+
+ModelFacts ModelReader::facts() const {
+  ModelFacts facts;
+  facts.file = path_;
+  const ReadSurface read = surface();
+  facts.surface = read.surface;
+  const std::vector<std::uint8_t> seen = cells_seen();
+  const std::size_t cells = seen.size();
+  facts.cells_seen = static_cast<std::size_t>(std::count_if(seen.begin(), seen.end(), [](auto s) { return s != 0; }));
+  const std::vector<ViewEntry> entries = view_entries();
+  facts.references = references(cells, entries.size());
+  facts.tiles = tiles(entries);
+  for (const ViewEntry& entry : entries) {
+    facts.views.push_back(entry.camera);
+    facts.photograph_bytes += bytes_of(entry.image);
+    facts.mask_bytes += bytes_of(entry.lens_mask) + bytes_of(entry.trust_mask);
+  }
+  facts.json_bytes = read_model_json(path_).size();
+  facts.texture_bytes = bytes_of(texture(read.vertices));
+  const std::size_t vertices = read.vertices + read.surface->far_vertices;
+  facts.mesh_bytes = vertices * sizeof(glm::vec3) + read.surface->mesh.faces.size() * sizeof(glm::uvec3);
+  facts.vertex_bytes = vertices * (sizeof(glm::u16vec4) + sizeof(float)) + read.copies * sizeof(std::uint32_t) +
+                       (textured_ ? read.vertices * sizeof(glm::u16vec2) : 0);
+  facts.table_bytes = cells + facts.tiles.slots.size() +
+                      sizeof(float) * (numbers_of_cells("cellCoverage", cells).size() +
+                                       numbers_of_cells("cellDeviation", cells).size()) +
+                      sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
+  return facts;
+}
+
+// Of a folder, the file in it.
+fs::path file_of(const fs::path& path) {
+  std::error_code ignored;
+  fs::path file = fs::is_directory(path, ignored) ? path / kModelFileName : path;
+  if (fs::is_regular_file(file, ignored)) return file;
+  throw InputError(file.string() + ": no such file: give a folder or a .glb that `lumatlas build` wrote");
+}
+
+}  // namespace
+
+Model read_model(const fs::path& path) {
+  Watch watch;
+  const ModelReader reader(file_of(path));
+  const double parsed = watch.lap_ms();
+  Model model = reader.model();
+  model.times.tables += parsed;
+  return model;
+}
+
+ModelFacts read_model_facts(const fs::path& path) {
+  return ModelReader(file_of(path)).facts();
+}
+
+std::string read_model_json(const fs::path& path) {
+  const fs::path file = file_of(path);
+  std::string json = is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
+  if (const int levels = nesting(json); levels > kMaxNesting) {
+    throw InputError(file.string() + ": nests its values " + std::to_string(levels) + " deep, must be at most " +
+                     std::to_string(kMaxNesting));
+  }
+  return json;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What a store asks where its texture array does not hold all tiles that the references need. The store only knows how
+// tiles come and go; which of them are worth their place is the planner's to say, see planner/tile_choice.h.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "atlas/reference_table.h"
+#include "atlas/stored_view.h"
+#include "atlas/surface.h"
+#include "atlas/tiles/tiles.h"
+
+namespace lumatlas {
+
+// The store as it was at one moment. No thread changes it while a policy looks at it.
+struct TileDemand {
+  const Surface& surface;
+  std::span<const std::shared_ptr<const StoredView>> views;  // by slot; null: the slot is free
+  std::span<const SharedShownCells> shown;                   // by slot; never null
+  const ReferenceTable& references;                          // of each cell, to slots that hold a view
+  std::size_t max_tiles;                                     // >= 1
+  // Tiles of these views that were resident in the snapshot before, by ascending view, then tile. Empty: they are to be
+  // chosen from all.
+  std::span<const ViewTile> resident;
+};
+
+struct TileChoice {
+  std::vector<ViewTile> tiles;  // at most max_tiles, by ascending view, then tile, each of a stored view
+  ReferenceTable references;    // of each cell, to views whose tiles here show it; no more than it had
+};
+
+// Must give the same for the same demand. Called by one thread at a time, while snapshot(), bound_tiles() and
+// cut_anew() of the store wait: where the policy calls one of these on the same thread, that throws std::logic_error,
+// and it must not wait for another thread that does. All other calls of the store are free to it.
+using TilePolicy = std::function<TileChoice(const TileDemand&)>;
+
+}  // namespace lumatlas

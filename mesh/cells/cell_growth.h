@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cells of a mesh that changes while views of it are stored already: what stays of the surface stays in its cell, so
+// that what is known of the cell can be kept. Erat et al. 2019, section 5, ask for it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "mesh/cells/cells.h"
+#include "mesh/mesh.h"
+#include "mesh/visibility/visibility.h"  // kNoFace, kNoCell
+
+namespace lumatlas {
+
+// For each face of `mesh`, the face of `before` at the same place: its three corners have the same coordinates, to the
+// bit, and the same turn. kNoFace where there is none. The order of faces and vertices, and which corner comes first,
+// do not matter. Faces at one place are matched one to one, in their order. Coordinates may be anything, also not
+// finite. Throws std::invalid_argument for a face that refers to no vertex.
+[[nodiscard]] std::vector<std::uint32_t> match_faces(const Mesh& before, const Mesh& mesh);
+
+struct CellGrowth {
+  Cells cells;
+  std::vector<std::uint32_t> previous_cell;  // by cell: which one it was, ascending; kNoCell: it is new
+  std::vector<std::uint8_t> changed;         // by cell: 1 if it is new, gained or lost faces, or has one that moved
+};
+
+// The cells of `mesh`, which `mesh_before` with the cells `before` has become. `previous_face` says for each face which
+// one it was, wherever its corners were then, or kNoFace for one that is new: see match_faces().
+//
+// Clusters: a face stays in the cell that it was in. New faces form cells among themselves, as make_cells() forms them;
+// those much smaller than the target join a neighbour, old or new, that they fit, and an old cell as small takes one of
+// them in. Old cells never merge, so that a surface that comes in many small parts has more cells than one that is
+// there at once. A cell may fall apart when faces are taken out of its middle.
+//
+// Grid: a cell is the faces in its cube, new or old, as make_cells() has them.
+//
+// Either way a cell without faces is gone, and one that is not `changed` has its statistics as they were, to the bit.
+// Cells that were there before come first, in their order; new ones follow by their first face. Deterministic: the same
+// bytes for any number of threads.
+//
+// The new faces should be no larger than a cell (split_large_faces with before.size). `options` are those that the
+// cells before were made with: a size other than before.size is refused, unless it is 0. Of no cells before, the result
+// is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
+// mesh.h, for a changed mesh without faces, if `previous_face`
+// has not one entry per face, names a face that was not there or names one twice, if `before` is not of `mesh_before`,
+// and if the partition is a grid and the cells before are not its cubes.
+[[nodiscard]] CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
+                                    std::span<const std::uint32_t> previous_face, const CellOptions& options);
+
+}  // namespace lumatlas

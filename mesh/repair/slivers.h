@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to mesh/: clusters too small to be worth a cell of their own.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "mesh/cells/cluster_mesh.h"
+#include "mesh/tick.h"
+
+namespace lumatlas {
+
+// Gives each cluster much smaller than size^2, smallest first, to a neighbour with which it is still compact and mostly
+// faces one way; it stays where there is none. `labels` holds a cluster for each face. Clusters below `first` keep
+// their faces: a small one is given such a neighbour from `first` on instead.
+void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first = 0,
+                   const Tick& tick = {});
+
+}  // namespace lumatlas

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to mesh/: collects pixels, and traces the rays through their centres 16 at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <limits>
+
+#include "mesh/camera.h"
+#include "mesh/visibility/embree_scene.h"
+#include "mesh/visibility/visibility.h"
+
+namespace lumatlas {
+
+// Writes what they see to the buffer, which has the camera's size. What the last ones see is written by finish(), which
+// must be called at the end.
+class PixelPackets {
+ public:
+  PixelPackets(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer)
+      : camera_(camera), origin_(camera.center()), sees_(is_traceable(origin_)), scene_(scene), buffer_(buffer) {}
+
+  void add(std::uint32_t x, std::uint32_t y) {
+    const std::size_t pixel = std::size_t{y} * camera_.width + x;
+    buffer_.depth[pixel] = std::numeric_limits<float>::infinity();
+    buffer_.face[pixel] = kNoFace;
+    // Not unit but one deep, so that the hit's distance along it is its depth.
+    const glm::vec3 direction(camera_.ray({x + 0.5, y + 0.5}));
+    // A ray of a camera at the end of the universe, or with a vanishing focal length, sees nothing.
+    if (!sees_ || !is_traceable(direction)) return;
+    packet_.set(rays_, origin_, direction, std::numeric_limits<float>::infinity());
+    pixels_[rays_] = pixel;
+    if (++rays_ == EmbreePacket::kRays) finish();
+  }
+
+  void finish() {
+    if (rays_ == 0) return;
+    packet_.intersect(scene_);
+    for (std::uint32_t i = 0; i < rays_; ++i) {
+      if (packet_.hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
+      buffer_.depth[pixels_[i]] = packet_.hits.ray.tfar[i];
+      buffer_.face[pixels_[i]] = packet_.hits.hit.primID[i];
+    }
+    packet_ = {};
+    rays_ = 0;
+  }
+
+ private:
+  const Camera& camera_;
+  glm::vec3 origin_;
+  bool sees_;
+  RTCScene scene_;
+  VisibilityBuffer& buffer_;
+  EmbreePacket packet_;
+  std::size_t pixels_[EmbreePacket::kRays] = {};
+  std::uint32_t rays_ = 0;
+};
+
+}  // namespace lumatlas

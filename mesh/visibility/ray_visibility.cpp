@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Visibility by ray casting: 4x4 packets of coherent primary rays through pixel centres (Embree 3).
+#include "mesh/visibility/ray_visibility.h"
+
+#include <tbb/blocked_range2d.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+
+#include "mesh/base/number_text.h"
+#include "mesh/visibility/embree_scene.h"
+#include "mesh/visibility/pixel_packets.h"
+#include "mesh/visibility/sparse_rays.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::uint32_t kPacketSide = 4;
+static_assert(kPacketSide * kPacketSide == EmbreePacket::kRays);
+
+// Smaller images take little time, and what is thinner than two of their pixels may be large.
+constexpr std::size_t kSparseFromPixels = 1 << 17;
+
+}  // namespace
+
+class RayVisibility::Tree {
+ public:
+  explicit Tree(const Mesh& mesh) {
+    check(mesh);
+    if (mesh.faces.empty()) throw std::invalid_argument("ray casting: the mesh has no faces, must have at least one");
+    device_ = make_embree_device();
+    scene_ = make_embree_scene(device_.get(), mesh, RTC_BUILD_QUALITY_MEDIUM);
+  }
+
+  // `wanted` as of trace_part(); empty: everything.
+  void trace(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
+    resize(camera, buffer);
+    const std::uint32_t columns = (camera.width + kPacketSide - 1) / kPacketSide;
+    const std::uint32_t rows = (camera.height + kPacketSide - 1) / kPacketSide;
+    tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, rows, 4, 0, columns, 16),
+                      [&](const tbb::blocked_range2d<std::uint32_t>& block) {
+                        PixelPackets packets(camera, scene_.get(), buffer);
+                        for (std::uint32_t row = block.rows().begin(); row != block.rows().end(); ++row) {
+                          for (std::uint32_t column = block.cols().begin(); column != block.cols().end(); ++column) {
+                            trace_packet(camera, wanted, column * kPacketSide, row * kPacketSide, packets, buffer);
+                          }
+                        }
+                      });
+  }
+
+  void trace_sparsely(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
+    if (std::size_t{camera.width} * camera.height < kSparseFromPixels) return trace(camera, wanted, buffer);
+    resize(camera, buffer);
+    lumatlas::trace_sparsely(camera, scene_.get(), wanted, buffer);
+  }
+
+ private:
+  static void resize(const Camera& camera, VisibilityBuffer& buffer) {
+    check(camera);
+    buffer.width = camera.width;
+    buffer.height = camera.height;
+    buffer.depth.resize(std::size_t{camera.width} * camera.height);
+    buffer.face.resize(buffer.depth.size());
+  }
+
+  // All rays of a packet or none, for what one of them hits may depend, by rounding, on the others.
+  static void trace_packet(const Camera& camera, std::span<const std::uint8_t> wanted, std::uint32_t left,
+                           std::uint32_t top, PixelPackets& packets, VisibilityBuffer& buffer) {
+    const std::uint32_t right = std::min(left + kPacketSide, camera.width);
+    const std::uint32_t bottom = std::min(top + kPacketSide, camera.height);
+    const auto each_pixel = [&](const auto& use) {
+      for (std::uint32_t y = top; y < bottom; ++y) {
+        for (std::uint32_t x = left; x < right; ++x) use(x, y, std::size_t{y} * camera.width + x);
+      }
+    };
+    bool any_wanted = wanted.empty();
+    each_pixel([&](std::uint32_t, std::uint32_t, std::size_t pixel) { any_wanted = any_wanted || wanted[pixel] != 0; });
+    if (any_wanted) {
+      each_pixel([&](std::uint32_t x, std::uint32_t y, std::size_t) { packets.add(x, y); });
+      packets.finish();
+    }
+    if (wanted.empty()) return;
+    each_pixel([&](std::uint32_t, std::uint32_t, std::size_t pixel) {
+      if (wanted[pixel] != 0) return;
+      buffer.depth[pixel] = std::numeric_limits<float>::infinity();
+      buffer.face[pixel] = kNoFace;
+    });
+  }
+
+  EmbreeDevice device_;
+  EmbreeScene scene_;
+};
+
+RayVisibility::RayVisibility(const Mesh& mesh) : tree_(std::make_unique<const Tree>(mesh)) {}
+
+RayVisibility::~RayVisibility() = default;
+
+void RayVisibility::trace(const Camera& camera, VisibilityBuffer& buffer) const {
+  tree_->trace(camera, {}, buffer);
+}
+
+void RayVisibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
+  tree_->trace_sparsely(camera, {}, buffer);
+}
+
+void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_t> wanted,
+                               VisibilityBuffer& buffer) const {
+  if (wanted.size() != std::size_t{camera.width} * camera.height) {
+    throw std::invalid_argument("ray casting: wanted has " + std::to_string(wanted.size()) +
+                                " values, must have one per pixel of " + size_text(camera.width, camera.height));
+  }
+  tree_->trace_sparsely(camera, wanted, buffer);
+}
+
+std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh) {
+  return std::make_unique<RayVisibility>(mesh);
+}
+
+}  // namespace lumatlas

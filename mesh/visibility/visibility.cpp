@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/visibility/visibility.h"
+
+#include <stdexcept>
+#include <string>
+
+namespace lumatlas {
+
+VisibilityBuffer Visibility::trace(const Camera& camera) const {
+  VisibilityBuffer buffer;
+  trace(camera, buffer);
+  return buffer;
+}
+
+void Visibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
+  trace(camera, buffer);
+}
+
+VisibilityBuffer Visibility::trace_sparsely(const Camera& camera) const {
+  VisibilityBuffer buffer;
+  trace_sparsely(camera, buffer);
+  return buffer;
+}
+
+std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells) {
+  std::vector<std::uint32_t> pixels_of_cell(cells.cells.size(), 0);
+  for (const std::uint32_t face : buffer.face) {
+    if (face == kNoFace) continue;
+    if (face >= cells.cell_of_face.size()) {
+      throw std::invalid_argument("visibility: the buffer shows face " + std::to_string(face) +
+                                  ", must be below the number of faces in cells, " +
+                                  std::to_string(cells.cell_of_face.size()));
+    }
+    const std::uint32_t cell = cells.cell_of_face[face];
+    if (cell >= pixels_of_cell.size()) {
+      throw std::invalid_argument("cells: cell_of_face[" + std::to_string(face) + "] is " + std::to_string(cell) +
+                                  ", must be below the number of cells, " + std::to_string(pixels_of_cell.size()));
+    }
+    ++pixels_of_cell[cell];
+  }
+  std::vector<CellPixels> counts;
+  for (std::uint32_t cell = 0; cell < pixels_of_cell.size(); ++cell) {
+    if (pixels_of_cell[cell] > 0) counts.push_back({cell, pixels_of_cell[cell]});
+  }
+  return counts;
+}
+
+}  // namespace lumatlas

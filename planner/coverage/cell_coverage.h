@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// How well the stored views cover each cell, kept up as views come and go. One interface for the measures that can be
+// planned by: the paper's (paper_coverage.h) and the submodular one (direction_coverage.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "planner/coverage/coverage.h"
+
+namespace lumatlas {
+
+// What a cell would lose with one of its references, after others that it gave up before: of ReferenceService::of_kept.
+struct ReferenceLoss {
+  std::uint32_t slot;
+  double loss;  // >= 0
+};
+
+// How well a cell's references serve the stored cameras that see it, for what the cell counts: those that it has, and
+// those with the ones that it gave up. Both >= 0.
+struct ReferenceService {
+  double of_kept = 0, of_all = 0;
+  std::uint32_t given_up = 0;  // how many
+};
+
+// Views are told apart by the slot that they are stored in; those that see a cell are its members, in order of arrival,
+// and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by different
+// threads at once.
+//
+// Everything that is asked or told checks what it is given, and throws std::invalid_argument naming the field, its
+// value and the rule: a cell is below cells(), a part passes check(), and a list by slot reaches as far as the slots of
+// all that ever were members of the cell.
+class CellCoverage {
+ public:
+  virtual ~CellCoverage() = default;
+  CellCoverage(const CellCoverage&) = delete;
+  CellCoverage& operator=(const CellCoverage&) = delete;
+
+  [[nodiscard]] std::size_t cells() const { return slots_of_.size(); }  // how many
+
+  // What a cell counts for, >= 0: in cells, or in pictures where cells count by demand.
+  [[nodiscard]] double value(std::uint32_t cell) const;
+  // By how much a view more would raise the cell's value. `victims`, if not empty, says by slot (1) of which members it
+  // is asked by how much less or more that would be if they had left before: added to `corrections` (by slot, as many),
+  // for others too where that costs nothing.
+  [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                            std::span<double> corrections) const;
+  // Adds `factor` times what the cell would lose without each member to `losses` (by slot). The factor is finite.
+  void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const;
+  // By definition, not from what is kept up: the cell's value without the members in `gone`, and with `newcomer` if it
+  // is not null.
+  [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                           const Contribution* newcomer) const;
+
+  // A measure by which a cell's value depends on all offered views that see it, stored or not, is told of each;
+  // `take_back`: of one that it was told of, which is not to count. Returns by how much the cell's value rises, and
+  // adds to `losses` (by slot; empty: nobody asks) by how much more the cell loses without each member.
+  double ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses);
+  // What the cell counts for beside others; where cells count alike, 1.
+  [[nodiscard]] double weight(std::uint32_t cell) const;
+
+  // The slot must not be a member yet, and be below 2^32 - 1.
+  void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part);
+  // The slot must be a member. Another member may take the place of its reference.
+  void erase(std::uint32_t cell, std::uint32_t slot);
+  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
+
+  // In which order the cell would give up references, each time the one that is missed least, down to as many as are
+  // blended. Here and below: nothing, by a measure that cannot say.
+  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const;
+  // The views stay members, and one of them may be referenced again when another member leaves.
+  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
+  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const;
+
+  // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (kNoCell:
+  // empty). One entry for each cell of the surface, each an old cell or kNoCell.
+  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+
+ protected:
+  // The options must pass check(), and the gain be finite and not negative.
+  CellCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
+
+  void require_cell(std::uint32_t cell) const;
+
+ private:
+  // The measures. What they are given has been checked.
+  [[nodiscard]] virtual double do_value(std::uint32_t cell) const = 0;
+  [[nodiscard]] virtual double do_gain(std::uint32_t cell, const Contribution& part,
+                                       std::span<const std::uint8_t> victims, std::span<double> corrections) const = 0;
+  virtual void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const = 0;
+  [[nodiscard]] virtual double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                                      const Contribution* newcomer) const = 0;
+  virtual double do_ask(std::uint32_t /*cell*/, const Contribution& /*part*/, bool /*take_back*/,
+                        std::span<double> /*losses*/) {
+    return 0;
+  }
+  [[nodiscard]] virtual double do_weight(std::uint32_t /*cell*/) const { return 1; }
+  [[nodiscard]] virtual bool is_member(std::uint32_t cell, std::uint32_t slot) const = 0;
+  virtual void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) = 0;
+  virtual void do_erase(std::uint32_t cell, std::uint32_t slot) = 0;
+  [[nodiscard]] virtual std::vector<std::uint32_t> do_references(std::uint32_t cell) const = 0;
+  [[nodiscard]] virtual std::vector<ReferenceLoss> do_reference_losses(std::uint32_t /*cell*/) const { return {}; }
+  virtual void do_give_up(std::uint32_t /*cell*/, std::span<const std::uint32_t> /*slots*/) {}
+  [[nodiscard]] virtual ReferenceService do_reference_service(std::uint32_t /*cell*/) const { return {}; }
+  virtual void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) = 0;
+
+  void require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const;
+
+  std::vector<std::uint32_t> slots_of_;  // by cell: 1 + the largest slot that ever was a member
+};
+
+// `min_reference_gain`: Delta_fcov of section 3.4, by which a full cell's coverage must rise to swap a reference;
+// finite and not negative. Throws std::invalid_argument for that, and unless the options pass check().
+[[nodiscard]] std::unique_ptr<CellCoverage> make_cell_coverage(const Surface& surface, const CoverageOptions& options,
+                                                               double min_reference_gain);
+
+}  // namespace lumatlas

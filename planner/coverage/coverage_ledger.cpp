@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/coverage/coverage_ledger.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+#include <string>
+#include <unordered_map>
+
+#include "mesh/base/requirement.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Cells are worked on in this many parts, whatever the number of threads, and the parts' sums are added in order, so
+// that rounding is the same for any number of threads.
+constexpr std::size_t kParts = 16;
+
+constexpr Requirement coverage_ledger_requires{"coverage"};
+
+const CoverageOptions& checked(const CoverageOptions& options) {
+  check(options);
+  return options;
+}
+
+std::span<const CellPart> part_of(std::span<const CellPart> parts, std::size_t i) {
+  const std::size_t first = parts.size() * i / kParts;
+  return parts.subspan(first, parts.size() * (i + 1) / kParts - first);
+}
+
+void add_to(std::vector<double>& sums, std::span<const double> terms) {
+  for (std::size_t i = 0; i < terms.size(); ++i) sums[i] += terms[i];
+}
+
+}  // namespace
+
+CoverageLedger::CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
+                               double min_reference_gain)
+    : coverage_(make_cell_coverage(surface, checked(options), min_reference_gain)),
+      has_demand_(has_demand(options)),
+      cells_(surface.cells.cells.size()),
+      parts_(slots),
+      stored_(slots, 0),
+      loss_(slots, 0) {}
+
+void CoverageLedger::require_cells(std::span<const CellPart> parts) const {
+  for (const CellPart& entry : parts)
+    coverage_ledger_requires.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
+}
+
+void CoverageLedger::require_slots(std::span<const std::uint32_t> slots) const {
+  for (const std::uint32_t slot : slots)
+    coverage_ledger_requires.is_below(slot, stored_.size(), "slot", "the number of slots");
+}
+
+double CoverageLedger::gain(std::span<const CellPart> parts) const {
+  require_cells(parts);
+  std::array<double, kParts> gains{};
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
+    for (const CellPart& entry : part_of(parts, i)) gains[i] += coverage_->gain(entry.cell, entry.part, {}, {});
+  });
+  double sum = 0;
+  for (const double gain : gains) sum += gain;
+  return sum;
+}
+
+std::vector<double> CoverageLedger::exchange_gains(std::span<const CellPart> parts,
+                                                   std::span<const std::uint32_t> victims) const {
+  require_cells(parts);
+  require_slots(victims);
+  std::vector<std::uint8_t> asked(loss_.size(), 0);
+  for (const std::uint32_t slot : victims) asked[slot] = 1;
+  std::array<double, kParts> gains{};
+  std::array<std::vector<double>, kParts> corrections;
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
+    corrections[i].resize(loss_.size());
+    for (const CellPart& entry : part_of(parts, i)) {
+      gains[i] += coverage_->gain(entry.cell, entry.part, asked, corrections[i]);
+    }
+  });
+  double gain = 0;
+  std::vector<double> correction(loss_.size(), 0);
+  for (std::size_t i = 0; i < kParts; ++i) {
+    gain += gains[i];
+    add_to(correction, corrections[i]);
+  }
+  std::vector<double> result;
+  result.reserve(victims.size());
+  for (const std::uint32_t slot : victims) result.push_back(gain + correction[slot] - loss_[slot]);
+  return result;
+}
+
+double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const {
+  require_cells(parts);
+  require_slots(gone);
+  double gain = 0;
+  std::vector<std::uint32_t> cells;
+  for (const CellPart& entry : parts) {
+    gain += coverage_->value_by_definition(entry.cell, gone, &entry.part) - coverage_->value(entry.cell);
+    cells.push_back(entry.cell);
+  }
+  // Add what is lost in the cells that the newcomer does not see. Each counts once, however many of the views see it.
+  std::vector<std::uint32_t> others;
+  for (const std::uint32_t slot : gone) {
+    for (const CellPart& entry : parts_[slot]) others.push_back(entry.cell);
+  }
+  std::sort(cells.begin(), cells.end());
+  std::sort(others.begin(), others.end());
+  others.erase(std::unique(others.begin(), others.end()), others.end());
+  for (const std::uint32_t cell : others) {
+    if (std::binary_search(cells.begin(), cells.end(), cell)) continue;
+    gain += coverage_->value_by_definition(cell, gone, nullptr) - coverage_->value(cell);
+  }
+  return gain;
+}
+
+// By how much scov and each slot's loss change, one sum for each part of the cells.
+struct CoverageLedger::Changes {
+  explicit Changes(std::size_t slots) {
+    for (std::vector<double>& part : losses) part.resize(slots);
+  }
+  std::array<double, kParts> rises{};
+  std::array<std::vector<double>, kParts> losses;
+};
+
+void CoverageLedger::add(const Changes& changes) {
+  for (std::size_t i = 0; i < kParts; ++i) {
+    summed_coverage_ += changes.rises[i];
+    add_to(loss_, changes.losses[i]);
+  }
+}
+
+// Calls change() for each cell of `parts`, and brings scov and the slots' losses up to date.
+template <typename Change>
+void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change& change) {
+  Changes changes(loss_.size());
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
+    for (const CellPart& entry : part_of(parts, i)) {
+      changes.rises[i] -= coverage_->value(entry.cell);
+      coverage_->add_losses(entry.cell, -1, changes.losses[i]);
+      change(entry);
+      changes.rises[i] += coverage_->value(entry.cell);
+      coverage_->add_losses(entry.cell, 1, changes.losses[i]);
+    }
+  });
+  add(changes);
+}
+
+void CoverageLedger::ask(std::span<const CellPart> parts) {
+  count_asked(parts, false);
+}
+
+void CoverageLedger::unask(std::span<const CellPart> parts) {
+  count_asked(parts, true);
+}
+
+void CoverageLedger::count_asked(std::span<const CellPart> parts, bool take_back) {
+  require_cells(parts);
+  if (!has_demand_) return;
+  Changes changes(loss_.size());
+  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
+    for (const CellPart& entry : part_of(parts, i)) {
+      changes.rises[i] += coverage_->ask(entry.cell, entry.part, take_back, changes.losses[i]);
+    }
+  });
+  add(changes);
+}
+
+double CoverageLedger::weight(std::span<const CellPart> parts) const {
+  require_cells(parts);
+  double sum = 0;
+  for (const CellPart& entry : parts) sum += coverage_->weight(entry.cell);
+  return sum;
+}
+
+void CoverageLedger::insert(std::uint32_t slot, std::vector<CellPart> parts) {
+  require_slots({{slot}});
+  require_cells(parts);
+  if (stored_[slot] != 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds a view already");
+  stored_[slot] = 1;
+  parts_[slot] = std::move(parts);
+  change_cells(parts_[slot], [&](const CellPart& entry) { coverage_->insert(entry.cell, slot, entry.part); });
+}
+
+void CoverageLedger::erase(std::uint32_t slot) {
+  require_slots({{slot}});
+  if (stored_[slot] == 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds no view");
+  const std::vector<CellPart> parts = std::move(parts_[slot]);
+  parts_[slot].clear();
+  stored_[slot] = 0;
+  change_cells(parts, [&](const CellPart& entry) { coverage_->erase(entry.cell, slot); });
+  loss_[slot] = 0;
+}
+
+void CoverageLedger::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+  coverage_ledger_requires.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell",
+                                    "the number of cells");
+  std::unordered_map<std::uint32_t, std::uint32_t> now;
+  for (std::uint32_t cell = 0; cell < previous_cell.size(); ++cell) {
+    if (previous_cell[cell] != kNoCell) now.emplace(previous_cell[cell], cell);
+  }
+  for (const std::vector<CellPart>& parts : parts_) {
+    const auto lost =
+        std::find_if(parts.begin(), parts.end(), [&](const CellPart& entry) { return !now.contains(entry.cell); });
+    if (lost != parts.end()) {
+      throw std::logic_error("coverage: a stored view sees cell " + std::to_string(lost->cell) + ", which is gone");
+    }
+  }
+  for (std::vector<CellPart>& parts : parts_) {
+    for (CellPart& entry : parts) entry.cell = now.at(entry.cell);
+  }
+  coverage_->follow(surface, previous_cell);
+  cells_ = surface.cells.cells.size();
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What each stored view is worth: scov (Erat et al. 2019, section 3.2), every view's share in it, and what it would be
+// with another view, kept up incrementally. It knows nothing of photographs, so the offline planner and the
+// tests use it as the online planner does.
+//
+// A decision costs what the cells cost that the view sees; storing or dropping a view, what the members of these cells
+// cost. Nothing depends on the length of the stream.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "planner/coverage/cell_coverage.h"
+#include "planner/coverage/coverage.h"
+
+namespace lumatlas {
+
+// Cells that the surface does not have, and slots beyond those that there are, are refused (std::invalid_argument)
+// where parts or lists of slots are given. What is asked of one cell or slot by its number, in the innermost loops of
+// planning, is not checked.
+class CoverageLedger {
+ public:
+  // `slots`: how many views it can hold at once. `min_reference_gain` as in PlannerOptions. Throws
+  // std::invalid_argument unless the options pass check().
+  CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
+                 double min_reference_gain);
+
+  [[nodiscard]] std::size_t cells() const { return cells_; }          // how many the surface has
+  [[nodiscard]] std::size_t slots() const { return stored_.size(); }  // how many views it can hold
+
+  // An offered view, whatever becomes of it, asks for the cells that it sees: see CellDemand. unask() takes that back,
+  // with the same parts. Without CoverageOptions::demand, nothing changes; with it, cells that nobody asked for are
+  // worth nothing.
+  void ask(std::span<const CellPart> parts);
+  void unask(std::span<const CellPart> parts);
+  // What scov would be if the view's cells, and no others, were served as well as one can be.
+  [[nodiscard]] double weight(std::span<const CellPart> parts) const;
+  [[nodiscard]] double weight(std::uint32_t cell) const { return coverage_->weight(cell); }  // the same of one cell
+
+  // By how much scov would rise with the view.
+  [[nodiscard]] double gain(std::span<const CellPart> parts) const;
+  // The same for each slot in `victims`, if its view left first: less what is lost with it.
+  [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
+                                                   std::span<const std::uint32_t> victims) const;
+  // The same for several that leave together, by definition.
+  [[nodiscard]] double joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const;
+
+  // The slot must be free (std::logic_error).
+  void insert(std::uint32_t slot, std::vector<CellPart> parts);
+  // The slot must not be free (std::logic_error).
+  void erase(std::uint32_t slot);
+
+  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }    // scov, by CellCoverage::value()
+  [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
+  [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }  // its part in scov
+  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
+  // As CellCoverage says; different cells by different threads.
+  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const {
+    return coverage_->reference_losses(cell);
+  }
+  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) { coverage_->give_up(cell, slots); }
+  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const {
+    return coverage_->reference_service(cell);
+  }
+  [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
+  [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }
+
+  // The geometry has changed and its cells are numbered anew, see CellCoverage::follow(); one entry for each
+  // (std::invalid_argument). No stored view may see an old
+  // cell that no new one takes over (std::logic_error): such views are erased before and inserted again after.
+  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+
+ private:
+  struct Changes;
+  void require_cells(std::span<const CellPart> parts) const;
+  void require_slots(std::span<const std::uint32_t> slots) const;
+  void add(const Changes& changes);
+  void count_asked(std::span<const CellPart> parts, bool take_back);
+  template <typename Change>
+  void change_cells(std::span<const CellPart> parts, const Change& change);
+
+  std::unique_ptr<CellCoverage> coverage_;
+  bool has_demand_;
+  std::size_t cells_;
+  std::vector<std::vector<CellPart>> parts_;  // by slot: what its view adds to the cells that it sees
+  std::vector<std::uint8_t> stored_;          // by slot
+  std::vector<double> loss_;                  // by slot
+  double summed_coverage_ = 0;
+};
+
+}  // namespace lumatlas

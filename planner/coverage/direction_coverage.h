@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Coverage of cells as the renderer will need it: how well the novel directions above a cell are served by the views
+// that see it. In place of the sum over views of Erat et al. 2019, section 3.2.
+//
+//   q(f, s)    = cov_p(f) (lambda k(f, s) + 1 - lambda)       how well view f serves novel direction s, in [0, 1]
+//   k(f, s)    = max(0, 1 - (1 - cos angle(f, s)) / (1 - cos direction_width))
+//   value(b)   = w(b) mean over the cell's novel directions s of  sum_j v_j q_j(s)   in [0, w(b)]
+//
+// where q_1(s) >= q_2(s) >= ... are the K = views_per_direction best of q(f, s) over the views, and v_j halves from one
+// to the next and sums to 1. w(b), in [0, 1], and the d_max of cov_p are what the stream asks of the cell
+// (cell_demand.h); without demand, w(b) is 1 and d_max one for all. The novel directions are spread over the hemisphere
+// above the cell in proportion to the area that the cell shows to them; over the sphere where the cell has no mean
+// normal.
+//
+// A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
+// falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure choosing
+// offline by greedy selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a
+// quarter of it, if an exchange must gain scov / N, whatever gains at all is taken while there is room, and views are
+// bounded by number alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain. That is for a
+// measure that stays as it is, as it does without demand.
+//
+// All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
+// narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
+// among them: a newcomer takes the place of the reference that is missed least.
+//
+// What a reference less costs is judged where pictures will be asked for, at the stored cameras that see the cell:
+//
+//   service(b) = w(b) mean over these cameras' directions c of  sum_j v_j p_j(c)
+//   p(f, c)    = cov_p(f) (lambda max(0, 1 - angle(f, c) / direction_width) + 1 - lambda)
+//
+// It falls at once with the angle, as parallax does where the mesh is wrong; q is flat around 0, and lets go of the
+// nearest view where others are nearly as near (planner/README.md).
+#pragma once
+
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "planner/coverage/cell_coverage.h"
+#include "planner/coverage/cell_demand.h"
+
+namespace lumatlas {
+
+// Rows: two tangents and the normal of a cell, or any axes where it has none; turns with the mesh.
+struct CellFrame {
+  glm::dmat3 cell_from_world{1.0};
+  bool two_sided = false;  // no mean normal: seen from everywhere
+};
+
+[[nodiscard]] std::vector<CellFrame> cell_frames(const Surface& surface);
+
+// Unit directions in a cell's frame, spread as described above; `count` >= 1 (std::invalid_argument).
+[[nodiscard]] std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided);
+
+class DirectionCoverage final : public CellCoverage {
+ public:
+  // As make_cell_coverage(); `min_reference_gain`: in cells.
+  DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
+
+  // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
+  // (K + 1) * CoverageOptions::directions are left. What they would be worth at another ideal distance is lost.
+  void forget_idle(std::uint32_t cell);
+  [[nodiscard]] std::size_t member_count(std::uint32_t cell) const {
+    require_cell(cell);
+    return cells_[cell].members.size();
+  }
+
+ private:
+  [[nodiscard]] double do_value(std::uint32_t cell) const override { return cells_[cell].weight * cells_[cell].value; }
+  [[nodiscard]] double do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                               std::span<double> corrections) const override;
+  void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                              const Contribution* newcomer) const override;
+  double do_ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) override;
+  [[nodiscard]] double do_weight(std::uint32_t cell) const override { return cells_[cell].weight; }
+  void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
+  void do_erase(std::uint32_t cell, std::uint32_t slot) override;
+  [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
+  [[nodiscard]] std::vector<ReferenceLoss> do_reference_losses(std::uint32_t cell) const override;
+  void do_give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) override;
+  [[nodiscard]] ReferenceService do_reference_service(std::uint32_t cell) const override;
+  void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+  [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
+
+  struct Member {
+    std::uint32_t slot;
+    glm::vec3 direction;  // in the cell's frame
+    float distance, cell_share;
+    float positional;  // at the cell's ideal distance
+    bool referenced;
+    bool given_up;  // was referenced, until give_up()
+  };
+  struct Served {
+    float quality = 0;
+    std::uint32_t slot = kNobody;
+  };
+  static constexpr std::uint32_t kNobody = ~0u;
+  struct State {
+    std::vector<Member> members;
+    // Of each novel direction the best K + 1 views, best first; empty until a view sees the cell.
+    std::vector<Served> best;
+    double value = 0;  // before the weight
+    CellDemand demand;
+    double weight = 0;
+    double ideal_distance = 0;
+  };
+  [[nodiscard]] State empty_state() const;
+  [[nodiscard]] float positional(std::uint32_t cell, const Member& member) const;
+  void follow_demand(std::uint32_t cell);
+  [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
+  [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
+  // lambda and direction_width, of the value or of the choice of references.
+  struct Kernel {
+    Kernel(double lambda_share, double width);
+    float lambda;
+    float cosine_scale;  // 1 / (1 - cos width)
+  };
+  [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const;
+  void qualities(std::uint32_t cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
+  // Both work on one novel direction, whose K + 1, or K, best views are `best`.
+  [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
+  void admit(std::span<Served> best, Served newcomer) const;
+  template <typename Wanted>
+  [[nodiscard]] std::vector<Served> best_of(std::uint32_t cell, const Kernel& kernel, const Wanted& is_wanted) const;
+  [[nodiscard]] double value_of(std::span<const Served> best) const;
+  [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality, double factor,
+                                 std::span<double> corrections) const;
+  void losses_of(std::span<const Served> best, double factor, std::span<double> losses) const;
+  void serve_without(std::uint32_t cell, std::uint32_t slot);
+  void reference_newest(std::uint32_t cell);
+  void refill(std::uint32_t cell);
+  [[nodiscard]] std::vector<float> camera_qualities(std::uint32_t cell, const Member& member) const;
+  [[nodiscard]] std::vector<Served> best_for_cameras(std::span<const std::vector<float>> qualities) const;
+  [[nodiscard]] double service(std::uint32_t cell, std::span<const Member* const> references) const;
+
+  CoverageOptions options_;
+  double min_reference_gain_;
+  Kernel value_kernel_, reference_kernel_;
+  std::size_t kept_;               // K + 1
+  std::vector<float> rank_value_;  // v_j
+  std::vector<glm::vec3> above_;   // novel directions of a cell with a normal,
+  std::vector<glm::vec3> around_;  // and of one without
+  std::vector<CellFrame> frames_;
+  std::vector<State> cells_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Coverage of cells by the paper's measure, Erat et al. 2019, sections 3.2 and 3.4, with or without departures from the
+// print. Its value depends on the order in which views arrive, so no bound holds for choosing by it; every evaluation
+// goes back to the definition.
+#pragma once
+
+#include <optional>
+
+#include "planner/coverage/cell_coverage.h"
+
+namespace lumatlas {
+
+class PaperCoverage final : public CellCoverage {
+ public:
+  // As make_cell_coverage(), for so many cells.
+  PaperCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
+
+ private:
+  [[nodiscard]] double do_value(std::uint32_t cell) const override { return cells_[cell].value; }
+  [[nodiscard]] double do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                               std::span<double> corrections) const override;
+  void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+                                              const Contribution* newcomer) const override;
+  void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
+  void do_erase(std::uint32_t cell, std::uint32_t slot) override;
+  [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
+  void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+  [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
+
+  struct State {
+    std::vector<std::uint32_t> slots;  // of the members
+    std::vector<SetMember> members;
+    double value = 0;
+  };
+  // What adding a view to a cell's references would do.
+  struct Admission {
+    bool admitted = false;
+    std::optional<std::size_t> victim;  // index among the members
+    double gain = 0;
+  };
+  [[nodiscard]] Admission admit(std::vector<SetMember> members, const Contribution& part) const;
+  void refill(State& state) const;
+
+  CoverageOptions options_;
+  CoverageOptions selection_;  // the same, with fcov over R(b), unclamped: by which references are selected
+  double min_reference_gain_;
+  std::vector<State> cells_;
+};
+
+}  // namespace lumatlas

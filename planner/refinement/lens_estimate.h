@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Do the photographs ask for other lenses? For each lens a correction is estimated by Levenberg-Marquardt from how the
+// stored views disagree at surface points: focal length, principal point and k1; then k2, and then p1 and p2, each kept
+// only where the points determine it. Views whose cameras have the same size, focal lengths and principal point share a
+// lens.
+//
+// All views' poses and exposures are solved for along with it and marginalised, so a focal length that moving the
+// cameras explains as well gets a large deviation and is not believed. The colours that a view is compared with are the
+// other views' medians; they change with the correction and with those views' poses, and the derivatives say so.
+//
+// Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
+// views. Where all views share points, time grows with the cube of their number, and memory with its square: 4 MB at
+// 100 views. How many views the atlas has room for makes no difference.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/lens_correction.h"
+#include "planner/interruption.h"
+#include "planner/refinement/alignment.h"
+#include "planner/refinement/median_colors.h"
+#include "planner/refinement/surface_samples.h"
+
+namespace lumatlas {
+
+// Root of the mean robust squared difference, sRGB values of [0, 1], at points that nothing was fitted to; with the
+// best poses and exposures for the given lens and for the corrected one.
+struct LensResidual {
+  double before = 0, after = 0;
+};
+
+struct LensEstimate {
+  std::vector<std::uint32_t> slots;  // of the views that share it, ascending
+  LensCorrection correction;
+  // Standard deviations of the correction's fields, 0 for those that are not estimated. The larger of two: from the
+  // residuals' variance, taking the three channels of a point for one measurement; and from how the views' gradients
+  // scatter, which stands correlation within a view. Doubled variance in both, because two views that are compared with
+  // each other are counted twice.
+  LensCorrection deviation{0, {0, 0}, 0, 0, 0, 0};
+  LensResidual residual;
+  double corner_px = 0;  // by which the correction moves a corner, at most
+  // By which any field alone can move a corner, even 3 deviations further than estimated, also one that was tried and
+  // given up; 0 where no fit that was tried lowered the residual at points held out by half of what is asked for. Where
+  // it is below 0.5 px, more points are not expected to make the estimate significant, unless poses were refined with
+  // the wrong lens: they hide most of it from few points.
+  double most_corner_px = 0;
+  // The residual falls by LensOptions::least_improvement or more, and some field of more than 5 deviations moves a
+  // corner by more than 0.5 px.
+  bool significant = false;
+};
+
+struct LensEstimates {
+  std::vector<LensEstimate> lenses;  // by their first slot
+  std::size_t views = 0;             // that took part
+  std::size_t points = 0;            // that were fitted to
+  std::size_t unknowns = 0;          // that were solved for together; 0 with no view
+  std::vector<Camera> cameras;       // by slot: intrinsics as they were, poses refined along
+
+  // Whether any of them is.
+  [[nodiscard]] bool significant() const;
+  // Whether, for all that these points say, an estimate from more of them could be.
+  [[nodiscard]] bool undecided() const;
+};
+
+struct LensOptions {
+  AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
+  // Of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
+  std::size_t most_points = std::numeric_limits<std::size_t>::max();
+  double least_improvement = 0.01;  // share of the residual, (0, 1): see LensEstimate::significant
+  InterruptionPoint interruption_point = {};
+};
+
+// `views`, `given` (the poses that the views came with) and `samples` by slot: the points at which the view there is
+// compared with the views that a sample's cell refers to. A view with fewer than kFewestAlignmentPoints points that
+// others show takes no part; with no view that does, the corrections are none, their deviations are 0 and they are not
+// significant. Throws std::invalid_argument if an option is out of its range, if there are not as many views, poses and
+// lists of samples as the atlas has slots, or if a sample's face is not in the mesh.
+[[nodiscard]] LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
+                                            std::span<const Camera> given,
+                                            std::span<const std::vector<SurfaceSample>> samples,
+                                            const LensOptions& options = {});
+
+}  // namespace lumatlas

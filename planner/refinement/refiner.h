@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// View processing, Erat et al. 2019, section 3.3: makes each view that is about to be stored agree with the stored ones
+// in exposure and pose, and finds the views that do not belong.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/coverage/seen_faces.h"
+#include "planner/interruption.h"
+#include "planner/refinement/alignment.h"
+#include "planner/refinement/exposure_graph.h"
+#include "planner/refinement/lens_estimate.h"
+#include "planner/refinement/median_colors.h"
+#include "planner/refinement/pose_estimate.h"
+#include "planner/refinement/trust.h"
+
+namespace lumatlas {
+
+// Where so many comparisons in a row have moved no view, views rest until one moves: stored ones are not refined again,
+// and what is compared is looked at in brief first, at a share of the points. Only where that finds half of the
+// improvement for which a pose is accepted, or something near an outlier, is it compared in full.
+inline constexpr std::uint32_t kComparisonsToRest = 16;
+inline constexpr std::size_t kBriefShare = 4;  // one of so many points
+
+// A stored view that is found elsewhere is compared there from then on; but its depth is made again, and the atlas
+// told, only where that moves its picture by so many pixels, or by settle(), for making depth is most of what moving a
+// view costs. Until then what hides a point is looked up by the pose that depth was made with.
+inline constexpr double kDepthStandsPx = 2;
+
+struct RefinementOptions {
+  TrustOptions trust;
+  AlignmentOptions alignment;     // its pose, exposure and white_balance say what is refined
+  std::size_t samples = 2000;     // surface points at which views are compared, >= 1
+  std::uint32_t sample_px = 320;  // longer side of the image that they are chosen in, >= 1
+  // After each view that is stored, this many stored ones are refined again, those first whose turn was longest ago, so
+  // that they learn from the views that came after them; none while views rest, see kComparisonsToRest.
+  std::uint32_t revisits = 2;
+  std::uint32_t polish_levels = 3;  // of the pyramid, >= 1: a stored view is nearly right
+  // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
+  double least_correlation = 0.5;
+  double least_views = 1;  // but only where that many other views, in the mean, show each of its points
+  // Of polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and thinning, between one view and the
+  // next. Interrupted, some views may have been changed and others not; each is as consistent as before.
+  InterruptionPoint interruption_point = {};
+
+  [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const RefinementOptions& options);
+
+// What comparing a photograph needs, and what stored() need not make again.
+struct PreparedView {
+  Pyramid pyramid;  // whose level 0 may be gone
+  Camera camera;    // that the samples were chosen with
+  std::vector<SurfaceSample> samples;
+};
+
+struct Refinement {
+  Alignment alignment;
+  std::size_t points = 0;      // that other views show too
+  double views_per_point = 0;  // how many of them, in the mean
+  bool outlier = false;
+  bool brief = false;  // `points` and what follows from them are of a brief look
+  std::vector<ExposureRatio> ratios;
+  std::shared_ptr<const PreparedView> prepared;  // of the photograph; none: stored() makes it
+};
+
+// Means over the stored views that have points in common with others.
+struct PolishStep {
+  std::uint32_t views = 0;  // how many these are; 0: nothing was compared, and nothing was changed
+  // Alignment::residual of the poses that the views had before the step, and of those that it found, against the same
+  // colours of the other views.
+  double residual_before = 0, residual_after = 0;
+  // How far the views are from their given poses, before what the set has moved as a whole is taken back; 0: all are
+  // where they were given.
+  double moved_px = 0;
+};
+
+// Gives the photograph of a stored view, by slot and name, as the corrected lens would have taken it.
+using CorrectedPhotograph = std::function<Photograph(std::uint32_t slot, const std::string& name)>;
+
+// Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
+class Refiner {
+ public:
+  // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
+  Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
+
+  // Compares the photograph, which must be as large as its camera says (require_photograph_of(),
+  // std::invalid_argument), with the stored views. Changes nothing.
+  [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
+
+  // The atlas has taken a view into the slot, at the refined pose, with the photograph that was refined; `given` is the
+  // pose that it came with. All gains are
+  // balanced anew, and masks are made where enough views have come since the last time. `face`: what each of its pixels
+  // shows, as in VisibilityBuffer; empty: that is found where it is needed. Throws std::invalid_argument if it has
+  // another size.
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity,
+              std::span<const std::uint32_t> face = {});
+  // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
+  // size: then the view is not refined any more.
+  void replaced(std::uint32_t slot);
+  // The mesh has changed; `visibility` must outlive the refiner or the next call.
+  void see_with(const Visibility& visibility);
+  // The slot's view is about to leave.
+  void erased(std::uint32_t slot);
+
+  // How many times a stored view was refined again because others had come.
+  [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
+  // Whether views rest: see kComparisonsToRest.
+  [[nodiscard]] bool at_rest() const { return still_ >= kComparisonsToRest; }
+  // How many comparisons were made in full, by stored views, refined ones that were stored and polish().
+  [[nodiscard]] std::uint64_t compared_in_full() const { return compared_in_full_; }
+
+  // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
+  // is taken back. Where views rest and all are where they were given, they are looked at in brief first, and no
+  // further if none is to move: exposures alone are balanced then.
+  PolishStep polish(const ValidityOptions& validity);
+  // To be called when all is stored and polished, or rests: makes the masks of all stored views again, now that each
+  // has all the others to be judged by, and the depth of those that were found elsewhere since it was made.
+  void settle(const ValidityOptions& validity);
+  // Gives all stored views the poses that estimate_poses() finds, from at most so many points of each, if they improve;
+  // but for a view that would move by less than AlignmentOptions::least_move_px, or be further from its given pose than
+  // max_move allows, at the scene's median depth. What the set has moved as a whole is taken back. Exposures are
+  // balanced by what is compared next. Without AlignmentOptions::pose it does nothing, and says that no view took part.
+  PoseEstimate solve_poses(std::size_t most_points, const ValidityOptions& validity);
+  // What the stored views say about their lenses. Changes nothing.
+  [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
+  // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
+  // photographs without what is wrong with their lens, which `corrected` makes from the originals; depth and masks
+  // follow, see kDepthStandsPx. What these views have moved as a whole is taken back. Throws
+  // std::invalid_argument, and changes nothing, unless there is a camera for each slot, those of stored views of the
+  // photographs' sizes, and unless each slot of a lens holds a view; what `corrected` throws; and std::invalid_argument
+  // if it gives a photograph of another size.
+  void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
+                      const ValidityOptions& validity);
+
+ private:
+  [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
+                                   std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+  // As compare(), but in brief where that is enough.
+  [[nodiscard]] Refinement look_at(const Camera& camera, const Pyramid& photograph,
+                                   std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+  // Exposures alone are cheap, and never rest.
+  [[nodiscard]] bool may_be_brief() const { return at_rest() && options_.alignment.pose; }
+  [[nodiscard]] bool says_enough(const Refinement& brief) const;
+  [[nodiscard]] Camera sampling_camera(const Camera& camera) const;
+  [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
+  [[nodiscard]] std::vector<SurfaceSample> samples_of(std::uint32_t slot) const;
+  [[nodiscard]] VisibilityBuffer sight_of(std::uint32_t slot, const Camera& camera) const;
+  [[nodiscard]] VisibilityBuffer near_sight(const Camera& camera) const;
+  void balance_exposures();
+  [[nodiscard]] double median_depth() const;
+  [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
+  void replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust,
+               const ValidityOptions& validity);
+  void replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const ValidityOptions& validity);
+  [[nodiscard]] bool depth_stands(std::uint32_t slot) const;
+  void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
+  void mask(std::uint32_t slot, const ValidityOptions& validity);
+  void choose_samples(std::uint32_t slot);
+  // From several threads at once for different slots.
+  [[nodiscard]] Refinement compare_again(std::uint32_t slot);
+  bool revisit(std::uint32_t newest, const ValidityOptions& validity);
+  void count_comparison(const Refinement& refinement);
+  [[nodiscard]] bool all_as_given() const;
+  [[nodiscard]] std::optional<PolishStep> found_in_place();
+  void compare_exposures();
+
+  Atlas& atlas_;
+  const Visibility* visibility_;
+  RefinementOptions options_;
+  std::vector<std::optional<ComparedView>> views_;  // by slot
+  struct ChosenSamples {
+    Camera camera;  // that they were chosen with
+    std::vector<SurfaceSample> samples;
+  };
+  std::vector<std::optional<ChosenSamples>> samples_;  // by slot, once it was compared again
+  // By slot, what the stored view sees, so that nobody need ask again; empty: not known.
+  std::vector<std::vector<SeenFaces>> seen_;
+  std::vector<Camera> given_;               // by slot
+  std::vector<std::uint32_t> neighbours_;   // by slot: how many views it was compared with
+  std::vector<std::uint32_t> masked_with_;  // and how many of them when its mask was last made
+  std::vector<std::uint64_t> visited_;      // and when it was last refined, in views stored until then
+  std::uint64_t visits_ = 0;
+  std::uint64_t revisited_ = 0;
+  std::uint32_t still_ = 0;  // comparisons in a row that moved nothing
+  std::uint64_t compared_in_full_ = 0;
+  ExposureGraph exposures_;
+};
+
+}  // namespace lumatlas

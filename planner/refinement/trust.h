@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Finds what does not belong in a photograph: where it shows something else than the other views of the same surface (a
+// passer-by, a leaf before the lens). Such pixels get little trust, so that they are blended only where no other view
+// is valid.
+//
+// A highlight is the reason for a lumigraph and must stay. It adds light to what the surface shows from elsewhere, so a
+// pixel that is darker than the others in some channel is no highlight; one that is brighter in all of them is
+// contradicted only by views from nearly the same direction, which would show the highlight too. And where the mesh is
+// wrong, views that stand together agree with each other and with nobody else: so the others must agree over half as
+// wide an angle as the nearest of them is away. Masks of what is in the way are absent from the paper.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/refinement/median_colors.h"
+
+namespace lumatlas {
+
+struct TrustOptions {
+  bool enabled = true;
+  std::uint32_t grid_px = 160;     // longer side of the image in which views are compared, >= 8
+  double least_difference = 0.15;  // a contradiction differs by more, in square roots of linear light, in (0, 1]
+  double least_to_spread = 3;      // and by more than this many times the others' own median deviation, >= 0
+  std::uint32_t least_views = 2;   // other views that it takes, >= 1
+  double comparable_deg = 30;      // only views from within this angle are evidence at all, [0, 180]
+  double highlight_deg = 10;       // views within this angle would show the same highlight, [0, 180]
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const TrustOptions& options);
+
+// One value per pixel of the view, 255 trusted, 0 contradicted, soft edges between; empty: trusted everywhere.
+// `views` by slot of the atlas, as many as it has; `self` is the view's own slot there, if it has one. `visible` is
+// what the camera sees at any resolution. Throws std::invalid_argument if the number of views is another, if the
+// photograph's size is not the camera's, if the options do not pass check(), or if `visible` is empty or not filled.
+[[nodiscard]] std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photograph,
+                                                   const glm::dvec3& gain, const VisibilityBuffer& visible,
+                                                   const Atlas& atlas,
+                                                   std::span<const std::optional<ComparedView>> views,
+                                                   std::optional<std::uint32_t> self, const TrustOptions& options);
+
+}  // namespace lumatlas

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Makes photographs that COLMAP reads of what lies in a folder: of frames of videos, and of photographs in other forms.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "tools/capture/sources/capture_sources.h"
+#include "tools/capture/sources/captured_photographs.h"
+#include "tools/meshing/scene_mesh.h"
+
+namespace lumatlas {
+
+struct CapturedVideo {
+  std::string name;
+  std::size_t frames = 0;  // that it has
+  std::size_t taken = 0;   // of these
+  double seconds = 0;      // 0: not known
+  std::string damage;      // FFmpeg's words of it; empty: none
+};
+
+struct PreparedPhotographs {
+  CapturedPhotographs captured;
+  std::vector<CapturedVideo> videos;            // by name
+  double step = 0;                              // see FrameChoiceOptions; 0 without videos
+  std::size_t converted = 0;                    // photographs of other forms
+  std::map<std::string, std::string> left_out;  // by name, why: the sources' and those that cannot be read
+  bool made_anything = false;                   // false where an earlier run left all of it
+};
+
+struct PreparationListener {
+  std::function<void(const std::string& sentence)> say;
+  StageProgress stage;
+};
+
+// Returns whether COLMAP cannot read all sources as they are.
+[[nodiscard]] bool need_preparation(const CaptureSources& sources);
+
+// Returns the sources themselves where COLMAP can read all of them. Else makes the folder work/photographs of them:
+// links to those that COLMAP reads, NAME.jpg of a converted photograph NAME, with what its header says of camera and
+// place, and VIDEO/FRAME.jpg of the frames that are taken of a video, `most_frames` of all videos together at most.
+// What an earlier run left there of the same files is kept, and so are motions of videos, in work/videos. Photographs
+// that cannot be read are left out.
+// Throws InputError for a video that cannot be read and where fewer than two photographs are left, and Interrupted.
+[[nodiscard]] PreparedPhotographs prepare_photographs(const CaptureSources& sources, const std::filesystem::path& work,
+                                                      std::size_t most_frames, const PreparationListener& listener);
+
+}  // namespace lumatlas

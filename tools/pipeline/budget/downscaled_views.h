@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photographs that give up pixels, all alike. Blended from three photographs, and by poses that are never exact, a
+// picture shows less detail than each has.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility/visibility.h"
+#include "tools/pipeline/budget/held_out_loss.h"
+
+namespace lumatlas {
+
+// Throws std::invalid_argument unless it is in (0, 1].
+void require_share_of_sides(double share);
+
+// The stored views at any share of their sides, each made of what it was at first: filtering twice would blur twice.
+// Nobody else may change the atlas meanwhile, which must outlive this, as `visibility` must.
+class ScaledViews {
+ public:
+  ScaledViews(Atlas& atlas, const Visibility& visibility, const ValidityOptions& validity);
+
+  // In (0, 1] (std::invalid_argument), 1 at first; with 1 they are as they were, to the last bit.
+  void scale_to(double share);
+
+ private:
+  [[nodiscard]] TiledView scaled(const StoredView& view, double share) const;
+
+  Atlas& atlas_;
+  const Visibility& visibility_;
+  ValidityOptions validity_;
+  double share_ = 1;                                      // of the sides, as the views are now; 0: of some
+  std::vector<std::shared_ptr<const StoredView>> views_;  // by slot
+};
+
+// How the depth edges of views are masked that are downscaled by `scale`, (0, 1] (std::invalid_argument): as wide on
+// the surface as before, rounded up to a pixel.
+[[nodiscard]] ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale);
+
+struct DownscaledViews {
+  double scale = 1;   // of a photograph's sides, the share that is kept
+  MeasuredLoss loss;  // only as exactly as it took to decide; 0 at full resolution, whatever the references and texels
+};
+// As far as the pictures lose at most so much, dB, by measurement, with references given up too (see HeldOutLoss), but
+// not below `least`, in (0, 1] (std::invalid_argument); in eight steps. `measured` was made of the views as they are
+// now, and must be able to tell. Throws GlError as it does; nothing was changed then.
+[[nodiscard]] DownscaledViews downscale_views_within(double max_loss_db, double reference_loss_db, Atlas& atlas,
+                                                     HeldOutLoss& measured, const Visibility& visibility,
+                                                     const ValidityOptions& validity, double least);
+
+}  // namespace lumatlas

@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/budget/fitted_views.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "blend/egl_context.h"
+#include "tools/pipeline/budget/downscaled_views.h"
+#include "tools/pipeline/budget/held_out_loss.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Scales between the one by which all fits and 1, each by the same factor.
+class FittedScales {
+ public:
+  static constexpr int kSteps = 3;
+
+  FittedScales(const GpuBudget& budget, double all_fit, Atlas& atlas, ScaledViews& views, HeldOutLoss& measured)
+      : budget_(budget), all_fit_(all_fit), atlas_(atlas), views_(views), measured_(measured) {}
+
+  [[nodiscard]] double scale(int step) const { return std::pow(all_fit_, 1 - static_cast<double>(step) / kSteps); }
+  [[nodiscard]] MeasuredLoss loss(int step) {
+    views_.scale_to(scale(step));
+    return measured_.now({{}, 0, std::min(1.0, budget_.room_of_tiles(atlas_))});
+  }
+
+ private:
+  const GpuBudget& budget_;
+  double all_fit_;
+  Atlas& atlas_;
+  ScaledViews& views_;
+  HeldOutLoss& measured_;
+};
+
+// 0.005 of structural similarity counts as much as 0.3 dB. PSNR alone prefers blurred pictures: where poses are a
+// little wrong, it punishes detail in the wrong place more than none.
+double in_all(const MeasuredLoss& loss) {
+  return loss.mean_db + 60 * loss.ssim;
+}
+
+// The loss has one valley between the two ends, and is found from the lower one. Nothing is looked for where all views,
+// smaller, lose next to nothing.
+FittedViews of_least_loss(FittedScales& scales) {
+  constexpr double kNegligibleDb = 0.1;
+  MeasuredLoss least = scales.loss(0);
+  if (least.mean_db <= kNegligibleDb) return {scales.scale(0), least, {}};
+  int best = 0;
+  const auto is_better = [&](int step) {
+    const MeasuredLoss loss = scales.loss(step);
+    if (in_all(loss) >= in_all(least)) return false;
+    least = loss;
+    best = step;
+    return true;
+  };
+  const bool from_above = is_better(FittedScales::kSteps);
+  for (int step = 1; step < FittedScales::kSteps; ++step) {
+    if (!is_better(from_above ? FittedScales::kSteps - step : step)) break;
+  }
+  return {scales.scale(best), least, {}};
+}
+
+}  // namespace
+
+FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
+                      const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage) {
+  require_share_of_sides(least);
+  const double room = budget.room_of_tiles(atlas);
+  if (least == 1 || room >= 1) return {};
+  FittedViews fitted;
+  std::optional<HeldOutLoss> measured;
+  try {
+    measured.emplace(planner, atlas, stage);
+  } catch (const GlError& error) {
+    fitted.not_measured = error.what();
+  }
+  ScaledViews views(atlas, visibility, validity);
+  fitted.scale = largest_scale_with_room(least, room, [&](double scale) {
+    views.scale_to(scale);
+    return budget.room_of_tiles(atlas);
+  });
+  views.scale_to(fitted.scale);
+  if (!measured || !measured->can_tell()) return fitted;
+  FittedScales scales(budget, fitted.scale, atlas, views, *measured);
+  try {
+    fitted = of_least_loss(scales);
+  } catch (const GlError& error) {
+    fitted.not_measured = error.what();
+  }
+  views.scale_to(fitted.scale);
+  return fitted;
+}
+
+// Tiles are whole, so that fewer pixels need not be fewer of them: the more often there was no room, the farther below
+// what the pixels say the next scale is.
+double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at) {
+  constexpr int kMostTries = 6;
+  constexpr double kMostRoom = 1.05;  // of so much nothing more is sought
+  constexpr double kClose = 0.01;
+  double fits = 0, too_large = 1, scale = 1, margin = 0.01;
+  double most_room = room, roomiest = 1;  // where nothing fits, smaller photographs must at least take fewer tiles
+  for (int tries = 0; tries < kMostTries && too_large - fits > kClose; ++tries) {
+    const double wanted = scale * std::sqrt(room) * (1 - margin);
+    const bool between = fits < wanted && wanted < too_large;
+    scale = std::max(between ? wanted : (fits + too_large) / 2, least);
+    room = room_at(scale);
+    if (room >= 1) {
+      fits = scale;
+      if (room < kMostRoom) break;
+    } else {
+      if (room > most_room) roomiest = scale;
+      most_room = std::max(most_room, room);
+      too_large = scale;
+      margin *= 2;
+      if (scale == least) break;
+    }
+  }
+  return fits > 0 ? fits : roomiest;
+}
+
+}  // namespace lumatlas

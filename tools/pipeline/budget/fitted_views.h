@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Photographs within a budget of bytes: all of them smaller, or parts of them, or both, whichever the pictures lose
+// least by. Where poses are a little wrong, pictures show less detail than photographs, and miss none of it; where they
+// are exact, parts of sharp photographs show more than the whole of blurred ones.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "atlas/atlas.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/planner.h"
+#include "tools/pipeline/budget/gpu_budget.h"
+#include "tools/pipeline/budget/measured_loss.h"
+#include "tools/pipeline/build_progress.h"
+
+namespace lumatlas {
+
+struct FittedViews {
+  double scale = 1;                  // of a photograph's sides, the share that is kept
+  std::optional<MeasuredLoss> loss;  // none: nothing had to go, no view may be smaller, or nobody can tell
+  std::string not_measured;          // why, where OpenGL failed
+};
+// Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):
+// that of largest_scale_with_room() if pictures lose next to no PSNR by it (see HeldOutLoss) or nobody can tell, else
+// the one that they lose least by, in PSNR and structural similarity, once GpuBudget::fitted_snapshot() has left out
+// the tiles that do not fit. At a factor of 1 nothing was changed. Nobody else may change the atlas meanwhile.
+[[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
+                                    const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
+
+// Nearly the largest scale in [`least`, 1) by which `room_at(scale)` is 1 or more. That is asked for at most six times,
+// and falls in steps, roughly with the scale's square; at 1 it is `room`, in (0, 1). Where nothing that was asked for
+// has that much, the largest scale of most room, 1 included.
+[[nodiscard]] double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at);
+
+}  // namespace lumatlas

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/refinement/joint_refinement.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "tools/base/elapsed.h"
+#include "tools/pipeline/refinement/joint_limits.h"
+#include "tools/pipeline/refinement/lens_refinement.h"
+
+namespace lumatlas {
+
+namespace {
+
+// A step that lowers the mean residual by less than this share is the last.
+constexpr double kRestingShare = 0.002;
+
+void polish_once(Planner& planner, BuildStage& stage, BuildResult& result) {
+  result.polish.push_back(planner.polish());
+  stage.tick();
+}
+
+void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
+  double last = result.polish.empty() ? std::numeric_limits<double>::infinity() : result.polish.back().residual_after;
+  while (result.polish.size() < options.max_polish_steps) {
+    polish_once(planner, stage, result);
+    if (result.polish.back().moved_px == 0) break;  // all are where they were given: another step finds the same
+    const double residual = result.polish.back().residual_after;
+    if (!(residual < (1 - kRestingShare) * last)) break;
+    last = residual;
+  }
+}
+
+// Of all views together.
+constexpr std::size_t kPointsTogether = 60000;
+// Each estimate is exact to first order only, and is made of photographs that the ones before have corrected. So the
+// first one that finds something need not be of all points.
+constexpr int kLensRounds = 3;
+constexpr std::size_t kPointsAtFirst = 20000;
+
+bool correct_at_first(const Planner& planner, const BuildOptions& options, LensRefinement& lenses) {
+  const auto taken = [&](std::size_t points) {
+    return std::min(points_of_each(points, planner.stored_views()), options.planner.refinement.samples);
+  };
+  if (taken(kPointsAtFirst) < taken(kPointsTogether) && lenses.correct(kPointsAtFirst)) return true;
+  return lenses.correct(kPointsTogether);
+}
+
+// More polishing between the corrections of lenses would move poses to where they hide what a lens gets wrong. Returns
+// whether the last round has corrected any, and with them the poses.
+bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
+                   BuildResult& result) {
+  LensRefinement lenses(planner, views, result.lenses, warn_of(options));
+  if (result.polish.back().moved_px == 0 && lenses.seem_right()) {
+    stage.tick();
+    return false;
+  }
+  bool corrected = correct_at_first(planner, options, lenses);
+  stage.tick();
+  for (int round = 1; round < kLensRounds && corrected; ++round) {
+    polish_once(planner, stage, result);
+    corrected = lenses.correct(kPointsTogether);
+    stage.tick();
+  }
+  if (corrected) polish_once(planner, stage, result);
+  return corrected;
+}
+
+// Exposures and single views follow.
+void solve_poses(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
+  const std::uint32_t views = planner.stored_views();
+  if (const std::optional<std::string> sentence = too_many_together(views)) warn_of(options)(*sentence);
+  if (!can_be_solved_for_together(views)) return;
+  result.poses = planner.solve_poses(points_of_each(kPointsTogether, views));
+  stage.tick();
+  polish_once(planner, stage, result);
+}
+
+void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
+                   BuildResult& result) {
+  polish_once(planner, stage, result);
+  const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, options, stage, result);
+  if (result.polish.back().moved_px == 0) return;
+  if (!has_new_poses) solve_poses(planner, options, stage, result);
+  polish_until_rest(planner, options, stage, result);
+}
+
+}  // namespace
+
+void refine_jointly(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options,
+                    const BuildCallback& callback, BuildResult& result) {
+  const auto start = std::chrono::steady_clock::now();
+  if (options.refine == RefineMode::joint) {
+    BuildStage stage(callback, "polishing jointly", 0);
+    if (result.effective.refinement.any()) refine_stored(planner, views, options, stage, result);
+    stage.finish();
+  }
+  planner.settle();
+  result.polish_ms = ms_since(start);
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/refinement/lens_notes.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+json correction_json(const LensCorrection& c) {
+  return {{"focal", c.focal}, {"principal", {c.principal.x, c.principal.y}}, {"k1", c.k1}, {"k2", c.k2}, {"p1", c.p1},
+          {"p2", c.p2}};
+}
+
+LensCorrection correction_from(const json& value) {
+  LensCorrection correction{value.at("focal"), {value.at("principal").at(0), value.at("principal").at(1)},
+                            value.at("k1"),    value.at("k2"),
+                            value.at("p1"),    value.at("p2")};
+  check(correction);
+  return correction;
+}
+
+json camera_json(const Camera& camera) {
+  return {{"width", camera.width}, {"height", camera.height}, {"fx", camera.fx},
+          {"fy", camera.fy},       {"cx", camera.cx},         {"cy", camera.cy}};
+}
+
+Camera camera_from(const json& value) {
+  Camera camera;
+  camera.width = value.at("width");
+  camera.height = value.at("height");
+  camera.fx = value.at("fx");
+  camera.fy = value.at("fy");
+  camera.cx = value.at("cx");
+  camera.cy = value.at("cy");
+  check(camera);
+  return camera;
+}
+
+void correct(std::vector<SceneView>& views, const Camera& camera, const LensCorrection& correction) {
+  for (SceneView& view : views) {
+    if (share_a_lens(view.camera, camera)) view.correction = correction;
+  }
+}
+
+// "+0.25" for 0.25 and 2 decimals.
+std::string signed_text(double value, int decimals) {
+  return (value < 0 ? "" : "+") + number_text(value, decimals);
+}
+
+// Of a correction what moves a corner by a tenth of a pixel or more.
+std::string terms_text(const LensCorrection& c, const Camera& camera) {
+  constexpr double kWorthSaying = 0.1;
+  std::string text;
+  const auto add = [&](const LensCorrection& alone, const std::string& term) {
+    if (corner_move_px(alone, camera) < kWorthSaying) return;
+    text += (text.empty() ? "" : ", ") + term;
+  };
+  LensCorrection alone;
+  alone.focal = c.focal;
+  add(alone, "focal length " + signed_text(100 * (c.focal - 1), 2) + " %");
+  alone = {};
+  alone.principal = c.principal;
+  add(alone, "principal point (" + signed_text(c.principal.x * camera.width, 1) + ", " +
+                 signed_text(c.principal.y * camera.width, 1) + ") px");
+  for (const auto& [field, name] : {std::pair(&LensCorrection::k1, "k1 "), std::pair(&LensCorrection::k2, "k2 "),
+                                    std::pair(&LensCorrection::p1, "p1 "), std::pair(&LensCorrection::p2, "p2 ")}) {
+    alone = {};
+    alone.*field = c.*field;
+    add(alone, name + number_text(c.*field, 4));
+  }
+  return text;
+}
+
+// What was estimated and not applied; nothing below half a pixel, which is what noise makes.
+std::string left_as_given(const RefinedLens& lens) {
+  constexpr double kWorthTelling = 0.5;
+  const std::string terms = terms_text(lens.estimate.correction, lens.camera);
+  if (terms.empty() || lens.estimate.corner_px < kWorthTelling) return {};
+  return "lens: left as given; " + terms + " was estimated, which would move a corner by " +
+         number_text(lens.estimate.corner_px, 1) + " px, but makes too little of a difference to be sure of\n";
+}
+
+bool found_black_borders(const ModelNotes& notes) {
+  const json::json_pointer where("/summary/fit/black_border");
+  if (!notes.plan.contains(where)) return false;
+  const json& share = notes.plan.at(where);
+  return share.is_number() && share.get<double>() > 0;
+}
+
+}  // namespace
+
+void leave_out_black_rims(std::vector<SceneView>& views) {
+  for (SceneView& view : views) view.black_rim = true;
+}
+
+json lenses_json(std::span<const RefinedLens> lenses) {
+  json list = json::array();
+  for (const RefinedLens& lens : lenses) {
+    list.push_back({{"camera", camera_json(lens.camera)},
+                    {"views", lens.views},
+                    {"correction", correction_json(lens.estimate.correction)},
+                    {"deviation", correction_json(lens.estimate.deviation)},
+                    {"residual", {{"before", lens.estimate.residual.before}, {"after", lens.estimate.residual.after}}},
+                    {"corner_px", lens.estimate.corner_px},
+                    {"applied", lens.applied}});
+  }
+  return list;
+}
+
+std::string lenses_text(std::span<const RefinedLens> lenses) {
+  std::string text;
+  for (const RefinedLens& lens : lenses) {
+    if (!lens.applied) {
+      text += left_as_given(lens);
+      continue;
+    }
+    text += "lens: " + terms_text(lens.estimate.correction, lens.camera) + ", a corner moves " +
+            number_text(lens.estimate.corner_px, 1) + " px; " + std::to_string(lens.views) +
+            " photographs undistorted again\n";
+  }
+  return text;
+}
+
+void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> lenses) {
+  for (const RefinedLens& lens : lenses) {
+    if (lens.applied) correct(views, lens.camera, lens.estimate.correction);
+  }
+}
+
+void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
+  if (found_black_borders(notes)) leave_out_black_rims(views);
+  const json::json_pointer where("/summary/lenses");
+  if (!notes.plan.contains(where)) return;
+  try {
+    const json& lenses = notes.plan.at(where);
+    if (!lenses.is_array()) throw std::invalid_argument("a list is missing");
+    for (const json& lens : lenses) {
+      if (!lens.at("applied").get<bool>()) continue;
+      correct(views, camera_from(lens.at("camera")), correction_from(lens.at("correction")));
+    }
+  } catch (const json::exception& error) {
+    throw InputError(model.string() + ": its notes say of a lens what cannot be read (" + error.what() +
+                     "): build the model again");
+  } catch (const std::invalid_argument& error) {
+    throw InputError(model.string() + ": its notes say of a lens what cannot be (" + error.what() +
+                     "): build the model again");
+  }
+}
+
+}  // namespace lumatlas

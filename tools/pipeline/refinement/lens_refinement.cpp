@@ -1,0 +1,139 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/refinement/lens_refinement.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
+#include "tools/pipeline/refinement/joint_limits.h"
+#include "tools/pipeline/refinement/lens_notes.h"
+
+namespace lumatlas {
+
+namespace {
+
+// Of LensRefinement::seem_right().
+constexpr std::size_t kPointsForFirstLook = 4000;
+constexpr std::size_t kFewestPointsOfFirstLook = 100;
+// Of the residual, of a lens that is known to be wrong: what is left of its error improves less than all of it.
+constexpr double kLeastFurtherImprovement = 0.003;
+
+double least_improvement(const RefinedLens& lens) {
+  return lens.applied ? kLeastFurtherImprovement : LensOptions{}.least_improvement;
+}
+
+// Throws InputError unless the view's photograph and mask can be opened and have the size that they had.
+void require_files(const SceneView& view) {
+  const auto require_size = [&](const std::filesystem::path& file, Orientation orientation) {
+    const ImageSize size = photograph_size(file, orientation);
+    if (size.width == view.camera.width && size.height == view.camera.height) return;
+    throw InputError(file.string() + ": is " + size_text(size.width, size.height) + " pixels now, not " +
+                     size_text(view.camera.width, view.camera.height));
+  };
+  require_size(view.image, view.orientation);
+  if (view.mask) require_size(*view.mask, Orientation::as_stored);
+}
+
+// Adds a further estimate to the correction that was applied.
+void add(const LensEstimate& further, RefinedLens& lens) {
+  LensEstimate& sum = lens.estimate;
+  sum.correction = combined(sum.correction, further.correction);
+  sum.deviation = further.deviation;
+  sum.residual.after = further.residual.after;
+  sum.corner_px = corner_move_px(sum.correction, lens.camera);
+}
+
+}  // namespace
+
+RefinedLens& LensRefinement::lens_of(const Camera& camera) {
+  const auto known = std::find_if(lenses_.begin(), lenses_.end(),
+                                  [&](const RefinedLens& lens) { return share_a_lens(lens.camera, camera); });
+  if (known != lenses_.end()) return *known;
+  lenses_.push_back({camera, 0, {}, false});
+  return lenses_.back();
+}
+
+void LensRefinement::note(const LensEstimates& estimates) {
+  for (const LensEstimate& estimate : estimates.lenses) {
+    RefinedLens& lens = lens_of(estimates.cameras[estimate.slots.front()]);
+    if (!lens.applied) {
+      lens.estimate = estimate;
+      lens.applied = estimate.significant;
+    } else if (estimate.significant) {
+      add(estimate, lens);
+    }
+  }
+}
+
+bool LensRefinement::seem_right() {
+  if (!can_be_solved_for_together(planner_.stored_views())) return true;
+  LensOptions options;
+  options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.stored_views());
+  const LensEstimates estimates = planner_.estimate_lenses(options);
+  if (estimates.undecided()) return false;
+  note(estimates);
+  return true;
+}
+
+const SceneView& LensRefinement::view_of(const std::string& name) const {
+  return *std::find_if(views_.begin(), views_.end(), [&](const SceneView& view) { return view.name == name; });
+}
+
+// Whether the files of all photographs whose lens is to be corrected are there; warns where one is not.
+bool LensRefinement::find_originals(const LensEstimates& estimates) {
+  try {
+    for (const LensEstimate& lens : estimates.lenses) {
+      for (const std::uint32_t slot : lens.slots) {
+        if (lens.significant) require_files(view_of(planner_.name_of(slot)));
+      }
+    }
+  } catch (const InputError& error) {
+    lost_originals_ = true;
+    warn_(std::string(error.what()) + ": lenses stay as they are, because correcting them takes all photographs again");
+  }
+  return !lost_originals_;
+}
+
+bool LensRefinement::correct(std::size_t points) {
+  if (lost_originals_ || !can_be_solved_for_together(planner_.stored_views())) return false;
+  LensOptions options;
+  options.most_points = points_of_each(points, planner_.stored_views());
+  for (const RefinedLens& lens : lenses_) {
+    options.least_improvement = std::min(options.least_improvement, least_improvement(lens));
+  }
+  LensEstimates estimates = planner_.estimate_lenses(options);
+  for (LensEstimate& estimate : estimates.lenses) {
+    const double most = 1 - least_improvement(lens_of(estimates.cameras[estimate.slots.front()]));
+    estimate.significant = estimate.significant && estimate.residual.after <= most * estimate.residual.before;
+  }
+  if (warn_ && !find_originals(estimates)) {
+    for (LensEstimate& estimate : estimates.lenses) estimate.significant = false;
+  }
+  note(estimates);
+  if (!estimates.significant()) return false;
+  correct_lenses(views_, lenses_);
+  planner_.correct_lenses(estimates,
+                          [&](std::uint32_t, const std::string& name) { return load_photograph(view_of(name)); });
+  return true;
+}
+
+LensRefinement::Warn warn_of(const BuildOptions& options) {
+  if (!options.watch) return {};
+  if (!options.watch->warn) return [](const std::string&) {};
+  return options.watch->warn;
+}
+
+void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses) {
+  for (RefinedLens& lens : lenses) {
+    lens.views = 0;
+    for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+      const std::shared_ptr<const StoredView> view = atlas.view(slot);
+      lens.views += view && share_a_lens(view->camera, lens.camera);
+    }
+  }
+}
+
+}  // namespace lumatlas

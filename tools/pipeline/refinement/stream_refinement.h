@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What RefineMode::all does while the stream goes on, so that what is stored next is compared with views that are
+// right.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "planner/planner.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/pipeline/build_progress.h"
+#include "tools/pipeline/refinement/lens_refinement.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+// As soon as 16 views are stored, and whenever half as many again have come, all of them are polished and their lenses
+// looked at, unless views rest and no lens seems wrong. If none is corrected, the poses of all are solved for together,
+// and the next look at lenses, with the polishing before it, waits for twice as many views. An estimate of a lens is
+// exact to first order only: if the last look corrected one, finish() polishes and looks again, at most twice.
+class StreamRefinement {
+ public:
+  // What the references name must outlive this object; `views` and `lenses` as for LensRefinement.
+  StreamRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses,
+                   const BuildOptions& options)
+      : planner_(planner), lenses_(lenses), refinement_(planner, views, lenses, warn_of(options)), options_(options) {}
+
+  // A view is about to be offered: its photograph is to be undistorted by what is known of its lens.
+  void before_offer(SceneView& view) const;
+  // A view was offered, and is among the views. Throws as LensRefinement::correct().
+  void after_offer();
+  // The stream has ended. Throws as LensRefinement::correct(), and BuildStopped.
+  void finish(const BuildCallback& callback);
+
+ private:
+  bool correct_lenses();
+
+  Planner& planner_;
+  const std::vector<RefinedLens>& lenses_;
+  LensRefinement refinement_;
+  const BuildOptions& options_;
+  std::uint32_t next_step_ = 16, next_look_ = 16;  // with so many stored views
+  bool has_corrected_ = false;                     // the last estimate of lenses that may correct any
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene's mesh with what photographs show past it: the surface that it lacks, and the far sphere.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "atlas/surface.h"
+#include "mesh/visibility/visibility.h"
+#include "tools/pipeline/build_progress.h"
+#include "tools/scene/scene.h"
+#include "tools/scene/surface_input.h"
+
+namespace lumatlas {
+
+struct CompletionOptions {
+  bool surface = false;    // add surface that photographs agree on and the mesh lacks: some 2 s a photograph and core
+  bool far_sphere = true;  // add what they agree to be far
+  // Folder for the files of the stereo, 1.4 MB a photograph. The next build with the same folder goes on from them, and
+  // remove_stereo_work() removes them. Empty: a temporary folder.
+  std::filesystem::path stereo_folder;
+};
+
+// Shares of the photographs' valid pixels, [0, 1], by what they see; the rest is filled from its surroundings.
+struct FrameShares {
+  double surface = 0;  // the mesh as it was given
+  double added = 0;    // surface that was added to it
+  double far = 0;      // the far sphere
+};
+
+// Returns the warning that much of the photographs is filled from its surroundings; empty where it is not.
+[[nodiscard]] std::string filled_frames_warning(const FrameShares& shares);
+
+// Returns the folder beside a model, OUTPUT.stereo, in which an interrupted build of it leaves its stereo.
+[[nodiscard]] std::filesystem::path stereo_folder_of(const std::filesystem::path& output);
+
+struct CompletedSurface {
+  FarSphere far;
+  FrameShares shares;
+  std::size_t added_faces = 0;
+  std::size_t matched = 0;  // photographs that depths were taken from; 0: the mesh lacks too little
+  std::string failure;      // sentence: why surface could not be added; empty: it could, or need not
+};
+
+// What complete_surface() would do to a mesh.
+struct CompletionPlan {
+  FrameShares shares;        // none added
+  std::size_t to_match = 0;  // photographs that would be matched; 0: the mesh lacks too little
+};
+
+// Plans the completion without matching photographs. Looks at the views of `ranks`, in the frame of the mesh. Throws
+// Interrupted soon after a signal.
+[[nodiscard]] CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks,
+                                             const Mesh& mesh);
+
+// Returns what `lumatlas inspect` prints of the frames of a scene's good views, in the frame of the mesh: {"surface",
+// "far", "lacking", "to_match"}.
+[[nodiscard]] nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh);
+
+// Adds surface to `mesh` and finds its far sphere. `views` are those of `scene`, in the frame of the mesh; the views of
+// `ranks` are looked at. Surface is added if more than a hundredth of their valid pixels see neither the mesh nor the
+// far sphere; the photographs that see least are matched, 100 at most. Throws Interrupted soon after a signal, and
+// BuildStopped.
+[[nodiscard]] CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,
+                                                const std::vector<std::size_t>& ranks, const CompletionOptions& options,
+                                                const BuildCallback& callback, MeshInput& mesh);
+
+}  // namespace lumatlas
