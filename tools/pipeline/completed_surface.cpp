@@ -16,6 +16,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/meshing/mesh_completion.h"
 #include "tools/meshing/photograph_mesh.h"
+#include "tools/pipeline/completion_gain.h"
 #include "tools/pipeline/far_background.h"
 #include "tools/scene/scene_points.h"
 
@@ -24,6 +25,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kLittleLacking = 0.01;    // share of all pixels below which nothing is added
+constexpr double kLeastGain = 0.6;         // dB that added surface must be able to bring, for its time
 constexpr double kLackingInView = 0.005;   // share of a view's pixels from which its photograph is matched
 constexpr std::size_t kMostMatched = 100;  // photographs
 constexpr std::uint32_t kMatchedPx = 256;  // longer side: a third of the time of 512, and nearly the same surface
@@ -41,6 +43,7 @@ struct Outlook {
   FarSphere far;
   std::vector<double> lacking;  // by camera: share of its pixels that see neither, masks left out of account
   FrameShares shares;           // of the photographs' valid pixels
+  std::unique_ptr<Visibility> surface, beyond;  // of the mesh and of the far sphere, null if there is none
 };
 
 void add_shares(const std::vector<SmallPhotograph>& photographs, const Visibility& visibility, const Visibility* far,
@@ -58,17 +61,16 @@ void add_shares(const std::vector<SmallPhotograph>& photographs, const Visibilit
 
 Outlook outlook_of(const std::vector<SmallPhotograph>& photographs, const std::vector<Camera>& cameras,
                    const Mesh& mesh, bool far_sphere) {
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
   Outlook result;
-  if (far_sphere) result.far = find_far_sphere(photographs, cameras, mesh, *visibility);
-  std::unique_ptr<Visibility> far;
-  if (!result.far.mesh.faces.empty()) far = make_ray_visibility(result.far.mesh);
+  result.surface = make_ray_visibility(mesh);
+  if (far_sphere) result.far = find_far_sphere(photographs, cameras, mesh, *result.surface);
+  if (!result.far.mesh.faces.empty()) result.beyond = make_ray_visibility(result.far.mesh);
   for (const Camera& camera : cameras) {
     throw_if_interrupted();
-    const FrameShare share = frame_share(camera, *visibility, far.get());
+    const FrameShare share = frame_share(camera, *result.surface, result.beyond.get());
     result.lacking.push_back(1 - share.surface - share.far);
   }
-  add_shares(photographs, *visibility, far.get(), result.shares);
+  add_shares(photographs, *result.surface, result.beyond.get(), result.shares);
   return result;
 }
 
@@ -87,6 +89,21 @@ std::vector<std::size_t> lacking_ranks(const Outlook& seen, const std::vector<st
   for (const auto& [share, rank] : lacking) result.push_back(rank);
   std::sort(result.begin(), result.end());
   return result;
+}
+
+// What is to be matched, and what that can bring.
+struct MatchingPlan {
+  std::vector<std::size_t> ranks;         // ascending; empty: nothing is worth it
+  std::optional<double> largest_gain_db;  // none: the mesh lacks too little, or photographs cannot be compared
+};
+
+MatchingPlan plan_matching(const Outlook& seen, const std::vector<SmallPhotograph>& photographs,
+                           const std::vector<std::size_t>& ranks) {
+  MatchingPlan plan{lacking_ranks(seen, ranks), std::nullopt};
+  if (plan.ranks.empty()) return plan;
+  plan.largest_gain_db = largest_gain_db(photographs, *seen.surface, seen.beyond.get());
+  if (plan.largest_gain_db && *plan.largest_gain_db < kLeastGain) plan.ranks.clear();
+  return plan;
 }
 
 TriangleSoup soup_of(const Mesh& mesh) {
@@ -140,18 +157,48 @@ TriangleSoup surface_of_photographs(const SceneViews& views, const std::vector<s
   }
 }
 
-// Adds what the views `matched` show, of those of `ranks`, and the mesh lacks; returns the number of faces.
-std::size_t add_surface(const std::filesystem::path& scene, const SceneViews& views,
-                        const std::vector<std::size_t>& matched, const std::vector<Camera>& cameras,
-                        const std::filesystem::path& folder, const BuildCallback& callback, MeshInput& mesh) {
-  const ScenePoints points = points_around(scene, mesh.offset);
-  const TriangleSoup other = surface_of_photographs(views, matched, points, folder, callback);
+// What a mesh is completed from: the scene, its views in the frame of the mesh, and small photographs of them.
+struct CompletionInput {
+  const std::filesystem::path& scene;
+  const SceneViews& views;
+  std::vector<Camera> cameras;
+  std::vector<SmallPhotograph> photographs;
+  bool far_sphere;
+
+  [[nodiscard]] Outlook outlook(const Mesh& mesh) const { return outlook_of(photographs, cameras, mesh, far_sphere); }
+};
+
+// Returns the mesh with what the views `matched` show and it lacks.
+CompletedMesh with_added_surface(const CompletionInput& input, const std::vector<std::size_t>& matched,
+                                 const std::filesystem::path& folder, const BuildCallback& callback,
+                                 const MeshInput& mesh) {
+  const ScenePoints points = points_around(input.scene, mesh.offset);
+  const TriangleSoup other = surface_of_photographs(input.views, matched, points, folder, callback);
   BuildStage stage(callback, "adding what the mesh lacks", 0);
-  const CompletedMesh both =
-      completed(soup_of(mesh.mesh), other, cameras, glm::dvec3(0), [] { throw_if_interrupted(); });
-  if (both.added_faces > 0) mesh.mesh = repair(both.surface, glm::dvec3(0), throw_if_interrupted).mesh;
+  CompletedMesh both =
+      completed(soup_of(mesh.mesh), other, input.cameras, glm::dvec3(0), [] { throw_if_interrupted(); });
   stage.finish();
-  return both.added_faces;
+  return both;
+}
+
+// Adds surface to the mesh, unless photographs would be predicted worse with it. `seen` becomes what is seen then.
+void add_surface(const CompletionInput& input, const std::vector<std::size_t>& matched,
+                 const std::filesystem::path& folder, const BuildCallback& callback, MeshInput& mesh, Outlook& seen,
+                 CompletedSurface& result) {
+  const CompletedMesh both = with_added_surface(input, matched, folder, callback, mesh);
+  result.matched = matched.size();
+  if (both.added_faces == 0) return;
+  Mesh completed_mesh = repair(both.surface, glm::dvec3(0), throw_if_interrupted).mesh;
+  Outlook after = input.outlook(completed_mesh);
+  result.gain_db = completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
+  if (result.gain_db && *result.gain_db <= 0) {
+    result.failure = "the mesh is taken as it is: the surface that photographs show beside it makes pictures worse";
+    return;
+  }
+  mesh.mesh = std::move(completed_mesh);
+  result.added_faces = both.added_faces;
+  result.shares = {seen.shares.surface, std::max(after.shares.surface - seen.shares.surface, 0.0), after.shares.far};
+  seen = std::move(after);
 }
 
 }  // namespace
@@ -173,9 +220,10 @@ std::filesystem::path stereo_folder_of(const std::filesystem::path& output) {
 }
 
 CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks, const Mesh& mesh) {
-  const std::vector<Camera> cameras = completion_cameras(views, ranks);
-  const Outlook seen = outlook_of(small_photographs(views.views, ranks), cameras, mesh, true);
-  return {seen.shares, lacking_ranks(seen, ranks).size()};
+  const std::vector<SmallPhotograph> photographs = small_photographs(views.views, ranks);
+  const Outlook seen = outlook_of(photographs, completion_cameras(views, ranks), mesh, true);
+  const MatchingPlan plan = plan_matching(seen, photographs, ranks);
+  return {seen.shares, plan.ranks.size(), plan.largest_gain_db};
 }
 
 nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh) {
@@ -186,6 +234,7 @@ nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh) {
   return {{"surface", plan.shares.surface},
           {"far", plan.shares.far},
           {"lacking", std::max(0.0, 1 - plan.shares.surface - plan.shares.far)},
+          {"largest_gain_db", plan.largest_gain_db ? nlohmann::json(*plan.largest_gain_db) : nlohmann::json()},
           {"to_match", plan.to_match}};
 }
 
@@ -193,31 +242,26 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
                                   const std::vector<std::size_t>& ranks, const CompletionOptions& options,
                                   const BuildCallback& callback, MeshInput& mesh) {
   BuildStage stage(callback, "looking past the mesh", 0);
-  const std::vector<Camera> cameras = completion_cameras(views, ranks);
-  const std::vector<SmallPhotograph> photographs = small_photographs(views.views, ranks);
-  Outlook seen = outlook_of(photographs, cameras, mesh.mesh, options.far_sphere);
+  const CompletionInput input{scene, views, completion_cameras(views, ranks), small_photographs(views.views, ranks),
+                              options.far_sphere};
+  Outlook seen = input.outlook(mesh.mesh);
+  MatchingPlan plan;
+  if (options.surface) plan = plan_matching(seen, input.photographs, ranks);
   stage.finish();
   CompletedSurface result;
   result.shares = seen.shares;
-  const std::vector<std::size_t> to_match = lacking_ranks(seen, ranks);
-  if (options.surface && !to_match.empty()) {
+  if (!plan.ranks.empty()) {
     std::optional<TemporaryEntry> temporary;
     if (options.stereo_folder.empty()) {
       temporary.emplace(TemporaryEntry::Kind::folder, std::filesystem::temp_directory_path(),
                         [] { return random_temporary_name(); });
     }
     try {
-      result.added_faces = add_surface(scene, views, to_match, cameras,
-                                       temporary ? temporary->path() : options.stereo_folder, callback, mesh);
-      result.matched = to_match.size();
+      add_surface(input, plan.ranks, temporary ? temporary->path() : options.stereo_folder, callback, mesh, seen,
+                  result);
     } catch (const InputError& error) {
       result.failure = std::string("the mesh is taken as it is, though photographs show more: ") + error.what();
     }
-  }
-  if (result.added_faces > 0) {
-    const double given = seen.shares.surface;
-    seen = outlook_of(photographs, cameras, mesh.mesh, options.far_sphere);
-    result.shares = {given, std::max(seen.shares.surface - given, 0.0), seen.shares.far};
   }
   result.far = std::move(seen.far);
   return result;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,14 +42,18 @@ struct CompletedSurface {
   FarSphere far;
   FrameShares shares;
   std::size_t added_faces = 0;
-  std::size_t matched = 0;  // photographs that depths were taken from; 0: the mesh lacks too little
-  std::string failure;      // sentence: why surface could not be added; empty: it could, or need not
+  std::size_t matched = 0;        // photographs that depths were taken from; 0: added surface can bring too little
+  std::optional<double> gain_db;  // completion_gain_db() of what photographs show; none: nothing, or it is not known
+  std::string failure;            // sentence: why surface could not be added; empty: it could, or need not
 };
 
 // What complete_surface() would do to a mesh.
 struct CompletionPlan {
   FrameShares shares;        // none added
-  std::size_t to_match = 0;  // photographs that would be matched; 0: the mesh lacks too little
+  std::size_t to_match = 0;  // photographs that would be matched; 0: added surface can bring too little
+  // Gain of PSNR over whole frames that added surface can bring at most (completion_gain.h), dB. None: the mesh lacks
+  // too little to look, or photographs cannot be compared.
+  std::optional<double> largest_gain_db;
 };
 
 // Plans the completion without matching photographs. Looks at the views of `ranks`, in the frame of the mesh. Throws
@@ -57,13 +62,14 @@ struct CompletionPlan {
                                              const Mesh& mesh);
 
 // Returns what `lumatlas inspect` prints of the frames of a scene's good views, in the frame of the mesh: {"surface",
-// "far", "lacking", "to_match"}.
+// "far", "lacking", "largest_gain_db" (null: none), "to_match"}.
 [[nodiscard]] nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh);
 
 // Adds surface to `mesh` and finds its far sphere. `views` are those of `scene`, in the frame of the mesh; the views of
 // `ranks` are looked at. Surface is added if more than a hundredth of their valid pixels see neither the mesh nor the
-// far sphere; the photographs that see least are matched, 100 at most. Throws Interrupted soon after a signal, and
-// BuildStopped.
+// far sphere, if an exact surface there would bring 0.6 dB or more over whole frames (completion_gain.h), and if the
+// surface that is found makes pictures better. The photographs that see least are matched, 100 at most. Throws
+// Interrupted soon after a signal, and BuildStopped.
 [[nodiscard]] CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,
                                                 const std::vector<std::size_t>& ranks, const CompletionOptions& options,
                                                 const BuildCallback& callback, MeshInput& mesh);
