@@ -81,6 +81,11 @@ void print_frames(const json& frames) {
   } else {
     std::cout << ": build matches " << frames["to_match"] << " photographs and adds what they agree on there\n";
   }
+  if (frames["through"] != 0) {
+    std::cout << "  " << frames["through"]
+              << " photographs saw points that lie behind the mesh: build removes what they "
+              << "plainly see through\n";
+  }
 }
 
 void print_surface(const json& scene) {

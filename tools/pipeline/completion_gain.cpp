@@ -36,8 +36,9 @@ struct FrameLook {
 
   [[nodiscard]] bool sees_surface(std::size_t pixel) const { return visible.face[pixel] != kNoFace; }
   [[nodiscard]] glm::dvec3 point_at(std::size_t pixel) const {
-    const auto x = static_cast<double>(pixel % visible.width), y = static_cast<double>(pixel / visible.width);
-    return center + double{visible.depth[pixel]} * photograph.camera.ray({x + 0.5, y + 0.5});
+    const std::size_t x = pixel % visible.width, y = pixel / visible.width;
+    const glm::dvec2 middle(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
+    return center + double{visible.depth[pixel]} * photograph.camera.ray(middle);
   }
   // Returns the colour of a point of the surface; null if the photograph does not show it.
   [[nodiscard]] const glm::vec3* color_of(const glm::dvec3& point) const {

@@ -124,7 +124,7 @@ TEST_CASE("what a build would match for a mesh is known without matching") {
     const HalfWall scene(right);
     const MeshInput mesh = load_mesh(scene.folder.path(), std::nullopt, 0);
     const SceneViews views = read_scene_views(scene.folder.path(), mesh.offset);
-    const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh);
+    const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh, mesh.offset);
     CHECK(plan.to_match == (right < 4 ? 5 : 0));
     const BuildResult built = scene.build();
     REQUIRE(built.frames);
@@ -138,7 +138,7 @@ TEST_CASE("photographs that differ more on the mesh than beside it are not match
   const HalfWall scene(2.2, Shown::uneven_wall);
   const MeshInput mesh = load_mesh(scene.folder.path(), std::nullopt, 0);
   const SceneViews views = read_scene_views(scene.folder.path(), mesh.offset);
-  const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh);
+  const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh, mesh.offset);
   CHECK(plan.shares.surface + plan.shares.far < 0.98);
   REQUIRE(plan.largest_gain_db);
   CHECK(*plan.largest_gain_db > 0);
