@@ -89,8 +89,8 @@ struct DoorwayScene {
     MeasuredView view;
     view.measured.camera = camera;
     for (std::size_t pixel = 0; pixel < seen.face.size(); ++pixel) {
-      const glm::dvec3 ray = camera.ray(
-          {static_cast<double>(pixel % camera.width) + 0.5, static_cast<double>(pixel / camera.width) + 0.5});
+      const std::size_t x = pixel % camera.width, y = pixel / camera.width;
+      const glm::dvec3 ray = camera.ray({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
       const glm::dvec3 point = camera.center() + double{seen.depth[pixel]} * ray;
       const bool is_known = seen.face[pixel] != kNoFace;
       float depth = is_known ? measured.depth[pixel] : 0;

@@ -72,8 +72,8 @@ Photograph doorway_photograph(const Camera& camera, const Visibility& truth) {
   const VisibilityBuffer visible = truth.trace(camera);
   Photograph photograph{camera.width, camera.height, {}, {}};
   for (std::size_t pixel = 0; pixel < visible.depth.size(); ++pixel) {
-    const glm::dvec2 image(static_cast<double>(pixel % camera.width) + 0.5,
-                           static_cast<double>(pixel / camera.width) + 0.5);
+    const std::size_t x = pixel % camera.width, y = pixel / camera.width;
+    const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
     glm::dvec3 light(0);
     if (visible.face[pixel] != kNoFace) {
       light = doorway_light(camera.center() + double{visible.depth[pixel]} * camera.ray(image));
