@@ -244,8 +244,8 @@ bool is_contradicted(const Group& group, const Evidence& evidence) {
   return errors.compared >= kLeastCompared && errors.behind < kPlainlyBetter * errors.face;
 }
 
-// Adds the faces around those that go on which most measured pixels lie behind: the rim, where faces that do not go lie
-// beside and have a part in the votes around a vertex.
+// Adds faces beside those that go if most of their own measured pixels lie behind them. Such faces form the rim of a
+// group: the votes around their vertices count faces that stay too.
 void grow_to_rim(const Mesh& mesh, const std::vector<DepthVotes>& votes, std::vector<bool>& goes) {
   std::vector<bool> touched(mesh.positions.size(), false);
   bool grows = true;

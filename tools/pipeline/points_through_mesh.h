@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which views look through the mesh, by points of structure from motion: those that views have seen and that lie behind
-// the mesh there. It costs little and proves nothing; contradicted_faces.h decides.
+// Finds views that look through the mesh: they have seen points of structure from motion that lie behind it. The search
+// costs little and proves nothing; contradicted_faces.h decides.
 #pragma once
 
 #include <cstddef>
@@ -12,10 +12,11 @@
 
 namespace lumatlas {
 
-// Returns those of `ranks`, ascending, whose views have each seen 20 points or more of which all views that saw them,
-// three at least, find the mesh clearly before them: by 5 % of the depth, on the pixel and all around it. Those with
-// most such points are taken, 100 at most; none if there are fewer than three. Points without views say nothing. Points
-// and views are in the frame of the mesh. Throws Interrupted soon after a signal.
+// Returns the ranks, ascending, of views that have each seen 20 points or more behind the mesh. A point is behind the
+// mesh if three views or more saw it, and in each of them the mesh is nearer by 5 % of the depth, on the point's pixel
+// and all around it. Returns the 100 views with the most such points at most, and none if there are fewer than three.
+// Points without views say nothing. Only the views of `ranks` are looked through. Points and views are in the frame of
+// the mesh. Throws Interrupted soon after a signal.
 [[nodiscard]] std::vector<std::size_t> views_through_mesh(const ScenePoints& points,
                                                           const std::vector<SceneView>& views,
                                                           const std::vector<std::size_t>& ranks,
