@@ -63,8 +63,7 @@ struct CompletionPlan {
 };
 
 // Plans the completion without matching photographs. Looks at the views of `ranks`, in the frame of the mesh, from
-// which `offset` was subtracted. Throws
-// Interrupted soon after a signal.
+// which `offset` was subtracted. Throws Interrupted soon after a signal.
 [[nodiscard]] CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks,
                                              const Mesh& mesh, const glm::dvec3& offset);
 
