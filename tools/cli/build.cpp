@@ -407,7 +407,7 @@ void add_file_options(CLI::App& command, BuildFlags& flags) {
   add_file(command, "--mesh", flags.mesh, "FILE",
            "PLY, OBJ, STL or GLB, else looked for in SCENE; in other units, axes or shifted: see "
            "--mesh-scale, --mesh-axes and --mesh-shift in --help-all");
-  command.add_flag("--mesh-as-given", flags.mesh_as_given, "Add no surface that photographs show and the mesh lacks");
+  command.add_flag("--mesh-as-given", flags.mesh_as_given, "Neither add surface that the mesh lacks nor remove faces");
   add_choice(command, "--image", flags.photograph_coding.format,
              {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}}, "How photographs are kept in the model")
       ->transform(other_name("jpg", "jpeg"));

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
@@ -62,15 +63,28 @@ void print_fit(const json& fit) {
   std::cout << "fit        colours of the same points in different photographs: " << text << '\n';
 }
 
+std::string printed_db(double db) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.1f dB", db);
+  return text.data();
+}
+
 void print_frames(const json& frames) {
   if (frames.is_null()) return;
   const auto percent = [&](const char* name) { return percent_text(frames[name].get<double>()); };
   std::cout << "frames     photographs show the mesh with " << percent("surface")
             << " of their pixels, what is far with " << percent("far") << ", neither with " << percent("lacking");
+  const json& gain = frames["largest_gain_db"];
   if (frames["to_match"] == 0) {
-    std::cout << ": build adds no surface\n";
+    std::cout << ": build adds no surface"
+              << (gain.is_null() ? "" : ", which can bring " + printed_db(gain.get<double>()) + " at most") << '\n';
   } else {
     std::cout << ": build matches " << frames["to_match"] << " photographs and adds what they agree on there\n";
+  }
+  if (frames["through"] != 0) {
+    std::cout << "  " << frames["through"]
+              << " photographs saw points that lie behind the mesh: build removes what they "
+              << "plainly see through\n";
   }
 }
 

@@ -171,7 +171,7 @@ json inspect_scene(const std::filesystem::path& scene_path, const std::optional<
                      {"covered", seen.covered},
                      {"blind", seen.blind}};
   result["fit"] = mesh_diagnosis_json(fit);
-  result["frames"] = look_past && fit.likely.empty() ? look_past(scene, surface.mesh) : json();
+  result["frames"] = look_past && fit.likely.empty() ? look_past(scene, surface.mesh, surface.offset) : json();
   result["warnings"] = warnings(seen, fit, scene, input);
   return result;
 }

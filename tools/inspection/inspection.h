@@ -15,7 +15,7 @@
 namespace lumatlas {
 
 // Returns what photographs show past a mesh. Mesh and views have one frame.
-using LookPast = std::function<nlohmann::json(const SceneViews& views, const Mesh& mesh)>;
+using LookPast = std::function<nlohmann::json(const SceneViews& views, const Mesh& mesh, const glm::dvec3& offset)>;
 
 // {"mesh": {"file", "file_vertices", "file_faces", "colors", "repairs": {WHAT: count}, "split_faces", "vertices",
 // "faces", "area", "diameter", "offset"}, "cells": {"count", "size", "partition", "area_share": {"p5", "median",

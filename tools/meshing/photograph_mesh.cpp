@@ -68,7 +68,7 @@ std::uint32_t block_px_of(const SceneStereo& stereo, const SceneMeshOptions& opt
 }  // namespace
 
 SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const SceneMeshOptions& options,
-                                const StageProgress& progress) {
+                                const StageProgress& progress, const std::function<void(const SceneStereo&)>& matched) {
   const std::vector<std::size_t> ranks = ranks_to_match(scene, options);
   if (ranks.size() < 2) {
     throw InputError(scene.root.string() + ": there must be two photographs or more to take depths from, there are " +
@@ -80,6 +80,7 @@ SceneMesh mesh_from_photographs(SceneViews scene, ScenePoints points, const Scen
   const ScenePoints sparse = points_of_views(std::move(points), ranks);
   SceneStereo stereo(views, sparse, options.stereo, options.stereo_folder);
   stereo.match(progress(kMatchingStage, stereo.steps()));
+  if (matched) matched(stereo);
   StereoPoints found = stereo_points(stereo, block_px_of(stereo, options), progress("joining depths", views.size()));
   ScenePoints all{scene.root, std::move(found.positions), {}, {}, std::move(found.views), std::move(found.deviations)};
   add_points_of_scene(sparse, views, all);

@@ -200,7 +200,8 @@ FarSphere complete(const std::filesystem::path& scene, const SceneViews& views, 
   CompletedSurface completed = complete_surface(scene, views, ranks, options, callback, mesh);
   result.frames = completed.shares;
   result.added_faces = completed.added_faces;
-  add_warning(completed.failure, result);
+  result.removed = {completed.contradicted.faces.size(), completed.contradicted.groups, completed.contradicted.pixels};
+  for (const std::string& sentence : completed.warnings) add_warning(sentence, result);
   add_warning(filled_frames_warning(completed.shares), result);
   return std::move(completed.far);
 }

@@ -76,6 +76,12 @@ struct Parsimony {
   std::uint64_t gpu_bytes = 0;   // of all that was stored when the stream had ended, before anything was given up
 };
 
+// Faces of the mesh that photographs contradict (tools/meshing/contradicted_faces.h).
+struct RemovedFaces {
+  std::size_t faces = 0, groups = 0;
+  double pixels = 0;  // share of the pixels of the matched photographs that see the mesh, [0, 1]
+};
+
 struct BuildResult {
   Snapshot snapshot;
   GpuBytes gpu_bytes;  // of the snapshot, as its model file holds it
@@ -91,6 +97,7 @@ struct BuildResult {
   std::optional<TrustShares> trust;         // none where BuildOptions::measure_deviation is off
   std::optional<FrameShares> frames;        // of the photographs offered; none where complete_surface() did not look
   std::size_t added_faces = 0;              // faces that complete_surface() added to the mesh
+  RemovedFaces removed;                     // faces that complete_surface() removed from the mesh
   std::optional<MeshDiagnosis> fit;         // whether mesh and photographs fit; none of a watched scene
   std::vector<SkippedView> skipped;         // by name
   std::vector<std::string> scene_notes;     // sentences: what was assumed of the scene, see SceneViews::notes

@@ -249,6 +249,15 @@ std::string faces_line(const json& s) {
          printed("%.2g", faces["moved"].get<double>()) + "\n  ";
 }
 
+// Returns the line on faces that were removed; empty if none was.
+std::string contradicted_line(const json& s) {
+  const json& faces = s["faces"];
+  if (faces["contradicted"] == 0) return "";
+  return faces["contradicted"].dump() + " faces in " + faces["contradicted_groups"].dump() + " groups, " +
+         percent_text(faces["contradicted_pixels"].get<double>()) +
+         " of what the matched photographs show of the mesh, were removed because photographs see through them\n  ";
+}
+
 // Empty where the mesh fills nearly all of the frames.
 std::string frames_line(const json& s) {
   constexpr double kNearlyAll = 0.995;
@@ -411,6 +420,9 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"faces",
            {{"kept", result.snapshot.surface->near_faces()},
             {"added", result.added_faces},
+            {"contradicted", result.removed.faces},
+            {"contradicted_groups", result.removed.groups},
+            {"contradicted_pixels", result.removed.pixels},
             {"far", result.snapshot.surface->far_faces},
             {"taken_away", result.simplified_faces},
             {"moved", result.simplified_distance}}},
@@ -444,8 +456,8 @@ json summary(const BuildResult& result, const BuildOptions& options) {
 
 std::string summary_text(const json& s, const std::string& name) {
   const std::string parsimony = s["parsimony"].is_null() ? "" : parsimony_text(s["parsimony"]) + "\n  ";
-  return name + ": " + views_line(s) + "\n  " + parsimony + frames_line(s) + trust_line(s) + faces_line(s) +
-         cells_line(s) + "\n  " + times_line(s) + "\n";
+  return name + ": " + views_line(s) + "\n  " + parsimony + frames_line(s) + contradicted_line(s) + trust_line(s) +
+         faces_line(s) + cells_line(s) + "\n  " + times_line(s) + "\n";
 }
 
 json effective_options(const BuildResult& result, const BuildOptions& options) {

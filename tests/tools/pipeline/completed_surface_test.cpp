@@ -42,13 +42,16 @@ TriangleSoup wall_up_to(double right) {
   return soup;
 }
 
+enum class Shown { wall, nothing, uneven_wall };  // `uneven_wall`: each photograph is as bright as 1, or 0.2 of it
+
 // A COLMAP workspace of five photographs of the wall, and a mesh of part of it.
 struct HalfWall {
   TemporaryFolder folder;
   BuildOptions options;
 
-  // `white`: photographs that show nothing, and no points.
-  explicit HalfWall(double right, bool white = false) {
+  // Shown::nothing: white photographs, and no points.
+  explicit HalfWall(double right, Shown shown = Shown::wall) {
+    const bool white = shown == Shown::nothing;
     fs::create_directories(folder / "images");
     fs::create_directories(folder / "sparse");
     const Relief relief;
@@ -56,7 +59,8 @@ struct HalfWall {
     for (int i = 0; i < 5; ++i) {
       const Camera camera = camera_on_arc(6.0 * i - 12);
       const std::string name = std::to_string(i) + ".png";
-      Photograph photograph = relief.photograph(camera);
+      const double exposure = shown == Shown::uneven_wall && i % 2 == 1 ? 0.2 : 1;
+      Photograph photograph = relief.photograph(camera, glm::dvec3(exposure));
       if (white) std::fill(photograph.rgb.begin(), photograph.rgb.end(), std::uint8_t{255});
       write_image(folder / "images" / name, photograph);
       written.push_back({name, camera});
@@ -120,7 +124,7 @@ TEST_CASE("what a build would match for a mesh is known without matching") {
     const HalfWall scene(right);
     const MeshInput mesh = load_mesh(scene.folder.path(), std::nullopt, 0);
     const SceneViews views = read_scene_views(scene.folder.path(), mesh.offset);
-    const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh);
+    const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh, mesh.offset);
     CHECK(plan.to_match == (right < 4 ? 5 : 0));
     const BuildResult built = scene.build();
     REQUIRE(built.frames);
@@ -128,6 +132,18 @@ TEST_CASE("what a build would match for a mesh is known without matching") {
     CHECK(plan.shares.added == 0);
     CHECK((built.added_faces > 0) == (plan.to_match > 0));
   }
+}
+
+TEST_CASE("photographs that differ more on the mesh than beside it are not matched for what it lacks") {
+  const HalfWall scene(2.2, Shown::uneven_wall);
+  const MeshInput mesh = load_mesh(scene.folder.path(), std::nullopt, 0);
+  const SceneViews views = read_scene_views(scene.folder.path(), mesh.offset);
+  const CompletionPlan plan = plan_completion(views, {0, 1, 2, 3, 4}, mesh.mesh, mesh.offset);
+  CHECK(plan.shares.surface + plan.shares.far < 0.98);
+  REQUIRE(plan.largest_gain_db);
+  CHECK(*plan.largest_gain_db > 0);
+  CHECK(*plan.largest_gain_db < 0.6);
+  CHECK(plan.to_match == 0);
 }
 
 TEST_CASE("nothing is added to a mesh that fills the photographs") {
@@ -153,7 +169,7 @@ TEST_CASE("a build that is stopped while it looks for what the mesh lacks goes o
 }
 
 TEST_CASE("a mesh that does not fit the photographs stays as it is") {
-  const BuildResult result = HalfWall(0, true).build();
+  const BuildResult result = HalfWall(0, Shown::nothing).build();
   REQUIRE(result.fit);
   CHECK_FALSE(result.fit->likely.empty());
   CHECK(result.added_faces == 0);

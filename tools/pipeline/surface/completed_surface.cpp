@@ -2,6 +2,7 @@
 #include "tools/pipeline/surface/completed_surface.h"
 
 #include <algorithm>
+#include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -14,16 +15,23 @@
 #include "mesh/base/temporary_entry.h"
 #include "mesh/repair/repair.h"
 #include "tools/base/interrupt.h"
+#include "tools/meshing/contradicted_faces.h"
 #include "tools/meshing/mesh_completion.h"
 #include "tools/meshing/photograph_mesh.h"
+#include "tools/pipeline/surface/completion_gain.h"
 #include "tools/pipeline/surface/far_background.h"
+#include "tools/pipeline/surface/points_through_mesh.h"
+#include "tools/scene/for_each_index.h"
 #include "tools/scene/scene_points.h"
 
 namespace lumatlas {
 
 namespace {
 
-constexpr double kLittleLacking = 0.01;    // share of all pixels below which nothing is added
+constexpr double kLittleLacking = 0.01;  // share of all pixels below which nothing is added
+constexpr double kLeastGain = 0.6;       // dB that added surface must be able to bring, for its time
+constexpr const char* kWorseThanGiven =
+    "nothing is added to the mesh: the surface that photographs show beside it makes pictures worse";
 constexpr double kLackingInView = 0.005;   // share of a view's pixels from which its photograph is matched
 constexpr std::size_t kMostMatched = 100;  // photographs
 constexpr std::uint32_t kMatchedPx = 256;  // longer side: a third of the time of 512, and nearly the same surface
@@ -41,6 +49,7 @@ struct Outlook {
   FarSphere far;
   std::vector<double> lacking;  // by camera: share of its pixels that see neither, masks left out of account
   FrameShares shares;           // of the photographs' valid pixels
+  std::unique_ptr<Visibility> surface, beyond;  // of the mesh and of the far sphere, null if there is none
 };
 
 void add_shares(const std::vector<SmallPhotograph>& photographs, const Visibility& visibility, const Visibility* far,
@@ -58,17 +67,16 @@ void add_shares(const std::vector<SmallPhotograph>& photographs, const Visibilit
 
 Outlook outlook_of(const std::vector<SmallPhotograph>& photographs, const std::vector<Camera>& cameras,
                    const Mesh& mesh, bool far_sphere) {
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
   Outlook result;
-  if (far_sphere) result.far = find_far_sphere(photographs, cameras, mesh, *visibility);
-  std::unique_ptr<Visibility> far;
-  if (!result.far.mesh.faces.empty()) far = make_ray_visibility(result.far.mesh);
+  result.surface = make_ray_visibility(mesh);
+  if (far_sphere) result.far = find_far_sphere(photographs, cameras, mesh, *result.surface);
+  if (!result.far.mesh.faces.empty()) result.beyond = make_ray_visibility(result.far.mesh);
   for (const Camera& camera : cameras) {
     throw_if_interrupted();
-    const FrameShare share = frame_share(camera, *visibility, far.get());
+    const FrameShare share = frame_share(camera, *result.surface, result.beyond.get());
     result.lacking.push_back(1 - share.surface - share.far);
   }
-  add_shares(photographs, *visibility, far.get(), result.shares);
+  add_shares(photographs, *result.surface, result.beyond.get(), result.shares);
   return result;
 }
 
@@ -87,6 +95,26 @@ std::vector<std::size_t> lacking_ranks(const Outlook& seen, const std::vector<st
   for (const auto& [share, rank] : lacking) result.push_back(rank);
   std::sort(result.begin(), result.end());
   return result;
+}
+
+// What is to be matched, and what that can bring.
+struct MatchingPlan {
+  std::vector<std::size_t> ranks;         // ascending; empty: nothing is worth it
+  std::size_t through = 0;                // number of these that look through the mesh
+  std::optional<double> largest_gain_db;  // none: the mesh lacks too little, or photographs cannot be compared
+};
+
+MatchingPlan plan_matching(const Outlook& seen, const std::vector<SmallPhotograph>& photographs,
+                           const SceneViews& views, const std::vector<std::size_t>& ranks, const ScenePoints& points) {
+  MatchingPlan plan{lacking_ranks(seen, ranks), 0, std::nullopt};
+  if (!plan.ranks.empty()) plan.largest_gain_db = largest_gain_db(photographs, *seen.surface, seen.beyond.get());
+  if (plan.largest_gain_db && *plan.largest_gain_db < kLeastGain) plan.ranks.clear();
+  const std::vector<std::size_t> through = views_through_mesh(points, views.views, ranks, *seen.surface);
+  plan.through = through.size();
+  plan.ranks.insert(plan.ranks.end(), through.begin(), through.end());
+  std::sort(plan.ranks.begin(), plan.ranks.end());
+  plan.ranks.erase(std::unique(plan.ranks.begin(), plan.ranks.end()), plan.ranks.end());
+  return plan;
 }
 
 TriangleSoup soup_of(const Mesh& mesh) {
@@ -119,10 +147,37 @@ StageProgress shown_by(const BuildCallback& callback, std::optional<BuildStage>&
   };
 }
 
-// Makes a mesh of what the views of these ranks show.
+// Returns the faces of the mesh that the matched photographs contradict.
+ContradictedFaces contradicted_by(const SceneStereo& stereo, const Mesh& mesh) {
+  std::vector<MeasuredView> views(stereo.views().size());
+  for_each_index(views.size(), [&](std::size_t i) {
+    throw_if_interrupted();
+    SmallPhotograph photograph = small_photograph(stereo.views()[i], stereo.camera(i));
+    views[i] = {stereo.depth(i), std::move(photograph.color), std::move(photograph.valid)};
+  });
+  return contradicted_faces(mesh, views, throw_if_interrupted);
+}
+
+// Returns the mesh without some of its faces, given in ascending order.
+TriangleSoup soup_without(const Mesh& mesh, const std::vector<std::uint32_t>& faces) {
+  TriangleSoup soup = soup_of(mesh);
+  soup.faces.clear();
+  auto next = faces.begin();
+  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+    if (next != faces.end() && *next == face) {
+      ++next;
+    } else {
+      soup.faces.push_back(mesh.faces[face]);
+    }
+  }
+  return soup;
+}
+
+// Makes a mesh of what the views of these ranks show. `matched` is called with the depths.
 TriangleSoup surface_of_photographs(const SceneViews& views, const std::vector<std::size_t>& ranks,
                                     const ScenePoints& points, const std::filesystem::path& folder,
-                                    const BuildCallback& callback) {
+                                    const BuildCallback& callback,
+                                    const std::function<void(const SceneStereo&)>& matched) {
   SceneViews some;
   some.root = views.root;
   for (const std::size_t rank : ranks) some.views.push_back(views.views[rank]);
@@ -132,7 +187,8 @@ TriangleSoup surface_of_photographs(const SceneViews& views, const std::vector<s
   options.stereo_folder = folder;
   std::optional<BuildStage> stage;
   try {
-    return mesh_from_photographs(std::move(some), points_of_views(points, ranks), options, shown_by(callback, stage))
+    return mesh_from_photographs(std::move(some), points_of_views(points, ranks), options, shown_by(callback, stage),
+                                 matched)
         .surface;
   } catch (const InputError&) {
     if (stage) stage->finish();
@@ -140,18 +196,81 @@ TriangleSoup surface_of_photographs(const SceneViews& views, const std::vector<s
   }
 }
 
-// Adds what the views `matched` show, of those of `ranks`, and the mesh lacks; returns the number of faces.
-std::size_t add_surface(const std::filesystem::path& scene, const SceneViews& views,
-                        const std::vector<std::size_t>& matched, const std::vector<Camera>& cameras,
-                        const std::filesystem::path& folder, const BuildCallback& callback, MeshInput& mesh) {
-  const ScenePoints points = points_around(scene, mesh.offset);
-  const TriangleSoup other = surface_of_photographs(views, matched, points, folder, callback);
+// What a mesh is completed from. All is in the frame of the mesh.
+struct CompletionInput {
+  const SceneViews& views;
+  ScenePoints points;
+  std::vector<Camera> cameras;
+  std::vector<SmallPhotograph> photographs;
+  bool far_sphere;
+
+  [[nodiscard]] Outlook outlook(const Mesh& mesh) const { return outlook_of(photographs, cameras, mesh, far_sphere); }
+};
+
+// Tells that photographs contradict too much of a mesh for single faces to be wrong.
+std::string too_much_contradicted(const ContradictedFaces& contradicted) {
+  return "photographs see through " + percent_text(contradicted.pixels) +
+         " of what they show of the mesh: it stays as it is, for it or the poses must be wrong; see whether they "
+         "belong together";
+}
+
+// Takes a changed mesh; `kept`: share of the photographs' pixels that see what is left of the given one.
+void take(Mesh changed, Outlook after, double kept, MeshInput& mesh, Outlook& seen, CompletedSurface& result) {
+  result.shares = {kept, std::max(after.shares.surface - kept, 0.0), after.shares.far};
+  mesh.mesh = std::move(changed);
+  seen = std::move(after);
+}
+
+// Removes contradicted faces from the mesh, and adds surface to it unless photographs are predicted worse with it.
+// `seen` becomes what is seen then.
+void change_mesh(const CompletionInput& input, const ContradictedFaces& contradicted, const TriangleSoup& other,
+                 const BuildCallback& callback, MeshInput& mesh, Outlook& seen, CompletedSurface& result) {
   BuildStage stage(callback, "adding what the mesh lacks", 0);
-  const CompletedMesh both =
-      completed(soup_of(mesh.mesh), other, cameras, glm::dvec3(0), [] { throw_if_interrupted(); });
-  if (both.added_faces > 0) mesh.mesh = repair(both.surface, glm::dvec3(0), throw_if_interrupted).mesh;
+  const auto go_on = [] { throw_if_interrupted(); };
+  const TriangleSoup rest = soup_without(mesh.mesh, contradicted.faces);
+  const CompletedMesh both = completed(rest, other, input.cameras, glm::dvec3(0), go_on);
+  std::optional<Mesh> kept;
+  double kept_share = seen.shares.surface;
+  if (!contradicted.faces.empty()) {
+    kept = repair(rest, glm::dvec3(0), throw_if_interrupted).mesh;
+    FrameShares shares;
+    add_shares(input.photographs, *make_ray_visibility(*kept), nullptr, shares);
+    kept_share = shares.surface;
+  }
+  if (both.added_faces > 0) {
+    Mesh whole = repair(both.surface, glm::dvec3(0), throw_if_interrupted).mesh;
+    Outlook after = input.outlook(whole);
+    result.gain_db = completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
+    if (!result.gain_db || *result.gain_db > 0) {
+      result.added_faces = both.added_faces;
+      take(std::move(whole), std::move(after), kept_share, mesh, seen, result);
+      kept.reset();
+    } else {
+      result.warnings.emplace_back(kWorseThanGiven);
+    }
+  }
+  if (kept) {
+    Outlook after = input.outlook(*kept);
+    take(*std::move(kept), std::move(after), kept_share, mesh, seen, result);
+  }
+  result.contradicted = contradicted;
   stage.finish();
-  return both.added_faces;
+}
+
+// Matches the photographs of some views, and changes the mesh by what they show.
+void match_and_change(const CompletionInput& input, const std::vector<std::size_t>& matched,
+                      const std::filesystem::path& folder, const BuildCallback& callback, MeshInput& mesh,
+                      Outlook& seen, CompletedSurface& result) {
+  ContradictedFaces contradicted;
+  const TriangleSoup other =
+      surface_of_photographs(input.views, matched, input.points, folder, callback,
+                             [&](const SceneStereo& stereo) { contradicted = contradicted_by(stereo, mesh.mesh); });
+  result.matched = matched.size();
+  if (contradicted.pixels > kMostContradicted) {
+    result.warnings.push_back(too_much_contradicted(contradicted));
+    contradicted = {};
+  }
+  change_mesh(input, contradicted, other, callback, mesh, seen, result);
 }
 
 }  // namespace
@@ -172,52 +291,53 @@ std::filesystem::path stereo_folder_of(const std::filesystem::path& output) {
   return folder;
 }
 
-CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks, const Mesh& mesh) {
-  const std::vector<Camera> cameras = completion_cameras(views, ranks);
-  const Outlook seen = outlook_of(small_photographs(views.views, ranks), cameras, mesh, true);
-  return {seen.shares, lacking_ranks(seen, ranks).size()};
+CompletionPlan plan_completion(const SceneViews& views, const std::vector<std::size_t>& ranks, const Mesh& mesh,
+                               const glm::dvec3& offset) {
+  const std::vector<SmallPhotograph> photographs = small_photographs(views.views, ranks);
+  const Outlook seen = outlook_of(photographs, completion_cameras(views, ranks), mesh, true);
+  const MatchingPlan plan = plan_matching(seen, photographs, views, ranks, points_around(views.root, offset));
+  return {seen.shares, plan.ranks.size(), plan.through, plan.largest_gain_db};
 }
 
-nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh) {
+nlohmann::json frames_json(const SceneViews& views, const Mesh& mesh, const glm::dvec3& offset) {
   std::vector<std::size_t> ranks(views.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
   leave_out_bad(views, ranks);
-  const CompletionPlan plan = plan_completion(views, ranks, mesh);
+  const CompletionPlan plan = plan_completion(views, ranks, mesh, offset);
   return {{"surface", plan.shares.surface},
           {"far", plan.shares.far},
           {"lacking", std::max(0.0, 1 - plan.shares.surface - plan.shares.far)},
-          {"to_match", plan.to_match}};
+          {"largest_gain_db", plan.largest_gain_db ? nlohmann::json(*plan.largest_gain_db) : nlohmann::json()},
+          {"to_match", plan.to_match},
+          {"through", plan.through}};
 }
 
 CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,
                                   const std::vector<std::size_t>& ranks, const CompletionOptions& options,
                                   const BuildCallback& callback, MeshInput& mesh) {
   BuildStage stage(callback, "looking past the mesh", 0);
-  const std::vector<Camera> cameras = completion_cameras(views, ranks);
-  const std::vector<SmallPhotograph> photographs = small_photographs(views.views, ranks);
-  Outlook seen = outlook_of(photographs, cameras, mesh.mesh, options.far_sphere);
+  const CompletionInput input{views, options.surface ? points_around(scene, mesh.offset) : ScenePoints(),
+                              completion_cameras(views, ranks), small_photographs(views.views, ranks),
+                              options.far_sphere};
+  Outlook seen = input.outlook(mesh.mesh);
+  MatchingPlan plan;
+  if (options.surface) plan = plan_matching(seen, input.photographs, views, ranks, input.points);
   stage.finish();
   CompletedSurface result;
   result.shares = seen.shares;
-  const std::vector<std::size_t> to_match = lacking_ranks(seen, ranks);
-  if (options.surface && !to_match.empty()) {
+  if (!plan.ranks.empty()) {
     std::optional<TemporaryEntry> temporary;
     if (options.stereo_folder.empty()) {
       temporary.emplace(TemporaryEntry::Kind::folder, std::filesystem::temp_directory_path(),
                         [] { return random_temporary_name(); });
     }
     try {
-      result.added_faces = add_surface(scene, views, to_match, cameras,
-                                       temporary ? temporary->path() : options.stereo_folder, callback, mesh);
-      result.matched = to_match.size();
+      match_and_change(input, plan.ranks, temporary ? temporary->path() : options.stereo_folder, callback, mesh, seen,
+                       result);
     } catch (const InputError& error) {
-      result.failure = std::string("the mesh is taken as it is, though photographs show more: ") + error.what();
+      result.warnings.push_back(std::string("the mesh is taken as it is, though photographs show more: ") +
+                                error.what());
     }
-  }
-  if (result.added_faces > 0) {
-    const double given = seen.shares.surface;
-    seen = outlook_of(photographs, cameras, mesh.mesh, options.far_sphere);
-    result.shares = {given, std::max(seen.shares.surface - given, 0.0), seen.shares.far};
   }
   result.far = std::move(seen.far);
   return result;

@@ -302,6 +302,17 @@ Mesh part_of(const Mesh& mesh, const std::vector<bool>& wanted) {
 
 }  // namespace
 
+SmallPhotograph small_photograph(const SceneView& view, const Camera& small) {
+  SmallPhotograph result{small, {}, std::vector<std::uint8_t>(std::size_t{small.width} * small.height, 1)};
+  try {
+    result.color = shrunk(load_photograph(view), small, result.valid);
+  } catch (const InputError&) {  // the build refuses it only if it stores it
+    std::fill(result.valid.begin(), result.valid.end(), std::uint8_t{0});
+    result.color.resize(result.valid.size());
+  }
+  return result;
+}
+
 std::vector<SmallPhotograph> small_photographs(const std::vector<SceneView>& views,
                                                const std::vector<std::size_t>& ranks) {
   const std::size_t count = std::min(kMostGlimpses, ranks.size());
@@ -309,14 +320,7 @@ std::vector<SmallPhotograph> small_photographs(const std::vector<SceneView>& vie
   for_each_index(count, [&](std::size_t i) {
     throw_if_interrupted();
     const SceneView& view = views[ranks[i * ranks.size() / count]];
-    small[i].camera = view.camera.shrunk_to(kGlancePx);
-    small[i].valid.assign(std::size_t{small[i].camera.width} * small[i].camera.height, 1);
-    try {
-      small[i].color = shrunk(load_photograph(view), small[i].camera, small[i].valid);
-    } catch (const InputError&) {  // the build refuses it only if it stores it
-      std::fill(small[i].valid.begin(), small[i].valid.end(), std::uint8_t{0});
-      small[i].color.resize(small[i].valid.size());
-    }
+    small[i] = small_photograph(view, view.camera.shrunk_to(kGlancePx));
   });
   return small;
 }

@@ -22,6 +22,9 @@ struct SmallPhotograph {
   std::vector<std::uint8_t> valid;  // by pixel, 1 or 0: all that it covers is the photograph's
 };
 
+// Returns a view's photograph in the size of `small`. All pixels of one that cannot be read are invalid.
+[[nodiscard]] SmallPhotograph small_photograph(const SceneView& view, const Camera& small);
+
 // Photographs of the views of these ranks, 60 of them at most, at even distances. All pixels of one that cannot be read
 // are invalid. Throws Interrupted soon after a signal.
 [[nodiscard]] std::vector<SmallPhotograph> small_photographs(const std::vector<SceneView>& views,
