@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // W3C PNG, third edition, 11.3.2.3: iCCP. TIFF 6.0, section 2: directories;
-// BigTIFF as libtiff reads it. ICC.1:2010, B.4: the tag of a profile.
+// BigTIFF as libtiff reads it. RFC 9649 (WebP), section 2.7.1.4: ICCP. ICC.1:2010, B.4: the tag of a profile.
 #include "atlas/images/embedded_profile.h"
 
 #include <zlib.h>
@@ -175,6 +175,22 @@ std::vector<std::uint8_t> hide_tiff_profile(PatchedReader& file) {
     file.patch(at, layout.is_big_endian ? std::vector{high, low} : std::vector{low, high});
   }
   return profile.value_or(std::vector<std::uint8_t>());
+}
+
+std::vector<std::uint8_t> webp_profile(PatchedReader& file) {
+  constexpr std::uint64_t kMostChunks = 64;  // the profile stands before the pixels
+  std::uint64_t at = 12;                     // "RIFF", a length, "WEBP"
+  for (std::uint64_t i = 0; i < kMostChunks; ++i) {
+    const auto head = bytes_at(file, at, 8);
+    if (!head) return {};
+    const std::uint64_t size = little_endian(head->data() + 4, 4);
+    if (std::memcmp(head->data(), "ICCP", 4) == 0) {
+      return size > kMostProfileBytes ? std::vector<std::uint8_t>()
+                                      : bytes_at(file, at + 8, size).value_or(std::vector<std::uint8_t>());
+    }
+    at += 8 + size + size % 2;
+  }
+  return {};
 }
 
 }  // namespace lumatlas

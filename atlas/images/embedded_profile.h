@@ -44,4 +44,7 @@ class PatchedReader : public OIIO::Filesystem::IOProxy {
 [[nodiscard]] std::vector<std::uint8_t> hide_png_profile(PatchedReader& file);
 [[nodiscard]] std::vector<std::uint8_t> hide_tiff_profile(PatchedReader& file);
 
+// Returns the profile of a WebP file, as above. It need not be hidden: OpenImageIO 2.4 passes over it.
+[[nodiscard]] std::vector<std::uint8_t> webp_profile(PatchedReader& file);
+
 }  // namespace lumatlas

@@ -184,7 +184,7 @@ struct Opened {
   Format format;
   Reader reader;
   std::unique_ptr<PictureFile> file;  // of HEIC, AVIF and raw
-  std::vector<std::uint8_t> profile;  // ICC, of a PNG or TIFF that is opened; empty: there is none
+  std::vector<std::uint8_t> profile;  // ICC, of a PNG, TIFF or WebP that is opened; empty: there is none
 };
 
 Opened reader_for(const Source& source) {
@@ -263,6 +263,7 @@ void open_image(Source& source, Opened& image) {
     OIIO::Filesystem::IOProxy* proxy = &file;
     config.attribute("oiio:ioproxy", TypeDesc::PTR, &proxy);
   }
+  if (image.format == Format::webp) image.profile = webp_profile(source.reader());
   config.attribute("oiio:UnassociatedAlpha", 1);  // alpha is dropped, so colours must not be multiplied by it
   OIIO::ImageSpec spec;
   if (!reader.open(source.path().string(), spec, config)) {

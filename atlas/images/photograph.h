@@ -53,7 +53,7 @@ struct CameraNote {
 // CR3, NEF, ARW, RAF, ORF, RW2 and others). They are told by their first bytes whatever their names are, a raw TIFF by
 // its directories; other formats are refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped);
 // floating-point files are taken as linear light. Colours in the space of an ICC profile, such as Display P3 or Adobe
-// RGB, are converted to sRGB. The profiles of WebP files are not read: their colours are taken as sRGB.
+// RGB, are converted to sRGB.
 // HEIC, AVIF and raw files are turned once, by their decoders, whatever `orientation` is: other programs see them
 // through the same decoders. A raw file is developed as picture_file.h says. Its size is what LibRaw finds visible,
 // which may be some pixels more than the camera's own JPEG has.

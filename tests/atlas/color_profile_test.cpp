@@ -227,6 +227,49 @@ TEST_CASE("a profile is found in every kind of TIFF file") {
   }
 }
 
+// A WebP file of 16 x 16 pixels of kStoredColor, with the profile.
+std::string profiled_webp(const TemporaryFolder& folder, const std::string& profile) {
+  constexpr std::uint32_t kSide = 16;
+  const fs::path plain = folder / "plain.webp";
+  if (!fs::exists(plain)) {
+    Photograph image{kSide, kSide, {}, {}};
+    for (std::uint32_t i = 0; i < kSide * kSide; ++i) image.rgb.insert(image.rgb.end(), {200, 120, 90});
+    write_image(plain, image);
+  }
+  return webp_with_profile(bytes_of(plain), kSide, kSide, profile);
+}
+
+TEST_CASE("the colours of a WebP photograph become sRGB by its profile") {
+  const TemporaryFolder folder;
+  // Within six levels: the pixels are lossy, at a quality that others choose.
+  constexpr int kLossy = 6;
+  (void)folder.with_file("p3.webp", profiled_webp(folder, text_of(display_p3())));
+  CHECK(difference(color_of(folder / "p3.webp"), srgb_of(kStoredColor, kFromP3, 0)) <= kLossy);
+  (void)folder.with_file("adobe.webp", profiled_webp(folder, text_of(adobe_rgb())));
+  const glm::ivec3 expected = srgb_of(kStoredColor, kFromAdobe, 563 / 256.0);
+  REQUIRE(difference(expected, kStoredColor) > 2 * kLossy);
+  CHECK(difference(color_of(folder / "adobe.webp"), expected) <= kLossy);
+  CHECK(difference(color_of(folder / "plain.webp"), kStoredColor) <= kLossy);
+}
+
+TEST_CASE("the profile of a WebP photograph may be damaged, cut off or larger than it says: the picture is read") {
+  const TemporaryFolder folder;
+  const std::string profile = text_of(display_p3());
+  const auto is_read = [&](const std::string& bytes) {
+    return read_photograph(folder.with_file("a.webp", bytes)).width == 16;
+  };
+  for (std::size_t at = 0; at < profile.size(); at += 3) {
+    CAPTURE(at);
+    std::string changed = profile;
+    changed[at] = static_cast<char>(changed[at] ^ 0x80);
+    CHECK(is_read(profiled_webp(folder, changed)));
+    CHECK(is_read(profiled_webp(folder, profile.substr(0, at))));
+  }
+  std::string long_chunk = profiled_webp(folder, profile);
+  long_chunk.replace(long_chunk.find("ICCP") + 4, 4, "\xff\xff\xff\xff");
+  CHECK_THROWS_WITH(is_read(long_chunk), Catch::Contains("a.webp: "));
+}
+
 TEST_CASE("a profile that unpacks to more than 8 MiB is left alone") {
   const TemporaryFolder folder;
   std::string large = text_of(adobe_rgb());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Small PNG and TIFF files with any bytes where an ICC profile should be. They are put together here because writers of
-// these formats refuse damaged profiles.
+// Small PNG, TIFF and WebP files with any bytes where an ICC profile should be. They are put together here because
+// writers of these formats refuse damaged profiles.
 #pragma once
 
 #include <zlib.h>
@@ -56,6 +56,24 @@ inline std::string png_with_profile_chunk(std::string_view data) {
 
 inline std::string png_with_profile(std::string_view profile) {
   return png_with_profile_chunk(std::string("name\0\0", 6) + deflated(profile));
+}
+
+// `plain` is a WebP file whose pixels are `width` x `height`, without a profile: one chunk of pixels, VP8 or VP8L.
+inline std::string webp_with_profile(std::string_view plain, std::uint32_t width, std::uint32_t height,
+                                     std::string_view profile) {
+  constexpr std::size_t kFileHeader = 12;
+  constexpr std::uint64_t kHasProfile = 0x20;
+  std::string chunks = "WEBPVP8X";
+  append_number(chunks, 10, 4, ByteOrder::little);
+  append_number(chunks, kHasProfile, 4, ByteOrder::little);
+  append_number(chunks, width - 1, 3, ByteOrder::little);
+  append_number(chunks, height - 1, 3, ByteOrder::little);
+  chunks += "ICCP";
+  append_number(chunks, profile.size(), 4, ByteOrder::little);
+  chunks.append(profile).append(profile.size() % 2, '\0').append(plain.substr(kFileHeader));
+  std::string webp = "RIFF";
+  append_number(webp, chunks.size(), 4, ByteOrder::little);
+  return webp + chunks;
 }
 
 // Header, directory, pixels, profile.

@@ -144,7 +144,6 @@ class CaptureRun {
         prepare_photographs(sources_, work_, options_.most_frames, {listener_.say, listener_.stage});
     captured_ = std::move(prepared.captured);
     masks_ = masks_by_photograph(mask_folder_, captured_);
-    put_link(work_ / "images", captured_.folder);
     put_link(work_ / "masks", mask_folder_);
     result_.photographs = captured_.photographs.size();
     result_.converted = prepared.converted;
@@ -168,10 +167,12 @@ class CaptureRun {
     return " (COLMAP's words: " + ColmapProgram::log(work_, step).string() + ")";
   }
 
-  // Whether a database of the photographs `before` holds nothing that is not so `now`: COLMAP passes over photographs
-  // that it has looked at already.
-  static bool only_adds(const json& before, const json& now) {
-    if (!before.is_object() || before.value("folder", json()) != now["folder"]) return false;
+  // Returns whether a database of the photographs `before` holds nothing that is not so `now`: COLMAP passes over
+  // photographs that it has looked at already.
+  [[nodiscard]] bool only_adds(const json& before, const json& now) const {
+    if (!before.is_object()) return false;
+    const json folder = before.value("folder", json());
+    if (folder != now["folder"] && folder != kept_json(earlier_photographs(work_).string())) return false;
     for (const char* const key : {"gpu", "masks", "camera_model"}) {
       if (before.value(key, json()) != now[key]) return false;
     }
@@ -196,7 +197,7 @@ class CaptureRun {
     const fs::path database = ColmapProgram::database(work_);
     std::error_code ignored;
     if (!fs::exists(database, ignored)) record_->forget("features");
-    const json inputs{{"folder", captured_.folder.string()},
+    const json inputs{{"folder", captured_.source_folder.string()},
                       {"photographs", states_of(captured_)},
                       {"gpu", options_.colmap.use_gpu},
                       {"camera_model", options_.colmap.camera_model},
@@ -250,7 +251,7 @@ class CaptureRun {
       }
       const std::vector<Reconstruction> found = reconstructions_in(all);
       if (found.empty()) {
-        throw InputError(captured_.folder.string() + ": COLMAP placed none of its " +
+        throw InputError(captured_.given.string() + ": COLMAP placed none of its " +
                          std::to_string(result_.photographs) + " photographs: they overlap too little, or show too " +
                          "little that can be told apart; see " + ColmapProgram::log(work_, "mapping").string());
       }

@@ -16,7 +16,15 @@ void check_outside(const std::filesystem::path& output, const std::filesystem::p
 // `record`.
 void open_work_folder(const std::filesystem::path& work, const std::filesystem::path& record);
 
-// Makes `link` a link to `target`, in the place of another link; an empty `target` removes it. Throws InputError.
+// Returns whether `made` is there with the time of the file `source`: see mark_as_made_of().
+[[nodiscard]] bool is_made_of(const std::filesystem::path& made, const std::filesystem::path& source);
+
+// Gives `made` the time of the file that it was made of. Throws InputError.
+void mark_as_made_of(const std::filesystem::path& made, const std::filesystem::path& source);
+
+// Makes `link` a link to the file or folder `target`, in the place of another link; an empty `target` removes it. Where
+// the file system has no links, a file becomes a copy, which a later call makes anew where the target's time has
+// changed. Throws InputError, also for a folder on such a file system.
 void put_link(const std::filesystem::path& link, const std::filesystem::path& target);
 
 // Removes a file or folder, which need not be there. Throws InputError.

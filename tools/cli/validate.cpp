@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -9,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -54,6 +57,12 @@ struct ValidateFlags {
 std::filesystem::path report_of(const std::filesystem::path& model) {
   if (std::filesystem::is_directory(model)) return model / "report";
   return model.parent_path() / (model.stem().string() + "-report");
+}
+
+// Whether a new entry may be made beside `path`: false for a folder of other people, and on a disk that is read-only.
+bool may_write_beside(const std::filesystem::path& path) {
+  const std::filesystem::path parent = path.parent_path();
+  return access(parent.empty() ? "." : parent.c_str(), W_OK) == 0;
 }
 
 // The protocol that was asked for, else the one that the model was built with: none if it was built from every view, or
@@ -151,6 +160,17 @@ std::string table_text(const Report& report) {
   return text.str();
 }
 
+json effective_options(const ValidateFlags& flags, const json& protocol, const json& built) {
+  json effective = flags.blend.json();
+  effective["command"] = "validate";
+  effective["views"] = flags.views.string();
+  if (!flags.test.empty()) effective["test"] = flags.test.string();
+  if (!flags.flicker.empty()) effective["flicker"] = flags.flicker.string();
+  effective["protocol"] = protocol;
+  effective["built_with"] = built;
+  return effective;
+}
+
 void run(const ValidateFlags& flags) {
   if (flags.views.empty()) {
     throw CLI::ValidationError("--views",
@@ -175,7 +195,11 @@ void run(const ValidateFlags& flags) {
   options.quiet = flags.quiet;
   const std::filesystem::path target = flags.output.empty() ? report_of(flags.model) : flags.output;
   check_apart(target, std::array{flags.model, flags.views, flags.flicker, flags.pictures.images, flags.pictures.masks});
-  OutputFolder output(target, "validate");
+  // A model on a disk that is read-only has its scores printed, without a report.
+  const bool has_report = !flags.output.empty() || may_write_beside(target);
+  std::optional<OutputFolder> output;
+  if (has_report) output.emplace(target, "validate");
+  options.pictures = options.pictures && has_report;
   const Model model = read_model(flags.model);
   options.validity = model.validity;
   PictureFolders pictures = flags.pictures.folders();
@@ -192,7 +216,7 @@ void run(const ValidateFlags& flags) {
   }
   if (!flags.flicker.empty()) options.path = read_frames(flags.flicker, model.snapshot.surface->offset);
   const EglContext context;
-  Report report = validate_model(model.snapshot, scene, context, options, output.path());
+  Report report = validate_model(model.snapshot, scene, context, options, has_report ? output->path() : "");
   report.facts.emplace_back("model", flags.model.string());
   report.facts.emplace_back("views stored", std::to_string(model.snapshot.views.size()));
   report.facts.emplace_back("renderer", context.description());
@@ -203,16 +227,11 @@ void run(const ValidateFlags& flags) {
     scores["speed"] = measured_speed(model, flags, context);
     report.facts.emplace_back("frame time", speed_text(scores["speed"]));
   }
-  write_report(output.path() / "index.html", report);
-  write_json(output.path() / "scores.json", scores);
-  json effective = flags.blend.json();
-  effective["command"] = "validate";
-  effective["views"] = flags.views.string();
-  if (!flags.test.empty()) effective["test"] = flags.test.string();
-  if (!flags.flicker.empty()) effective["flicker"] = flags.flicker.string();
-  effective["protocol"] = scores["protocol"];
-  effective["built_with"] = built;
-  output.commit(effective);
+  if (output) {
+    write_report(output->path() / "index.html", report);
+    write_json(output->path() / "scores.json", scores);
+    output->commit(effective_options(flags, scores["protocol"], built));
+  }
   if (flags.json_output) {
     print_result(scores, target);
   } else {
@@ -221,7 +240,12 @@ void run(const ValidateFlags& flags) {
     if (flags.time_frames > 0) text += "frame time: " + speed_text(scores["speed"]) + '\n';
     print_result(text, target);
   }
-  if (!flags.quiet) std::cerr << "report: " << (target / "index.html").string() << '\n';
+  if (flags.quiet) return;
+  if (has_report) {
+    std::cerr << "report: " << (target / "index.html").string() << '\n';
+  } else {
+    std::cerr << "no report: " << target.string() << " cannot be written to; name a folder for it with -o\n";
+  }
 }
 
 void add_timing_to(CLI::App& command, ValidateFlags& flags) {

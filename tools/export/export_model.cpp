@@ -4,6 +4,7 @@
 #include <chrono>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "tools/pipeline/offered_scene.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/worth_saving.h"
+#include "tools/scene/geo_reference.h"
 #include "tools/texture/write_textured_mesh.h"
 
 namespace lumatlas {
@@ -131,6 +133,13 @@ OfferedPhotographs offered(const Model& model, const fs::path& file, const Expor
   return offered_photographs(scene, hold_out_of(notes, file), model.validity, notes, file);
 }
 
+// Where the scene's axes lie on the Earth; an export in other axes does not lie there.
+std::optional<GeoReference> georeference_of(const fs::path& file, const ExportOptions& options) {
+  if (!options.as_scene) return std::nullopt;
+  const json plan = read_model_notes(file).plan;
+  return geo_reference_of(plan.is_object() ? plan.value("georeference", json()) : json());
+}
+
 json export_texture(const Model& model, const fs::path& file, const fs::path& output, const json& effective,
                     const ExportOptions& options, const StageProgress& progress) {
   const auto start = Clock::now();
@@ -139,12 +148,19 @@ json export_texture(const Model& model, const fs::path& file, const fs::path& ou
   written.image = options.image;
   const std::vector<Camera> cameras = cameras_in(model.snapshot);
   if (!options.as_scene && !cameras.empty()) written.file_from_scene = upright(cameras, upward(cameras));
+  const std::optional<GeoReference> reference = georeference_of(file, options);
+  if (reference) {
+    written.georeference = json_text(json_of(*reference));
+    written.georeference_sentence = "Coordinates are " + text_of(*reference);
+  }
   written.notes = json_text({{"lumatlas", LUMATLAS_VERSION}, {"options", effective}});
   const TexturedMesh mesh(model.snapshot, options.texture, offered(model, file, options));
   const std::string stage = options.scene ? "texture: photographs" : "texture: charts";
   const TextureFacts facts = opened.write(mesh, written, ticks_of(progress, stage, mesh.ticks()));
   opened.commit(effective);
-  return texture_json(effective, output, mesh, facts, ms_since(start));
+  json result = texture_json(effective, output, mesh, facts, ms_since(start));
+  result["georeference"] = reference ? json_of(*reference) : json();
+  return result;
 }
 
 }  // namespace

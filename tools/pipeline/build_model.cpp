@@ -155,6 +155,7 @@ void note_scene(const SceneViews& scene, BuildResult& result) {
   result.listed_to_score = held_out_views(scene);
   result.masked_views = masked_views(scene);
   result.scene_notes = scene.notes;
+  result.georeference = scene.georeference;
   result.skipped = skipped_views(scene.views);
 }
 

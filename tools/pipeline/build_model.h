@@ -89,26 +89,27 @@ struct BuildResult {
   std::optional<MeasuredLoss> fitted_loss;  // by its scale, and by tiles that gpu_bytes has no room for: FittedViews
   std::vector<PlannedView> planned;         // in the order of the stream
   std::filesystem::path mesh_file;
-  BuildOptions options;                     // as they were given; `tiles` are those that were taken
-  std::uint64_t closed_holes = 0;           // of the mesh
-  std::uint64_t simplified_faces = 0;       // SurfaceInput::simplified_faces, and
-  double simplified_distance = 0;           // its distance
-  std::vector<std::string> warnings;        // what `lumatlas inspect` would warn of too, in sentences
-  std::optional<TrustShares> trust;         // none where BuildOptions::measure_deviation is off
-  std::optional<FrameShares> frames;        // of the photographs offered; none where complete_surface() did not look
-  std::size_t added_faces = 0;              // faces that complete_surface() added to the mesh
-  RemovedFaces removed;                     // faces that complete_surface() removed from the mesh
-  std::optional<MeshDiagnosis> fit;         // whether mesh and photographs fit; none of a watched scene
-  std::vector<SkippedView> skipped;         // by name
-  std::vector<std::string> scene_notes;     // sentences: what was assumed of the scene, see SceneViews::notes
-  std::size_t views = 0, masked_views = 0;  // of the scene
-  std::size_t listed_to_score = 0;          // of these, SceneView::held_out
-  PlannerOptions effective;                 // with every automatic value filled in, its masks those of the snapshot
-  std::optional<OfflinePlan> offline;       // of ViewChoice::offline
-  std::optional<Parsimony> parsimony;       // of planner.max_loss_db
-  double texel_loss_db = 0;                 // of max_texel_loss_db: by texels as they are now, with all else, about
-  double face_loss_db = 0;                  // of max_face_loss_db: by faces too, with all views, about; 0: none went
-  std::vector<RefinedLens> lenses;          // empty: nobody asked
+  BuildOptions options;                      // as they were given; `tiles` are those that were taken
+  std::uint64_t closed_holes = 0;            // of the mesh
+  std::uint64_t simplified_faces = 0;        // SurfaceInput::simplified_faces, and
+  double simplified_distance = 0;            // its distance
+  std::vector<std::string> warnings;         // what `lumatlas inspect` would warn of too, in sentences
+  std::optional<TrustShares> trust;          // none where BuildOptions::measure_deviation is off
+  std::optional<FrameShares> frames;         // of the photographs offered; none where complete_surface() did not look
+  std::size_t added_faces = 0;               // faces that complete_surface() added to the mesh
+  RemovedFaces removed;                      // faces that complete_surface() removed from the mesh
+  std::optional<MeshDiagnosis> fit;          // whether mesh and photographs fit; none of a watched scene
+  std::vector<SkippedView> skipped;          // by name
+  std::vector<std::string> scene_notes;      // sentences: what was assumed of the scene, see SceneViews::notes
+  std::optional<GeoReference> georeference;  // of the scene, see SceneViews::georeference
+  std::size_t views = 0, masked_views = 0;   // of the scene
+  std::size_t listed_to_score = 0;           // of these, SceneView::held_out
+  PlannerOptions effective;                  // with every automatic value filled in, its masks those of the snapshot
+  std::optional<OfflinePlan> offline;        // of ViewChoice::offline
+  std::optional<Parsimony> parsimony;        // of planner.max_loss_db
+  double texel_loss_db = 0;                  // of max_texel_loss_db: by texels as they are now, with all else, about
+  double face_loss_db = 0;                   // of max_face_loss_db: by faces too, with all views, about; 0: none went
+  std::vector<RefinedLens> lenses;           // empty: nobody asked
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
   // Of RefineMode::joint: its steps, and all poses at once where they were solved for.

@@ -524,7 +524,9 @@ json plan_json(const BuildResult& result) {
     if (!view.verdict.replaced.empty()) entry["in_place_of"] = view.verdict.replaced;
     views.push_back(std::move(entry));
   }
-  return {{"views", std::move(views)}};
+  json plan{{"views", std::move(views)}};
+  if (result.georeference) plan["georeference"] = json_of(*result.georeference);
+  return plan;
 }
 
 }  // namespace lumatlas

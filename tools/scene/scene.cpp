@@ -115,7 +115,8 @@ void find_bad(SceneViews& scene) {
 
 SceneViews read_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
   SceneList list = list_scene_views(scene, offset, folders);
-  SceneViews result{scene, {}, std::move(list.depths), std::move(list.form), std::move(list.notes)};
+  SceneViews result{
+      scene, {}, std::move(list.depths), std::move(list.form), std::move(list.notes), std::move(list.georeference)};
   for_each_index(list.views.size(), [&](std::size_t i) {
     look_at_photograph(folders.skip_bad, list.views[i].view, [&] { fit_to_photograph(list.views[i]); });
   });

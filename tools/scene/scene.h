@@ -13,6 +13,7 @@
 #include "mesh/lens_correction.h"
 #include "mesh/mesh.h"
 #include "tools/scene/camera_model.h"
+#include "tools/scene/geo_reference.h"
 #include "tools/scene/panorama_view.h"
 
 namespace lumatlas {
@@ -54,6 +55,7 @@ struct SceneViews {
   std::vector<SceneDepth> depths = {};  // none have been opened
   std::string form = {};                // such as "COLMAP", see tools/scene/forms/capture_forms.h
   std::vector<std::string> notes = {};  // sentences: what was assumed where the form leaves it open, what was left out
+  std::optional<GeoReference> georeference = {};  // of the coordinates before the offset is subtracted
 };
 
 // Where a scene's pictures are, if not where they usually are, and what to do about bad ones.

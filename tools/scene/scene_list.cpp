@@ -151,7 +151,8 @@ SceneList list_scene_views(const fs::path& scene, const glm::dvec3& offset, cons
     lenses.push_back(photograph.bad.empty() ? photograph.lens : any_lens());
   }
   const std::vector<PinholeView> pinholes = pinhole_views(lenses);
-  SceneList result{capture.form, std::move(capture.notes), {}, placed_depths(capture, scene, offset), capture.left_out};
+  SceneList result{capture.form,     std::move(capture.notes),       {}, placed_depths(capture, scene, offset),
+                   capture.left_out, std::move(capture.georeference)};
   for (std::size_t i = 0; i < pinholes.size(); ++i) {
     const PosedPhotograph& photograph = capture.photographs[i];
     result.views.push_back(listed_view(photograph, pinholes[i], capture, scene, folders));

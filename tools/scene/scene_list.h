@@ -24,6 +24,7 @@ struct SceneList {
   std::vector<ListedView> views;   // by name, in byte order; at least one
   std::vector<SceneDepth> depths;  // as SceneViews::depths
   std::size_t left_out = 0;        // photographs that the notes say are left out
+  std::optional<GeoReference> georeference = {};
 };
 
 // The list of the scene that read_scene_views() reads. `offset` is subtracted from every camera position. Forms that

@@ -146,7 +146,8 @@ class GltfDocument {
   [[nodiscard]] json finish(const TexturedFileOptions& options, const Snapshot& snapshot, const json& uri) {
     const glm::dvec3& offset = snapshot.surface->offset;
     json node = {{"mesh", 0}, {"name", "lumatlas"}};
-    if (offset != glm::dvec3(0)) node["extras"] = {{"offset", {offset.x, offset.y, offset.z}}};
+    if (offset != glm::dvec3(0)) node["extras"]["offset"] = {offset.x, offset.y, offset.z};
+    if (!options.georeference.empty()) node["extras"]["georeference"] = json::parse(options.georeference);
     document_["nodes"] = json::array({node});
     add_cameras(document_, snapshot, options.file_from_scene);
     document_["meshes"] = json::array({{{"primitives", primitives_}}});
@@ -275,7 +276,9 @@ TextureFacts write_textured_obj(const std::filesystem::path& folder, const Textu
   const Mesh& mesh = textured.mesh();
   const glm::dvec3 offset = textured.snapshot().surface->offset;
   TextFile file(folder / "scene.obj");
-  file.add("# lumatlas export\nmtllib scene.mtl\n");
+  file.add("# lumatlas export\n");
+  if (!options.georeference_sentence.empty()) file.add("# " + options.georeference_sentence + '\n');
+  file.add("mtllib scene.mtl\n");
   for (const glm::vec3& position : mesh.positions) {
     const glm::dvec3 p = options.file_from_scene * (glm::dvec3(position) + offset);
     file.add("v " + number_text(p.x) + ' ' + number_text(p.y) + ' ' + number_text(p.z) + '\n');

@@ -28,6 +28,9 @@ struct TexturedFileOptions {
   // node's rotation, with a camera for each stored view below, an OBJ's vertices are turned.
   glm::dmat3 file_from_scene{1.0};
   std::string notes;  // glTF's asset.extras: the text of a JSON object, or empty
+  // Where the file's coordinates lie on the Earth: glTF has the text of a JSON object as "georeference" in its root
+  // node's extras, an OBJ the sentence, without line breaks, as a comment. Empty: not known.
+  std::string georeference, georeference_sentence;
 };
 
 // `tick` is as of TexturedMesh::bake(). All throw InputError where a file cannot be written, or an image not be

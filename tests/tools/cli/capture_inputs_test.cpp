@@ -1,12 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // What `lumatlas capture` is given besides a folder of a few JPEG files: photographs in other forms, videos, many
 // photographs, poses, and how COLMAP is to work.
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <sqlite3.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
 
 #include <algorithm>
+#include <array>
 #include <catch2/catch.hpp>
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <exception>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "atlas/images/photograph.h"
@@ -15,6 +25,8 @@
 #include "tests/support/skip.h"
 #include "tests/tools/cli/capture_surroundings.h"
 #include "tools/base/child_process.h"
+#include "tools/capture/sources/capture_sources.h"
+#include "tools/capture/sources/prepared_photographs.h"
 #include "tools/scene/forms/colmap.h"
 #include "tools/scene/forms/colmap_writer.h"
 #include "tools/scene/scene.h"
@@ -59,21 +71,35 @@ void write_jpeg(const fs::path& file, const Photograph& photograph, const Camera
   write_whole_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
 }
 
-TEST_CASE("HEIC photographs become JPEG files that COLMAP reads, and what shows the same is left out") {
-  const Surroundings room;
+// Puts a HEIC file NAME.HEIC in the place of a photograph. Returns false, and skips the test, where none can be
+// written.
+bool becomes_heic(const fs::path& photograph) {
+  const fs::path written = fs::path(photograph).replace_extension(".heic");
+  try {
+    write_image(written, read_photograph(photograph));
+  } catch (const InputError& error) {
+    skip(std::string("OpenImageIO does not write HEIC: ") + error.what());
+    return false;
+  }
+  fs::rename(written, fs::path(photograph).replace_extension(".HEIC"));
+  fs::remove(photograph);
+  return true;
+}
+
+// Makes all photographs HEIC files, and the stand-in leave a model of the JPEG files that are made of them.
+bool become_heic(const Surroundings& room) {
   for (const std::string& name : room.names()) {
-    const fs::path png = room.photographs() / name, heic = fs::path(png).replace_extension(".HEIC");
-    try {
-      write_image(fs::path(png).replace_extension(".heic"), read_photograph(png));
-    } catch (const InputError& error) {
-      return skip(std::string("OpenImageIO does not write HEIC: ") + error.what());
-    }
-    fs::rename(fs::path(png).replace_extension(".heic"), heic);
-    fs::remove(png);
+    if (!becomes_heic(room.photographs() / name)) return false;
   }
   leave_model_of(room, [](const std::string& name, std::size_t) {
     return fs::path(name).replace_extension(".HEIC").string() + ".jpg";
   });
+  return true;
+}
+
+TEST_CASE("HEIC photographs become JPEG files that COLMAP reads, and what shows the same is left out") {
+  const Surroundings room;
+  if (!become_heic(room)) return;
   const std::string first = names_in(room.photographs()).front();
   const std::string stem = fs::path(first).stem().string();
   // A raw file beside a JPEG, a moving photograph, a picture in another form, and a file that is damaged.
@@ -81,17 +107,25 @@ TEST_CASE("HEIC photographs become JPEG files that COLMAP reads, and what shows 
   std::ofstream(room.photographs() / "again.DNG") << "raw";
   std::ofstream(room.photographs() / (stem + ".mov")) << "moving";
   std::ofstream(room.photographs() / "old.bmp") << "BM";
+  std::ofstream(room.photographs() / "new.jxl") << "JXL";
+  std::ofstream(room.photographs() / "converted.heic") << "HEIC";
+  fs::copy(room.photographs() / "again.jpg", room.photographs() / "converted.heic.jpg");
   std::ofstream(room.photographs() / "broken.heic") << "no picture";
   const Outcome outcome = lumatlas_here(room.arguments());
   const json result = printed(outcome);
-  CHECK(result["photographs"]["count"] == 13);
+  CHECK(result["photographs"]["count"] == 14);
   CHECK(result["photographs"]["converted"] == 12);
-  CHECK(result["photographs"]["missed"] == json{"again.jpg"});
+  CHECK(result["photographs"]["missed"] == json{"again.jpg", "converted.heic.jpg"});
   CHECK_THAT(result["left_out"]["again.DNG"].get<std::string>(), Catch::Contains("the same as again.jpg beside it"));
   CHECK_THAT(result["left_out"][stem + ".mov"].get<std::string>(), Catch::Contains("moving part of the photograph"));
-  CHECK_THAT(result["left_out"]["old.bmp"].get<std::string>(), Catch::Contains("save it as JPEG or PNG"));
+  CHECK_THAT(result["left_out"]["old.bmp"].get<std::string>(),
+             Catch::Contains("is a BMP picture, which capture does not"));
+  CHECK_THAT(result["left_out"]["new.jxl"].get<std::string>(),
+             Catch::Contains("is a JPEG XL picture, which capture does not read: save it as JPEG or PNG"));
+  CHECK_THAT(result["left_out"]["converted.heic"].get<std::string>(),
+             Catch::Contains("the same as converted.heic.jpg beside it"));
   CHECK_THAT(result["left_out"]["broken.heic"].get<std::string>(), Catch::Contains("cannot be used: "));
-  CHECK(result["left_out"].size() == 4);
+  CHECK(result["left_out"].size() == 6);
   CHECK_THAT(outcome.err, Catch::Contains("step 1 of 6, photographs") && Catch::Contains("step 6 of 6, build") &&
                               Catch::Contains("left out: old.bmp"));
   CHECK(fs::is_symlink(room.work() / "images" / "again.jpg"));
@@ -102,6 +136,119 @@ TEST_CASE("HEIC photographs become JPEG files that COLMAP reads, and what shows 
   fs::remove(room.photographs() / "again.DNG");
   CHECK(done_before(printed(lumatlas_here(room.arguments()))) == "photographs ");
   CHECK_FALSE(fs::exists(fs::symlink_status(room.work() / "images" / "again.jpg")));
+}
+
+TEST_CASE("a folder that gets its first HEIC photograph keeps the features of the others") {
+  const Surroundings room;
+  (void)printed(lumatlas_here(room.arguments()));
+  (void)room.calls();
+  fs::remove(room.bin() / "kept");
+  fs::create_directory(room.photographs() / "phone");
+  fs::copy(room.photographs() / room.names().front(), room.photographs() / "phone" / "IMG 1.png");
+  if (!becomes_heic(room.photographs() / "phone" / "IMG 1.png")) return;
+  const json result = printed(lumatlas_here(room.arguments()));
+  CHECK(result["photographs"]["count"] == 13);
+  CHECK(result["photographs"]["missed"] == json{"phone/IMG 1.HEIC.jpg"});
+  CHECK(room.calls() == kAllCalls);
+  CHECK(fs::remove(room.bin() / "kept"));  // the database
+  CHECK(done_before(printed(lumatlas_here(room.arguments()))) == "photographs features matching mapping mesh build ");
+  // The same photographs in another folder may be other ones.
+  fs::rename(room.photographs(), room.folder() / "moved");
+  Arguments moved = room.arguments();
+  moved[1] = (room.folder() / "moved").string();
+  (void)printed(lumatlas_here(moved));
+  CHECK_FALSE(fs::exists(room.bin() / "kept"));
+}
+
+TEST_CASE("a capture of an earlier version, whose images are a link to the photographs, goes on") {
+  const Surroundings room;
+  (void)printed(lumatlas_here(room.arguments()));
+  (void)room.calls();
+  fs::remove_all(room.work() / "images");
+  fs::create_directory_symlink(room.photographs(), room.work() / "images");
+  CHECK(done_before(printed(lumatlas_here(room.arguments()))) == "features matching mapping mesh build ");
+  CHECK(room.calls().empty());
+  CHECK(fs::is_directory(fs::symlink_status(room.work() / "images")));
+  CHECK(room.names().size() == 12);
+}
+
+TEST_CASE("a capture of an earlier version, with a folder of photographs that were made, goes on") {
+  const Surroundings room;
+  if (!become_heic(room)) return;
+  (void)printed(lumatlas_here(room.arguments()));
+  (void)room.calls();
+  fs::remove(room.bin() / "kept");
+  fs::rename(room.work() / "images", room.work() / "photographs");
+  fs::create_directory_symlink(room.work() / "photographs", room.work() / "images");
+  const fs::path record = room.work() / "capture.json";
+  json steps = json::parse(bytes_of(record));
+  steps["steps"]["features"]["inputs"]["folder"] = (room.work() / "photographs").string();
+  std::ofstream(record) << steps;
+  const json result = printed(lumatlas_here(room.arguments()));
+  CHECK(done_before(result) == "photographs ");  // no photograph was made anew
+  CHECK(fs::exists(room.bin() / "kept"));
+  CHECK(fs::is_directory(fs::symlink_status(room.work() / "images")));
+  CHECK_FALSE(fs::exists(room.work() / "photographs"));
+}
+
+TEST_CASE("photographs in a linked folder are captured, and a circle of links ends") {
+  const Surroundings room;
+  const fs::path card = room.folder() / "card";
+  fs::rename(room.photographs(), card);
+  fs::create_directory(room.photographs());
+  fs::create_directory_symlink(card, room.photographs() / "card1");
+  fs::create_directory_symlink(room.photographs(), room.photographs() / "circle");
+  leave_model_of(room, [](const std::string& name, std::size_t) { return "card1/" + name; });
+  const json result = printed(lumatlas_here(room.arguments()));
+  CHECK(result["photographs"]["count"] == 12);
+  CHECK(result["photographs"]["missed"].empty());
+}
+
+// Lets this thread, and what it starts, make no symbolic links from now on, as on a FAT file system. Returns false
+// where the system does not allow that.
+bool forbid_links() {
+  std::array filter{sock_filter{BPF_LD | BPF_W | BPF_ABS, 0, 0, offsetof(seccomp_data, nr)},
+                    sock_filter{BPF_JMP | BPF_JEQ | BPF_K, 1, 0, SYS_symlinkat},
+#ifdef SYS_symlink
+                    sock_filter{BPF_JMP | BPF_JEQ | BPF_K, 0, 1, SYS_symlink},
+#else
+                    sock_filter{BPF_JMP | BPF_JA, 0, 0, 1},
+#endif
+                    sock_filter{BPF_RET | BPF_K, 0, 0, SECCOMP_RET_ERRNO | EPERM},
+                    sock_filter{BPF_RET | BPF_K, 0, 0, SECCOMP_RET_ALLOW}};
+  const sock_fprog program{static_cast<unsigned short>(filter.size()), filter.data()};
+  return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
+}
+
+TEST_CASE("on a file system without links COLMAP reads copies, which are kept") {
+  const Surroundings room;
+  const CaptureSources sources = find_sources(room.photographs(), {});
+  const fs::path images = room.work() / "images", first = room.photographs() / room.names().front();
+  bool forbidden = false;
+  std::vector<fs::file_time_type> times;
+  std::string failure;
+  std::thread([&] {
+    forbidden = forbid_links();
+    if (!forbidden) return;
+    try {
+      for (int run = 0; run < 3; ++run) {
+        if (run == 2) fs::last_write_time(first, fs::last_write_time(first) + std::chrono::seconds(1));
+        (void)prepare_photographs(sources, room.work(), 300, {});
+        times.push_back(fs::last_write_time(images / first.filename()));
+      }
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+  }).join();
+  if (!forbidden) return skip("the system allows no filter of system calls");
+  CHECK(failure.empty());
+  REQUIRE(times.size() == 3);
+  CHECK(times[0] == times[1]);
+  CHECK(times[2] == fs::last_write_time(first));
+  for (const std::string& name : room.names()) {
+    CHECK(fs::is_regular_file(fs::symlink_status(images / name)));
+    CHECK(bytes_of(images / name) == bytes_of(room.photographs() / name));
+  }
 }
 
 // A video of the photographs, each of them `times` times.
@@ -288,36 +435,32 @@ TEST_CASE("where poses are known COLMAP finds points alone, and the poses stay a
                 made().scene + ": read as COLMAP, it has poses of 0 of the 2 photographs in ");
 }
 
-// Twenty seconds of a walk through a room of the apartment.
-fs::path walk_video(const TemporaryFolder& folder) {
-  const std::string scene = (folder / "scene").string();
-  REQUIRE(lumatlas_here({"synth", "apartment", "-o", scene, "--photographs", "2", "--path-frames", "60", "--path-step",
-                         "0.04", "--samples", "1", "--triangles", "4000", "--quiet"})
-              .status == 0);
-  const fs::path video = folder / "walk.mp4";
-  REQUIRE(run_to_end({find_program("ffmpeg"),
-                      {"-y", "-framerate", "3", "-i", scene + "/path/images/%04d.png", "-c:v", "libx264", "-crf", "12",
-                       video.string()},
-                      folder / "out.txt",
-                      folder / "err.txt"}) == 0);
-  return video;
-}
-
-TEST_CASE("a video goes the whole way to a page for browsers by the COLMAP that is installed") {
-  if (find_program("colmap").empty()) return skip("COLMAP is not installed");
-  if (find_program("ffmpeg").empty()) return skip("FFmpeg is not installed");
-  const TemporaryFolder folder;
-  const fs::path video = walk_video(folder);
-  const std::string model = (folder / "room").string();
-  const json result = printed(lumatlas_here(
-      {"capture", video.string(), "-o", model, "--from", "points", "--matching", "sequential", "--json", "--quiet"}));
-  CHECK(result["videos"][0]["frames"] == 60);
-  const std::size_t taken = result["photographs"]["count"];
-  CHECK(taken >= 12);
-  CHECK(taken < 60);
-  CHECK(result["photographs"]["missed"].size() * 4 <= taken);
-  CHECK(lumatlas_here({"export", model, "--to", "web", "-o", (folder / "page").string(), "--quiet"}).status == 0);
-  CHECK(fs::is_regular_file(folder / "page" / "index.html"));
+TEST_CASE("poses of HEIC photographs are found by their own names and by those of their JPEG files") {
+  const Surroundings room;
+  const std::vector<std::string> names = room.names();
+  if (!become_heic(room)) return;
+  std::vector<std::string> made_names;
+  for (const std::string& name : names)
+    made_names.push_back(fs::path(name).replace_extension(".HEIC").string() + ".jpg");
+  leave_database_of(room, made_names);
+  // The first three by their own names, three by those of JPEG files that another program made, the others as COLMAP's.
+  const auto posed_name = [](const std::string& name, std::size_t i) {
+    if (i < 3) return fs::path(name).replace_extension(".HEIC").string();
+    if (i < 6) return fs::path(name).replace_extension(".JPG").string();
+    return fs::path(name).replace_extension(".HEIC").string() + ".jpg";
+  };
+  leave_model_of(room, posed_name);
+  const fs::path scene = room.folder() / "posed";
+  fs::create_directories(scene / "sparse");
+  fs::copy(room.bin() / "models" / "0", scene / "sparse" / "0", fs::copy_options::recursive);
+  const Outcome outcome = lumatlas_here({"capture", room.photographs().string(), "-o", room.model().string(), "--hold",
+                                         "4", "--poses", scene.string(), "--json"});
+  CHECK(printed(outcome)["photographs"]["missed"].empty());
+  CHECK_THAT(outcome.err, Catch::Contains("is read as COLMAP: it has poses of 12 of the 12 photographs"));
+  std::vector<std::string> placed;
+  for (const ColmapImage& image : read_colmap_model(room.work()).images) placed.push_back(image.name);
+  std::sort(placed.begin(), placed.end());
+  CHECK(placed == made_names);
 }
 
 }  // namespace

@@ -40,7 +40,9 @@ TEST_CASE("capture goes from photographs to a model, and its folder is a scene t
                               Catch::Contains("12 of 12 photographs are placed") &&
                               Catch::Contains("taken as of one lens"));
   CHECK(json::parse(bytes_of(room.model() / "plan.json"))["summary"]["views"]["offered"] == 9);
-  CHECK(fs::equivalent(room.work() / "images", room.photographs()));
+  for (const std::string& name : room.names()) {
+    CHECK(fs::read_symlink(room.work() / "images" / name) == fs::canonical(room.photographs() / name));
+  }
   CHECK(lumatlas_here({"inspect", room.work().string(), "--quiet"}).status == 0);
 }
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <iomanip>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -495,6 +496,31 @@ TEST_CASE("Metashape: labels may be paths of another computer") {
   write_file(folder / "cameras.xml", metashape(metashape_camera("/home/user/1.png", kIdentityPose), kCalibration));
   CHECK_THAT(refusal([&] { return read_scene_views(folder.path(), glm::dvec3(0)); }),
              Catch::Contains("may be 'back/1.png' or 'front/1.png'"));
+}
+
+TEST_CASE("Metashape: photographs in linked folders are found by their labels") {
+  const TemporaryFolder folder, card;
+  write_photographs(card.path());
+  fs::create_directory(folder / "images");
+  fs::create_directory_symlink(card.path(), folder / "images" / "card1");
+  std::string cameras;
+  for (const Posed& posed : two_cameras()) cameras += metashape_camera(posed.name.substr(0, 1), kIdentityPose);
+  write_file(folder / "cameras.xml", metashape(cameras, kCalibration));
+  const SceneViews read = read_scene_views(folder.path(), glm::dvec3(0));
+  REQUIRE(read.views.size() == 2);
+  CHECK(read.views[0].name == "card1/" + two_cameras()[0].name);
+}
+
+TEST_CASE("Metashape: a chunk's reference system is kept, local ones are none") {
+  const auto place = [](const std::string& reference) {
+    const std::string text =
+        metashape(metashape_camera("a", kIdentityPose), kCalibration, "<reference>" + reference + "</reference>");
+    return parse_metashape(text, "c.xml", as_labelled()).georeference;
+  };
+  CHECK_FALSE(place("LOCAL_CS[&quot;Local&quot;]"));
+  const GeoReference geocentric{GeoReference::Frame::geocentric, 0, 0, 0, "GEOGCS[\"WGS 84\"]"};
+  CHECK(place("GEOGCS[&quot;WGS 84&quot;]") == geocentric);
+  CHECK(geo_reference_of(json_of(geocentric)) == geocentric);
 }
 
 TEST_CASE("Metashape: of several photographs with a label, the group says which one it is") {

@@ -280,6 +280,32 @@ std::vector<std::string> names_to_score(const SceneViews& scene) {
   return names;
 }
 
+TEST_CASE("photographs are found through links: to their folder, to a folder in it, and in a circle") {
+  const TemporaryFolder card;
+  write_ramp(card / "0.png", 80, 60);
+  write_ramp(card / "1.png", 80, 60);
+  const auto check_found = [&](const fs::path& scene, const std::string& before) {
+    const SceneViews found = found_views(scene);
+    REQUIRE(found.views.size() == 2);
+    CHECK(found.views[0].name == before + "0.png");
+    CHECK(fs::equivalent(found.views[1].image, card / "1.png"));
+  };
+  const TemporaryFolder colmap;
+  write_model(colmap.path(), {"0.png", "1.png"});
+  fs::create_directory_symlink(card.path(), colmap / "images");
+  check_found(colmap.path(), "");
+  // Below it, under names that must be looked for.
+  const TemporaryFolder below, transforms;
+  write_model(below.path(), {"D:\\shots\\0.PNG", "1.jpg"});
+  write_file(transforms / "transforms.json", frames_text({"shots/0.png", "shots/1.png"}, R"(, "w": 80, "h": 60)"));
+  for (const TemporaryFolder* const folder : {&below, &transforms}) {
+    fs::create_directory(*folder / "images");
+    fs::create_directory_symlink(card.path(), *folder / "images/card1");
+    fs::create_directory_symlink("..", *folder / "images/up");
+    check_found(folder->path(), "card1/");
+  }
+}
+
 TEST_CASE("nerfstudio's list of files to score holds these out") {
   const TemporaryFolder folder;
   write_file(folder / "transforms.json",

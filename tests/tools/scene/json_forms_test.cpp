@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <iomanip>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
 #include <string>
@@ -232,7 +233,15 @@ TEST_CASE("OpenSfM: a reference on the earth is told, one at 0 degrees is none; 
   CHECK(notes(R"(,"reference_lla":{"latitude":0,"longitude":0,"altitude":0},"points":{})").empty());
   const std::vector<std::string> local = notes(R"(,"reference_lla":{"latitude":52.5,"longitude":-13})");
   REQUIRE(local.size() == 1);
-  CHECK_THAT(local[0], Catch::Contains("metres east, north and up of latitude 52.5 and longitude -13"));
+  CHECK_THAT(local[0], Catch::Contains("metres east, north and up of latitude 52.5, longitude -13 and altitude 0"));
+  const auto reference = [](const std::string& text) {
+    return opensfm_of(opensfm_text(kOpenSfmCamera, opensfm_shot("a.jpg"), R"(,"reference_lla":)" + text)).georeference;
+  };
+  const GeoReference place{GeoReference::Frame::east_north_up, 52.5, -13, 34.5};
+  CHECK(reference(R"({"latitude":52.5,"longitude":-13,"altitude":34.5})") == place);
+  CHECK(geo_reference_of(json_of(place)) == place);
+  CHECK_FALSE(reference(R"({"latitude":0,"longitude":0,"altitude":0})"));
+  CHECK_FALSE(reference(R"({"latitude":91,"longitude":0,"altitude":0})"));
   const std::vector<std::string> unknown = notes(R"(,"warp":[1])");
   REQUIRE(unknown.size() == 1);
   CHECK(unknown[0] == "r.json has keys that are not known and not used: warp");

@@ -53,9 +53,9 @@ SiteFile text_file(const std::string& name, const std::string& type, const std::
   return {name, type, {text.begin(), text.end()}};
 }
 
-SiteFile cameras_file() {
+SiteFile cameras_file(const std::vector<Camera>& cameras) {
   json poses = json::array();
-  for (const Camera& camera : site_cameras()) poses.push_back(camera_json(camera));
+  for (const Camera& camera : cameras) poses.push_back(camera_json(camera));
   return text_file("cameras.json", "application/json", poses.dump());
 }
 

@@ -24,8 +24,8 @@ inline constexpr std::size_t kNewPoses = 10;     // poses between and beyond the
 
 [[nodiscard]] SiteFile text_file(const std::string& name, const std::string& type, const std::string& text);
 
-// site_cameras() as the page's scripts read cameras: "cameras.json".
-[[nodiscard]] SiteFile cameras_file();
+// Cameras as the page's scripts read them: "cameras.json".
+[[nodiscard]] SiteFile cameras_file(const std::vector<Camera>& cameras = site_cameras());
 
 // A page of the tests from their folder, and what such pages share: "test.html", "test_page.js".
 [[nodiscard]] std::vector<SiteFile> test_page_files(const std::string& html);

@@ -196,7 +196,7 @@ void ColmapProgram::extract_features(const CapturedPhotographs& photographs,
     found.without_features += counts.without_features;
   }
   if (found.photographs == 0 || found.without_features < found.photographs) return;
-  throw InputError(photographs.folder.string() + ": COLMAP found nothing that can be told apart in any of the " +
+  throw InputError(photographs.given.string() + ": COLMAP found nothing that can be told apart in any of the " +
                    std::to_string(found.photographs) +
                    " photographs: they are blank, blurred or masked out; take sharp ones of what has texture (see " +
                    log(work_, "features").string() + ")");
@@ -248,7 +248,7 @@ void ColmapProgram::map(const CapturedPhotographs& photographs, bool exhaustive,
   const auto fail_if_told = [&] {
     const std::string why = why_no_reconstruction(last_bytes(log(work_, "mapping"), kWholeLog), exhaustive);
     if (why.empty()) return;
-    throw InputError(photographs.folder.string() + ": COLMAP placed none of its " +
+    throw InputError(photographs.given.string() + ": COLMAP placed none of its " +
                      std::to_string(photographs.photographs.size()) + " photographs: " + why + " (see " +
                      log(work_, "mapping").string() + ")");
   };

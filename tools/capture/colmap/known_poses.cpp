@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <map>
-#include <set>
+#include <string>
 #include <utility>
 
 #include "mesh/base/errors.h"
@@ -43,27 +43,44 @@ void require_as_colmap_sees_it(const fs::path& scene, const SceneView& view) {
   }
 }
 
+// Adds the views whose photographs `captured_names` lists by their names in `folder`, but none twice. Returns the list.
+SceneList add_poses(const fs::path& scene, const fs::path& folder,
+                    const std::map<std::string, std::string>& captured_names,
+                    std::map<std::string, WrittenView>& known) {
+  PictureFolders pictures;
+  pictures.images = folder;
+  pictures.skip_bad = true;
+  SceneList list = list_scene_views(scene, glm::dvec3(0), pictures);
+  for (ListedView& listed : list.views) {
+    const SceneView& view = listed.view;
+    const auto captured = captured_names.find(photograph_name(view));
+    if (captured == captured_names.end() || known.contains(captured->second) || !fits_its_photograph(listed)) continue;
+    require_as_colmap_sees_it(scene, view);
+    known.emplace(captured->second, WrittenView{captured->second, view.camera, view.lens});
+  }
+  return list;
+}
+
 }  // namespace
 
 KnownPoses read_known_poses(const fs::path& scene, const CapturedPhotographs& captured) {
-  PictureFolders pictures;
-  pictures.images = captured.folder;
-  pictures.skip_bad = true;
-  SceneList list = list_scene_views(scene, glm::dvec3(0), pictures);
-  const std::vector<std::string> names = names_of(captured);
-  const std::set<std::string> wanted(names.begin(), names.end());
-  KnownPoses known{list.form, {}};
-  for (ListedView& listed : list.views) {
-    const SceneView& view = listed.view;
-    if (!wanted.contains(photograph_name(view)) || !fits_its_photograph(listed)) continue;
-    require_as_colmap_sees_it(scene, view);
-    known.views.push_back({view.name, view.camera, view.lens});
+  std::map<std::string, std::string> own_names, names_before;
+  for (const CapturedPhotograph& photograph : captured.photographs) {
+    own_names.emplace(photograph.name, photograph.name);
+    if (!photograph.converted.empty()) names_before.emplace(photograph.converted, photograph.name);
   }
+  std::map<std::string, WrittenView> found;
+  const SceneList list = add_poses(scene, captured.folder, own_names, found);
+  if (!names_before.empty()) (void)add_poses(scene, captured.source_folder, names_before, found);
+  KnownPoses known{list.form, {}};
+  for (auto& [name, view] : found) known.views.push_back(std::move(view));
   if (known.views.size() >= 2) return known;
+  const CapturedPhotograph& first = captured.photographs.front();
   throw InputError(scene.string() + ": read as " + list.form + ", it has poses of " +
-                   std::to_string(known.views.size()) + " of the " + std::to_string(names.size()) + " photographs in " +
-                   captured.folder.string() + ", at least two must have one: their names are compared, such as " +
-                   list.views.front().view.name + " and " + names.front());
+                   std::to_string(known.views.size()) + " of the " + std::to_string(captured.photographs.size()) +
+                   " photographs in " + captured.given.string() +
+                   ", at least two must have one: their names are compared, such as " + list.views.front().view.name +
+                   " and " + (first.converted.empty() ? first.name : first.converted));
 }
 
 void write_known_poses(const KnownPoses& known, const fs::path& database, const fs::path& folder) {

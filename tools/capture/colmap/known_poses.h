@@ -16,7 +16,8 @@ struct KnownPoses {
   std::vector<WrittenView> views;  // photographs of the capture that have a pose
 };
 
-// Reads a scene of any form (tools/scene/forms) and finds its photographs among the captured ones by their names.
+// Reads a scene of any form (tools/scene/forms) and finds its photographs among the captured ones by their names; one
+// that was converted has two, its JPEG file's and that of the file before.
 // Throws InputError where the scene cannot be read, where fewer than two photographs have a pose, for views of
 // panoramas, for a photograph whose pose is that of its upright picture while COLMAP sees it as it is stored, and for a
 // lens of which COLMAP has no model.

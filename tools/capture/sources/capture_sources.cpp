@@ -5,9 +5,11 @@
 #include <array>
 #include <cctype>
 #include <span>
+#include <string_view>
 
 #include "mesh/base/errors.h"
 #include "mesh/base/file_ending.h"
+#include "tools/base/files_below.h"
 #include "tools/capture/step_record.h"
 #include "tools/capture/work_folder.h"
 #include "tools/video/video_file.h"
@@ -21,7 +23,16 @@ namespace fs = std::filesystem;
 constexpr std::array kAsTheyAre{".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp"};
 constexpr std::array kConverted{".heic", ".heif", ".hif", ".avif", ".dng", ".cr2",
                                 ".cr3",  ".nef",  ".arw", ".raf",  ".orf", ".rw2"};
-constexpr std::array kNotRead{".bmp", ".gif", ".jp2", ".jxl", ".psd", ".exr", ".ppm", ".tga", ".insp", ".insv"};
+struct UnreadForm {
+  const char* ending;
+  const char* name;  // with its article
+};
+constexpr std::array kNotRead{UnreadForm{".bmp", "a BMP picture"},       UnreadForm{".exr", "an OpenEXR picture"},
+                              UnreadForm{".gif", "a GIF picture"},       UnreadForm{".insp", "an Insta360 photograph"},
+                              UnreadForm{".insv", "an Insta360 video"},  UnreadForm{".j2k", "a JPEG 2000 picture"},
+                              UnreadForm{".jp2", "a JPEG 2000 picture"}, UnreadForm{".jpx", "a JPEG 2000 picture"},
+                              UnreadForm{".jxl", "a JPEG XL picture"},   UnreadForm{".ppm", "a PPM picture"},
+                              UnreadForm{".psd", "a Photoshop picture"}, UnreadForm{".tga", "a TGA picture"}};
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -31,6 +42,14 @@ std::string lower(std::string text) {
 
 bool ends_as_one_of(std::span<const char* const> endings, const fs::path& path) {
   return std::find(endings.begin(), endings.end(), lower_case_ending(path)) != endings.end();
+}
+
+// Null for a file of any other form.
+const UnreadForm* unread_form_of(const fs::path& path) {
+  const std::string ending = lower_case_ending(path);
+  const auto* const found =
+      std::find_if(kNotRead.begin(), kNotRead.end(), [&](const UnreadForm& form) { return form.ending == ending; });
+  return found == kNotRead.end() ? nullptr : found;
 }
 
 // The name without its ending, in lower case.
@@ -58,25 +77,19 @@ void take(const std::string& name, CaptureSources& sources) {
     sources.converted.push_back(name);
   } else if (has_video_ending(name)) {
     sources.videos.push_back(name);
-  } else if (ends_as_one_of(kNotRead, name)) {
-    sources.left_out[name] = "is a picture of a form that capture does not read: save it as JPEG or PNG";
+  } else if (const UnreadForm* const form = unread_form_of(name)) {
+    sources.left_out[name] = std::string("is ") + form->name + ", which capture does not read: save it as " +
+                             (std::string_view(form->ending) == ".insv" ? "MP4" : "JPEG or PNG");
   }
 }
 
 void look_through(const fs::path& given, const fs::path& masks, CaptureSources& sources) {
-  std::error_code error;
-  for (auto entry = fs::recursive_directory_iterator(sources.folder, error); entry != fs::end(entry);
-       entry.increment(error)) {
-    if (error) break;
-    const bool is_hidden = entry->path().filename().string().starts_with('.');
+  const FilesBelow files = files_below(sources.folder, [&](const fs::path& path) {
     std::error_code ignored;
-    if (is_hidden || (!masks.empty() && fs::equivalent(entry->path(), masks, ignored))) {
-      entry.disable_recursion_pending();
-    } else if (entry->is_regular_file(ignored)) {
-      take(entry->path().lexically_relative(sources.folder).generic_string(), sources);
-    }
-  }
-  if (error) throw InputError(given.string() + ": cannot be read (" + error.message() + ")");
+    return path.filename().string().starts_with('.') || (!masks.empty() && fs::equivalent(path, masks, ignored));
+  });
+  if (files.error) throw InputError(given.string() + ": cannot be read (" + files.error.message() + ")");
+  for (const std::string& name : files.names) take(name, sources);
 }
 
 // Moves the names of a list whose stem is in `stems` to those that are left out.
@@ -90,7 +103,19 @@ void leave_out_known(std::vector<std::string>& names, const std::map<std::string
   });
 }
 
+// A converted photograph NAME becomes NAME.jpg: a photograph of that name was most likely made of it before.
+void leave_out_converted_before(CaptureSources& sources) {
+  const std::vector<std::string>& known = sources.photographs;
+  std::erase_if(sources.converted, [&](const std::string& name) {
+    const std::string made = name_of_converted(name);
+    if (std::find(known.begin(), known.end(), made) == known.end()) return false;
+    sources.left_out[name] = "is taken to show the same as " + fs::path(made).filename().string() + " beside it";
+    return true;
+  });
+}
+
 void leave_out_twins(CaptureSources& sources) {
+  leave_out_converted_before(sources);
   std::map<std::string, std::string> stems;
   for (const std::string& name : sources.photographs) stems.emplace(stem_of(name), name);
   leave_out_known(sources.converted, stems, "is taken to show the same as ", sources);
@@ -100,9 +125,14 @@ void leave_out_twins(CaptureSources& sources) {
 
 }  // namespace
 
+std::string name_of_converted(const std::string& name) {
+  return name + ".jpg";
+}
+
 CaptureSources find_sources(const fs::path& given, const fs::path& masks) {
   std::error_code error;
   CaptureSources sources;
+  sources.given = given;
   if (fs::is_regular_file(given, error) && has_video_ending(given)) {
     sources.folder = fs::canonical(fs::absolute(given).parent_path());
     sources.videos.push_back(given.filename().string());

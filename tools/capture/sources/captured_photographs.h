@@ -12,13 +12,16 @@
 namespace lumatlas {
 
 struct CapturedPhotograph {
-  std::string name;   // relative to the folder, with '/'
-  std::string video;  // that it is a frame of, by name; empty: of none
-  CameraNote note;    // of its header; empty where that cannot be read, and of frames
+  std::string name;       // relative to the folder, with '/'
+  std::string video;      // that it is a frame of, by name; empty: of none
+  CameraNote note;        // of its header; empty where that cannot be read, and of frames
+  std::string converted;  // the file that it was converted from, relative to the source folder; empty: it was not
 };
 
 struct CapturedPhotographs {
-  std::filesystem::path folder;                 // absolute
+  std::filesystem::path given;                  // what the user named, for sentences
+  std::filesystem::path source_folder;          // what the user named or, of a video, the folder around it; absolute
+  std::filesystem::path folder;                 // what COLMAP reads, absolute
   std::vector<CapturedPhotograph> photographs;  // by name, in byte order; frames of a video are in order of time
 };
 

@@ -35,39 +35,10 @@ CameraNote note_of(const fs::path& file) {
   }
 }
 
-CapturedPhotographs with_notes(const fs::path& folder, const std::vector<std::string>& names) {
-  CapturedPhotographs captured{folder, {}};
-  for (const std::string& name : names) {
-    throw_if_interrupted();
-    captured.photographs.push_back({name, {}, note_of(folder / name)});
-  }
-  return captured;
-}
-
 void make_folder_of(const fs::path& file) {
   std::error_code error;
   fs::create_directories(file.parent_path(), error);
   if (error) throw InputError(file.parent_path().string() + ": cannot be made (" + error.message() + ")");
-}
-
-fs::file_time_type time_of(const fs::path& file) {
-  std::error_code error;
-  const fs::file_time_type time = fs::last_write_time(file, error);
-  if (error) throw InputError(file.string() + ": cannot be read (" + error.message() + ")");
-  return time;
-}
-
-// Returns whether a file that was made of `source` is there: it has the time of its source.
-bool is_made_of(const fs::path& made, const fs::path& source) {
-  std::error_code error;
-  const fs::file_time_type time = fs::last_write_time(made, error);
-  return !error && time == time_of(source);
-}
-
-void mark_as_made_of(const fs::path& made, const fs::path& source) {
-  std::error_code error;
-  fs::last_write_time(made, time_of(source), error);
-  if (error) throw InputError(made.string() + ": its time cannot be set (" + error.message() + ")");
 }
 
 void convert(const fs::path& source, const fs::path& made) {
@@ -83,20 +54,22 @@ class Preparation {
  public:
   Preparation(const CaptureSources& sources, const fs::path& work, std::size_t most_frames,
               const PreparationListener& listener)
-      : sources_(sources), work_(work), folder_(work / "photographs"), most_frames_(most_frames), listener_(listener) {
-    result_.captured.folder = folder_;
+      : sources_(sources), work_(work), folder_(work / "images"), most_frames_(most_frames), listener_(listener) {
+    result_.captured = {sources.given, sources.folder, folder_, {}};
     result_.left_out = sources.left_out;
   }
 
   PreparedPhotographs run() {
+    take_over_earlier_folder();
     make_folder_of(folder_ / "any");
     link_photographs();
     convert_photographs();
     take_frames();
     remove_others();
-    for (const auto& [name, video] : kept_) {
-      const CameraNote note = video.empty() ? note_of(folder_ / name) : CameraNote();
-      result_.captured.photographs.push_back({name, video, note});
+    for (auto& [name, photograph] : kept_) {
+      throw_if_interrupted();
+      if (photograph.video.empty()) photograph.note = note_of(folder_ / name);
+      result_.captured.photographs.push_back(std::move(photograph));
     }
     return std::move(result_);
   }
@@ -111,24 +84,41 @@ class Preparation {
     return listener_.stage(name, steps);
   }
 
+  void take_over_earlier_folder() const {
+    std::error_code ignored;
+    if (!fs::is_symlink(folder_, ignored)) return;
+    put_link(folder_, {});
+    const fs::path earlier = earlier_photographs(work_);
+    if (!fs::is_directory(earlier, ignored)) return;
+    std::error_code error;
+    fs::rename(earlier, folder_, error);
+    if (error)
+      throw InputError(earlier.string() + ": cannot be moved to " + folder_.string() + " (" + error.message() + ")");
+  }
+
+  void keep(const std::string& name, const std::string& video, const std::string& converted) {
+    kept_.emplace(name, CapturedPhotograph{name, video, {}, converted});
+  }
+
   void link_photographs() {
     for (const std::string& name : sources_.photographs) {
+      throw_if_interrupted();
       make_folder_of(folder_ / name);
       put_link(folder_ / name, sources_.folder / name);
-      kept_.emplace(name, "");
+      keep(name, {}, {});
     }
   }
 
   void convert_photographs() {
     const auto tick = stage("photographs for COLMAP", sources_.converted.size());
     for (const std::string& name : sources_.converted) {
-      const std::string made = name + ".jpg";
+      const std::string made = name_of_converted(name);
       try {
         if (!is_made_of(folder_ / made, sources_.folder / name)) {
           convert(sources_.folder / name, folder_ / made);
           result_.made_anything = true;
         }
-        kept_.emplace(made, "");
+        keep(made, {}, name);
         ++result_.converted;
       } catch (const InputError& error) {
         result_.left_out[name] = std::string("cannot be used: ") + error.what();
@@ -179,7 +169,7 @@ class Preparation {
     std::vector<fs::path> files;
     for (const std::size_t index : chosen) {
       const std::string frame = frame_name(name, index);
-      kept_.emplace(frame, name);
+      keep(frame, name, {});
       if (is_made_of(folder_ / frame, sources_.folder / name)) continue;
       missing.push_back(index);
       files.push_back(folder_ / frame);
@@ -230,7 +220,7 @@ class Preparation {
   fs::path folder_;
   std::size_t most_frames_;
   const PreparationListener& listener_;
-  std::map<std::string, std::string> kept_;  // photographs by name, with the video that each is a frame of
+  std::map<std::string, CapturedPhotograph> kept_;  // by name
   PreparedPhotographs result_;
 };
 
@@ -242,9 +232,6 @@ bool need_preparation(const CaptureSources& sources) {
 
 PreparedPhotographs prepare_photographs(const CaptureSources& sources, const fs::path& work, std::size_t most_frames,
                                         const PreparationListener& listener) {
-  if (!need_preparation(sources)) {
-    return {with_notes(sources.folder, sources.photographs), {}, 0, 0, sources.left_out, false};
-  }
   PreparedPhotographs prepared = Preparation(sources, work, most_frames, listener).run();
   if (prepared.captured.photographs.size() >= 2) return prepared;
   const std::string why = prepared.left_out.empty()
@@ -252,6 +239,10 @@ PreparedPhotographs prepare_photographs(const CaptureSources& sources, const fs:
                               : ": " + prepared.left_out.begin()->first + " " + prepared.left_out.begin()->second;
   throw InputError(sources.folder.string() + ": gives " + std::to_string(prepared.captured.photographs.size()) +
                    " photographs, at least two must be there" + why);
+}
+
+fs::path earlier_photographs(const fs::path& work) {
+  return work / "photographs";
 }
 
 }  // namespace lumatlas

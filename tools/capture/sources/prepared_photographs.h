@@ -40,13 +40,17 @@ struct PreparationListener {
 // Returns whether COLMAP cannot read all sources as they are.
 [[nodiscard]] bool need_preparation(const CaptureSources& sources);
 
-// Returns the sources themselves where COLMAP can read all of them. Else makes the folder work/photographs of them:
-// links to those that COLMAP reads, NAME.jpg of a converted photograph NAME, with what its header says of camera and
-// place, and VIDEO/FRAME.jpg of the frames that are taken of a video, `most_frames` of all videos together at most.
-// What an earlier run left there of the same files is kept, and so are motions of videos, in work/videos. Photographs
-// that cannot be read are left out.
+// Makes the folder work/images of the sources, which COLMAP and every command read: links to photographs that COLMAP
+// reads as they are (copies, where the file system has no links), NAME.jpg of a converted photograph NAME, with what
+// its header says of camera and place, and VIDEO/FRAME.jpg of the frames that are taken of a video, `most_frames` of
+// all videos together at most. A photograph keeps its name whatever lies beside it, so that COLMAP's database stays
+// good when videos or other forms are added. What an earlier run left there of the same files is kept, also in
+// earlier_photographs(), and so are motions of videos, in work/videos. Photographs that cannot be read are left out.
 // Throws InputError for a video that cannot be read and where fewer than two photographs are left, and Interrupted.
 [[nodiscard]] PreparedPhotographs prepare_photographs(const CaptureSources& sources, const std::filesystem::path& work,
                                                       std::size_t most_frames, const PreparationListener& listener);
+
+// Returns the folder in which earlier versions made photographs; work/images was a link then, to it or to the user's.
+[[nodiscard]] std::filesystem::path earlier_photographs(const std::filesystem::path& work);
 
 }  // namespace lumatlas

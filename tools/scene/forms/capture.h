@@ -16,6 +16,7 @@
 #include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "tools/scene/camera_model.h"
+#include "tools/scene/geo_reference.h"
 #include "tools/scene/panorama_view.h"
 
 namespace lumatlas {
@@ -63,6 +64,7 @@ struct Capture {
   std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
   std::vector<std::string> notes = {};               // sentences: what was assumed, what was left out
   std::size_t left_out = 0;                          // photographs that the notes say are left out
+  std::optional<GeoReference> georeference = {};     // none: the form says nothing of it
 };
 
 // Where the axes of a form's camera point.

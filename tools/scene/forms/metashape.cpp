@@ -230,8 +230,9 @@ class ChunkReader {
     }
     note_skipped(posed_, without_pose_, "are disabled or were not aligned");
     finish(posed_, path_, photographs_.bad);
-    const std::string_view reference = chunk_.child("reference").text().get();
+    const std::string reference = chunk_.child("reference").text().get();
     if (!reference.empty() && !reference.starts_with("LOCAL_CS")) {
+      posed_.georeference = GeoReference{GeoReference::Frame::geocentric, 0, 0, 0, reference};
       posed_.notes.emplace_back(
           "the chunk is georeferenced, and the mesh is taken to be in geocentric coordinates: export "
           "both in local ones if they do not meet");

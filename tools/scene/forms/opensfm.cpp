@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <functional>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -250,8 +251,11 @@ class OpenSfmReader {
     const JsonPlace reference = reconstruction_.at("reference_lla");
     const double latitude = number_in(reference.at("latitude")), longitude = number_in(reference.at("longitude"));
     if (latitude == 0 && longitude == 0) return;
-    posed_.notes.push_back("its coordinates are metres east, north and up of latitude " + number_text(latitude) +
-                           " and longitude " + number_text(longitude) + ", and the mesh is taken to be in them");
+    const double altitude = reference.has("altitude") ? number_in(reference.at("altitude")) : 0;
+    if (std::abs(latitude) > 90 || std::abs(longitude) > 180) return;
+    posed_.georeference = GeoReference{GeoReference::Frame::east_north_up, latitude, longitude, altitude};
+    posed_.notes.push_back("its coordinates are " + text_of(*posed_.georeference) +
+                           ", and the mesh is taken to be in them");
   }
 
   const JsonPlace& reconstruction_;

@@ -25,8 +25,8 @@
 //                                        the middle and +y below it, as in COLMAP's EQUIRECTANGULAR, which is the same
 //                                        for a picture that is twice as wide as high; others are refused
 //
-// A size that is missing or 0 is the photograph's. Shots without a pose are left out and counted. Where there is a
-// reference_lla, a note says that coordinates are metres east, north and up of it. Points are not read.
+// A size that is missing or 0 is the photograph's. Shots without a pose are left out and counted. A
+// reference_lla that is not at 0 degrees becomes Capture::georeference, and a note tells it. Points are not read.
 //
 // Source: OpenSfM's documentation ("Reconstruction file format", "Geometric Models") and its opensfm/io.py and
 // opensfm/src/geometry/.

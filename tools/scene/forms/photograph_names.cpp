@@ -14,6 +14,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
+#include "tools/base/files_below.h"
 #include "tools/scene/forms/capture.h"
 
 namespace lumatlas {
@@ -29,9 +30,9 @@ std::string lower_case(std::string text) {
 }
 
 bool is_picture(const fs::path& file) {
-  constexpr std::array kPhotographEndings{".jpg", ".jpeg", ".png",  ".tif",  ".tiff", ".webp", ".exr",
-                                          ".bmp", ".heic", ".heif", ".avif", ".dng",  ".cr2",  ".cr3",
-                                          ".nef", ".arw",  ".raf",  ".orf",  ".rw2"};
+  constexpr std::array kPhotographEndings{".jpg", ".jpeg", ".png",  ".tif", ".tiff", ".webp", ".exr",
+                                          ".bmp", ".heic", ".heif", ".hif", ".avif", ".dng",  ".cr2",
+                                          ".cr3", ".nef",  ".arw",  ".raf", ".orf",  ".rw2"};
   return std::find(kPhotographEndings.begin(), kPhotographEndings.end(), lower_case(file.extension().string())) !=
          kPhotographEndings.end();
 }
@@ -48,17 +49,8 @@ std::string without_ending(const std::string& name) {
 }  // namespace
 
 std::vector<std::string> pictures_in(const fs::path& folder) {
-  constexpr std::size_t kMost = 1'000'000;
-  std::vector<std::string> names;
-  std::error_code error;
-  fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, error);
-  for (; !error && entry != fs::recursive_directory_iterator() && names.size() < kMost; entry.increment(error)) {
-    std::error_code ignored;
-    if (entry->is_regular_file(ignored) && is_picture(entry->path())) {
-      names.push_back(entry->path().lexically_relative(folder).generic_string());
-    }
-  }
-  std::sort(names.begin(), names.end());
+  std::vector<std::string> names = files_below(folder).names;
+  std::erase_if(names, [](const std::string& name) { return !is_picture(name); });
   return names;
 }
 

@@ -44,8 +44,8 @@ class PhotographNames {
 // in capitals, or in how accents are encoded, are equal. In text that is not UTF-8 it lowers ASCII capitals only.
 [[nodiscard]] std::string folded(const std::string& text);
 
-// The names of all pictures in a folder and those below, with '/' between folders, in byte order. What cannot be looked
-// at is left out: whoever opens it says why.
+// Returns the names of all pictures in a folder and those below, as files_below() lists them
+// (tools/base/files_below.h). What cannot be looked at is left out.
 [[nodiscard]] std::vector<std::string> pictures_in(const std::filesystem::path& folder);
 
 // Returns the files of a folder, without those of folders below, whose names end in `ending` in any case, sorted by
