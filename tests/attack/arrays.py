@@ -112,7 +112,7 @@ def spoilt_camera(camera):
     if kind == 1:
         return lumatlas.Camera.__new__(lumatlas.Camera)
     if kind == 2:
-        size = chance.choice([0, 1, 2, 65536, 60000, 32768, 30000])
+        size = chance.choice([0, 1, 2, 65536, 60000, 40000])  # what is drawn and not refused would take minutes
         return lumatlas.Camera(size, chance.choice([size, 1]), 10)
     if kind == 3:
         return lumatlas.Camera(camera.width, camera.height, camera.fx, cam_from_world=spoilt(camera.cam_from_world))
@@ -135,7 +135,7 @@ def changed(mapping, change):
 
 def huge_pair(pictures, cameras):
     """Add a photograph of one pixel's memory that is as large as its camera says."""
-    side = chance.choice([30000, 40000, 65536])
+    side = 65536
     name = next(iter(pictures))
     pictures[name] = np.broadcast_to(np.uint8(3), (side, side, 3))
     cameras[name] = lumatlas.Camera(side, side, side)
