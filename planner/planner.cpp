@@ -127,7 +127,14 @@ double median_surface_distance(std::span<const Camera> cameras, const Visibility
     throw InputError("none of the cameras sees the mesh (" + std::to_string(cameras.size()) +
                      " were asked): give the mesh in the cameras' coordinates");
   }
-  return static_cast<double>(upper_median(depths));
+  const auto median = static_cast<double>(upper_median(depths));
+  if (!(median > 0)) {
+    throw InputError(
+        "the cameras stand on the mesh: half of what they see is at no distance, give the mesh in their coordinates "
+        "and "
+        "units");
+  }
+  return median;
 }
 
 Planner::Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options)

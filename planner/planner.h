@@ -77,7 +77,8 @@ struct Verdict {
 
 // Median depth, scene units, of what the cameras see: the scene's natural length, for CoverageOptions::ideal_distance.
 // Looks at 16 cameras or fewer, evenly spaced, at low resolution; at others only until one sees the mesh, where those
-// do not. Throws InputError if none does, std::invalid_argument for a camera that does not pass check().
+// do not. Above 0. Throws InputError if none does or if the cameras stand on what they see, std::invalid_argument for a
+// camera that does not pass check().
 [[nodiscard]] double median_surface_distance(std::span<const Camera> cameras, const Visibility& visibility);
 
 // What a change of the geometry made necessary.

@@ -16,6 +16,7 @@
 #include <iterator>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace lumatlas {
 
@@ -24,16 +25,28 @@ namespace {
 constexpr std::size_t kTileBlocks = 14;  // 98 columns: the update of 6000 rows by them takes a tenth of a second
 constexpr Eigen::Index kTile = static_cast<Eigen::Index>(kTileBlocks) * kBlock;
 
-// Returns the blocks in an order that keeps the factor sparse.
-std::vector<std::size_t> sparse_order(const BlockMatrix& matrix) {
-  std::vector<Eigen::Triplet<double>> entries;
+std::size_t tiles_for(std::size_t blocks) {
+  return (blocks + kTileBlocks - 1) / kTileBlocks;
+}
+
+BlockPattern pattern_of(const BlockMatrix& matrix) {
+  BlockPattern pattern(matrix.blocks());
   for (std::size_t column = 0; column < matrix.blocks(); ++column) {
-    for (const auto& [row, square] : matrix.column(column)) {
+    for (const auto& [row, square] : matrix.column(column)) pattern[column].push_back(row);
+  }
+  return pattern;
+}
+
+// Returns the blocks in an order that keeps the factor sparse.
+std::vector<std::size_t> sparse_order(const BlockPattern& squares) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t column = 0; column < squares.size(); ++column) {
+    for (const std::uint32_t row : squares[column]) {
       entries.emplace_back(static_cast<int>(row), static_cast<int>(column), 1.0);
       entries.emplace_back(static_cast<int>(column), static_cast<int>(row), 1.0);
     }
   }
-  const auto size = static_cast<Eigen::Index>(matrix.blocks());
+  const auto size = static_cast<Eigen::Index>(squares.size());
   Eigen::SparseMatrix<double> pattern(size, size);
   pattern.setFromTriplets(entries.begin(), entries.end());
   Eigen::AMDOrdering<int>::PermutationType permutation;
@@ -43,7 +56,47 @@ std::vector<std::size_t> sparse_order(const BlockMatrix& matrix) {
   return order;
 }
 
+std::vector<std::size_t> places_of(const std::vector<std::size_t>& order) {
+  std::vector<std::size_t> place(order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  return place;
+}
+
+// Returns for each column of tiles which tiles of the factor below the diagonal are not 0, ascending: those of the
+// matrix, and those that each column hands on to its parent in the elimination tree, the column of its first tile below
+// the diagonal. A parent comes after its children.
+std::vector<std::vector<std::size_t>> tile_rows(const BlockPattern& squares, const std::vector<std::size_t>& place) {
+  std::vector<std::vector<std::size_t>> all(tiles_for(squares.size()));
+  for (std::size_t column = 0; column < squares.size(); ++column) {
+    for (const std::uint32_t row : squares[column]) {
+      const std::size_t a = place[column] / kTileBlocks, b = place[row] / kTileBlocks;
+      if (a != b) all[std::min(a, b)].push_back(std::max(a, b));
+    }
+  }
+  for (std::vector<std::size_t>& rows : all) {
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    if (rows.empty()) continue;
+    std::vector<std::size_t>& inherited = all[rows.front()];
+    inherited.insert(inherited.end(), std::next(rows.begin()), rows.end());
+  }
+  return all;
+}
+
 }  // namespace
+
+std::size_t factor_operations(const BlockPattern& pattern) {
+  std::size_t operations = 0;
+  for (const std::vector<std::size_t>& rows : tile_rows(pattern, places_of(sparse_order(pattern)))) {
+    operations += (rows.size() + 1) * (rows.size() + 2) / 2;
+  }
+  return operations;
+}
+
+std::size_t dense_factor_operations(std::size_t blocks) {
+  const std::size_t tiles = tiles_for(blocks);
+  return tiles * (tiles + 1) * (tiles + 2) / 6;
+}
 
 double BlockMatrix::trace() const {
   double sum = 0;
@@ -55,10 +108,12 @@ double BlockMatrix::trace() const {
 }
 
 BlockFactor::BlockFactor(const BlockMatrix& matrix, const InterruptionPoint& interruption_point)
-    : order_(sparse_order(matrix)), panels_((matrix.blocks() + kTileBlocks - 1) / kTileBlocks) {
-  std::vector<std::size_t> place(order_.size());
-  for (std::size_t i = 0; i < order_.size(); ++i) place[order_[i]] = i;
-  find_pattern(matrix, place);
+    : panels_(tiles_for(matrix.blocks())) {
+  const BlockPattern pattern = pattern_of(matrix);
+  order_ = sparse_order(pattern);
+  const std::vector<std::size_t> place = places_of(order_);
+  std::vector<std::vector<std::size_t>> rows = tile_rows(pattern, place);
+  for (std::size_t k = 0; k < panels_.size(); ++k) panels_[k].rows = std::move(rows[k]);
   fill(matrix, place);
   factorise(interruption_point);
 }
@@ -76,25 +131,6 @@ Eigen::Index BlockFactor::row_in(std::size_t panel, std::size_t tile) const {
   if (tile == panel) return 0;
   const std::vector<std::size_t>& rows = panels_[panel].rows;
   return size(panel) + kTile * (std::lower_bound(rows.begin(), rows.end(), tile) - rows.begin());
-}
-
-// Notes which tiles of the factor are not 0: those of the matrix, and those that each panel hands on to its parent in
-// the elimination tree, the panel of its first tile below the diagonal. A parent comes after its children.
-void BlockFactor::find_pattern(const BlockMatrix& matrix, const std::vector<std::size_t>& place) {
-  for (std::size_t column = 0; column < matrix.blocks(); ++column) {
-    for (const auto& [row, square] : matrix.column(column)) {
-      const std::size_t a = place[column] / kTileBlocks, b = place[row] / kTileBlocks;
-      if (a != b) panels_[std::min(a, b)].rows.push_back(std::max(a, b));
-    }
-  }
-  for (Panel& panel : panels_) {
-    std::vector<std::size_t>& rows = panel.rows;
-    std::sort(rows.begin(), rows.end());
-    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-    if (rows.empty()) continue;
-    std::vector<std::size_t>& inherited = panels_[rows.front()].rows;
-    inherited.insert(inherited.end(), std::next(rows.begin()), rows.end());
-  }
 }
 
 void BlockFactor::fill(const BlockMatrix& matrix, const std::vector<std::size_t>& place) {

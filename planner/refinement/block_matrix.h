@@ -39,6 +39,15 @@ class BlockMatrix {
   std::vector<std::map<std::uint32_t, BlockSquare>> columns_;
 };
 
+// The squares that a BlockMatrix may keep: by column, the rows, ascending, each at or below the diagonal.
+using BlockPattern = std::vector<std::vector<std::uint32_t>>;
+
+// Returns how many operations on tiles BlockFactor takes at most for a matrix of this pattern, each of some 98^3
+// multiplications. Time and memory grow with that number.
+[[nodiscard]] std::size_t factor_operations(const BlockPattern& pattern);
+// The same where each pair of blocks has a square: the most that so many blocks can take.
+[[nodiscard]] std::size_t dense_factor_operations(std::size_t blocks);
+
 // The Cholesky factor of a symmetric positive definite matrix. The same bits for any number of threads.
 class BlockFactor {
  public:
@@ -58,7 +67,6 @@ class BlockFactor {
     Eigen::MatrixXd tiles;
   };
 
-  void find_pattern(const BlockMatrix& matrix, const std::vector<std::size_t>& place);
   void fill(const BlockMatrix& matrix, const std::vector<std::size_t>& place);
   void factorise(const InterruptionPoint& interruption_point);
   void update(std::size_t source, std::size_t target);

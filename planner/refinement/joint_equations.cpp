@@ -11,13 +11,30 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::size_t kViewsAtOnce = 32;  // bounds the memory: a view has as many squares as pairs of neighbours
+constexpr std::size_t kViewsAtOnce = 32;  // bounds the memory
 
 // What one view's residuals add.
 struct ViewEquations {
   ViewGradient gradient;
-  std::vector<BlockSquare> squares;  // of the pairs (i, j <= i) of its blocks, one row after the other
-  [[nodiscard]] BlockSquare& square(std::size_t i, std::size_t j) { return squares[i * (i + 1) / 2 + j]; }
+  // By pair (i, j <= i) of its blocks, one row after the other: which of `squares` is the pair's, from 1 on; 0: none.
+  // Most pairs of a view that has points in common with hundreds have none.
+  std::vector<std::uint32_t> square_of;
+  std::vector<BlockSquare> squares;
+
+  // Valid until it is called again.
+  [[nodiscard]] BlockSquare& square(std::size_t i, std::size_t j) {
+    std::uint32_t& number = square_of[i * (i + 1) / 2 + j];
+    if (number == 0) {
+      squares.push_back(BlockSquare::Zero());
+      number = static_cast<std::uint32_t>(squares.size());
+    }
+    return squares[number - 1];
+  }
+  // Null where nothing was added to the pair's square.
+  [[nodiscard]] const BlockSquare* square_if_any(std::size_t i, std::size_t j) const {
+    const std::uint32_t number = square_of[i * (i + 1) / 2 + j];
+    return number == 0 ? nullptr : &squares[number - 1];
+  }
 };
 
 class ViewAdder {
@@ -59,7 +76,7 @@ class ViewAdder {
     std::sort(blocks.begin(), blocks.end());
     for (std::size_t i = 0; i < blocks.size(); ++i) local_[blocks[i]] = i;
     out_.gradient.values.assign(blocks.size(), Block::Zero());
-    out_.squares.assign(blocks.size() * (blocks.size() + 1) / 2, BlockSquare::Zero());
+    out_.square_of.assign(blocks.size() * (blocks.size() + 1) / 2, 0);
   }
 
   void add_row(std::size_t index, const glm::dvec3& position) {
@@ -122,18 +139,60 @@ class ViewAdder {
   ViewEquations out_;
 };
 
-void add(ViewEquations& view, JointEquations& all) {
+void add(const ViewEquations& view, JointEquations& all) {
   const std::vector<std::size_t>& blocks = view.gradient.blocks;
   const auto column = [&](std::size_t i) { return static_cast<Eigen::Index>(kBlock * blocks[i]); };
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     all.g.segment<kBlock>(column(i)) += view.gradient.values[i];
     for (std::size_t j = 0; j <= i; ++j) {
-      if (!view.square(i, j).isZero(0)) all.H.at(blocks[i], blocks[j]) += view.square(i, j);
+      const BlockSquare* const square = view.square_if_any(i, j);
+      if (square != nullptr && !square->isZero(0)) all.H.at(blocks[i], blocks[j]) += *square;
     }
   }
 }
 
+using BlockPair = std::pair<std::uint32_t, std::uint32_t>;  // column, row >= column
+
+void sort_without_repetitions(auto& values) {
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+}
+
+// Returns the pairs of blocks that one view's residuals may depend on together.
+std::vector<BlockPair> pairs_of_view(const JointProblem& problem, std::size_t slot,
+                                     std::span<const std::size_t> block_of) {
+  std::vector<BlockPair> pairs;
+  std::vector<std::uint32_t> blocks;
+  for (const ComparedPoint& point : problem.parts()[slot].points) {
+    blocks.clear();
+    const auto add_blocks = [&](std::size_t view) {
+      blocks.push_back(static_cast<std::uint32_t>(block_of[view]));
+      blocks.push_back(static_cast<std::uint32_t>(problem.lens_of(view)));
+    };
+    add_blocks(slot);
+    for (const Observation& other : point.others) add_blocks(other.slot);
+    sort_without_repetitions(blocks);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      for (std::size_t j = i; j < blocks.size(); ++j) pairs.emplace_back(blocks[i], blocks[j]);
+    }
+  }
+  sort_without_repetitions(pairs);
+  return pairs;
+}
+
 }  // namespace
+
+BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks, std::span<const std::size_t> block_of,
+                           const InterruptionPoint& interruption_point) {
+  BlockPattern pattern(blocks);
+  for (std::uint32_t block = 0; block < blocks; ++block) pattern[block].push_back(block);
+  for (std::size_t slot = 0; slot < problem.parts().size(); ++slot) {
+    may_interrupt(interruption_point);
+    for (const auto& [column, row] : pairs_of_view(problem, slot, block_of)) pattern[column].push_back(row);
+  }
+  for (std::vector<std::uint32_t>& rows : pattern) sort_without_repetitions(rows);
+  return pattern;
+}
 
 JointEquations joint_equations(const JointProblem& problem, const JointState& state,
                                const std::vector<Linearised>& linear, std::span<const Block> estimated,

@@ -28,6 +28,11 @@ struct JointEquations {
   std::vector<ViewGradient> of_views;  // by slot
 };
 
+// Returns the squares of the equations that may not be 0, whichever of the views that show a point its medians are of.
+[[nodiscard]] BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks,
+                                         std::span<const std::size_t> block_of,
+                                         const InterruptionPoint& interruption_point);
+
 // `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of`
 // by slot: its view's block. The same bits for any number of threads.
 [[nodiscard]] JointEquations joint_equations(const JointProblem& problem, const JointState& state,

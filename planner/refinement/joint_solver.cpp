@@ -106,6 +106,11 @@ std::size_t JointSolver::points() const {
   return points;
 }
 
+bool JointSolver::takes_more_than(std::size_t most) const {
+  if (dense_factor_operations(blocks_) <= most) return false;
+  return factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.interruption_point)) > most;
+}
+
 void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool estimated) {
   terms_[lens][parameter] = estimated;
   if (!estimated) state_.shared[lens][static_cast<Eigen::Index>(parameter)] = 0;

@@ -67,6 +67,8 @@ class JointSolver {
   [[nodiscard]] std::size_t views() const;   // that take part
   [[nodiscard]] std::size_t points() const;  // that are fitted to
   [[nodiscard]] std::size_t unknowns() const { return kBlock * blocks_; }
+  // Whether a step takes more operations on tiles than `most`, at most. Known without taking a step.
+  [[nodiscard]] bool takes_more_than(std::size_t most) const;
 
   [[nodiscard]] const JointState& state() const { return state_; }
   void set_state(const JointState& state) { state_ = state; }

@@ -29,6 +29,7 @@ class Estimator {
  public:
   Estimator(const JointInput& input, const LensOptions& options)
       : least_improvement_(options.least_improvement),
+        most_operations_(options.most_operations),
         solver_(input, {options.alignment, options.most_points, options.interruption_point}) {
     for (const std::vector<std::uint32_t>& slots : solver_.slots_of_lenses()) lenses_.emplace_back().slots = slots;
     most_improvement_.assign(lenses_.size(), 0);
@@ -36,10 +37,12 @@ class Estimator {
 
   [[nodiscard]] LensEstimates estimate() {
     LensEstimates result;
-    result.views = solver_.views();
-    result.points = solver_.points();
     result.lenses = lenses_;
     result.cameras = solver_.state().cameras;
+    result.too_large = solver_.takes_more_than(most_operations_);
+    if (result.too_large) return result;
+    result.views = solver_.views();
+    result.points = solver_.points();
     if (result.views == 0) return result;
     result.unknowns = solver_.unknowns();
     for (int time = 0; time < 2; ++time) {
@@ -143,6 +146,7 @@ class Estimator {
   }
 
   double least_improvement_;
+  std::size_t most_operations_;
   JointSolver solver_;
   std::vector<LensEstimate> lenses_;      // with their slots, and nothing estimated
   std::vector<double> most_improvement_;  // by lens: share of the residual of the points held out, of all fits tried

@@ -10,7 +10,8 @@
 //
 // Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
 // views. Where all views share points, time grows with the cube of their number, and memory with its square: 4 MB at
-// 100 views. How many views the atlas has room for makes no difference.
+// 100 views; beyond LensOptions::most_operations nothing is solved, and that is told. How many views the atlas has room
+// for makes no difference.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +24,7 @@
 #include "atlas/atlas.h"
 #include "mesh/lens_correction.h"
 #include "planner/interruption.h"
-#include "planner/refinement/alignment.h"
+#include "planner/refinement/joint_cost.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
 
@@ -61,6 +62,7 @@ struct LensEstimates {
   std::size_t points = 0;            // that were fitted to
   std::size_t unknowns = 0;          // that were solved for together; 0 with no view
   std::vector<Camera> cameras;       // by slot: intrinsics as they were, poses refined along
+  bool too_large = false;            // as PoseEstimate::too_large; no lens is significant then
 
   // Whether any of them is.
   [[nodiscard]] bool significant() const;
@@ -72,7 +74,8 @@ struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
-  double least_improvement = 0.01;  // share of the residual, (0, 1): see LensEstimate::significant
+  std::size_t most_operations = kMostStepOperations;  // as PoseOptions::most_operations
+  double least_improvement = 0.01;                    // share of the residual, (0, 1): see LensEstimate::significant
   InterruptionPoint interruption_point = {};
 };
 

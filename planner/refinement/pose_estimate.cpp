@@ -28,9 +28,11 @@ PoseEstimate estimate_poses(const Atlas& atlas, std::span<const std::optional<Co
   check(input, pose_estimate_requires);
   JointSolver solver(input, {options.alignment, options.most_points, options.interruption_point});
   PoseEstimate result;
+  result.cameras = solver.state().cameras;
+  result.too_large = solver.takes_more_than(options.most_operations);
+  if (result.too_large) return result;
   result.views = solver.views();
   result.points = solver.points();
-  result.cameras = solver.state().cameras;
   if (result.views == 0) return result;
   JointState before = solver.state();
   solver.measure_noise();

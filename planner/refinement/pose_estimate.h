@@ -12,7 +12,7 @@
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
 #include "planner/interruption.h"
-#include "planner/refinement/alignment.h"
+#include "planner/refinement/joint_cost.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
 
@@ -22,6 +22,8 @@ struct PoseOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Of each view, evenly taken, >= 1. Time grows with it.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
+  // On tiles of the normal equations, for each step. Time grows with it: see kMostStepOperations.
+  std::size_t most_operations = kMostStepOperations;
   InterruptionPoint interruption_point = {};
 };
 
@@ -29,6 +31,8 @@ struct PoseEstimate {
   std::vector<Camera> cameras;  // by slot: intrinsics as they were
   std::size_t views = 0;        // that took part
   std::size_t points = 0;       // that were fitted to
+  // A step would take more than PoseOptions::most_operations, so that nothing was solved and no view took part.
+  bool too_large = false;
   // Roots of the mean robust squared difference, sRGB values of [0, 1], at points that nothing was fitted to: of the
   // poses that the views had, with the better of the exposures that they had and those that were found; and of the
   // poses and exposures that were found. Both 0 with no view that took part.

@@ -421,8 +421,9 @@ std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
 
 PoseEstimate Refiner::solve_poses(std::size_t most_points, const ValidityOptions& validity) {
   if (!options_.alignment.pose) return {};
-  PoseEstimate estimate = estimate_poses(atlas_, views_, given_, all_samples(),
-                                         {options_.alignment, most_points, options_.interruption_point});
+  PoseEstimate estimate = estimate_poses(
+      atlas_, views_, given_, all_samples(),
+      {.alignment = options_.alignment, .most_points = most_points, .interruption_point = options_.interruption_point});
   if (!estimate.improves()) return estimate;
   std::vector<std::pair<Camera, Camera>> given_and_refined;
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {

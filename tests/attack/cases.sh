@@ -3,7 +3,7 @@
 
 kinds=(scene_files kill text_scene model_files limits model_json streams notes_json full_disk options glb locale
   file_size kill_picture small_disk capture export points kill_export view server web_names half_written closed_streams
-  untold_result)
+  untold_result forms mesh_frame odd_photographs captured kill_capture arrays)
 
 # use_scene FOLDER: what people do with a scene.
 use_scene() {
@@ -551,5 +551,160 @@ case_untold_result() {
   if [ "$status" -ne 1 ]; then complain "exit status $status, and the result was not told"; fi
   if ! grep -q "is complete, but" "$case_folder/err"; then complain "does not say what is left"; fi
   if ! "$program" inspect "$made" >/dev/null 2>&1; then complain "the output that is called complete is not"; fi
+  no_leftovers "$case_folder"
+}
+
+# The scene as OpenSfM, OpenMVG or Meshroom writes it, with a value that none of them writes.
+case_forms() {
+  local form
+  one_of opensfm openmvg meshroom
+  form=$chosen
+  cp -r "$work/base/$form" "$case_folder/scene"
+  one_file "$case_folder/scene" '*.json' '*.sfm'
+  local file=$chosen
+  below 4
+  case $chosen in
+    0) damage_sometimes_twice "$case_folder/scene" "$(basename "$file")" mesh.ply ;;
+    1) nested_json "$file" ;;
+    *) hostile_json "$file" ;;
+  esac
+  use_scene "$case_folder/scene"
+}
+
+# A mesh in another frame than the poses, by options that are mostly good, and by chance not.
+case_mesh_frame() {
+  local target=$case_folder/model options=()
+  one_of 0.001 1 1e3 1e-300 1e300 "${hostile_numbers[@]}"
+  local scale=$chosen
+  one_of x,y,z x,-z,y -y,-x,-z y,z,x x,x,x x,y '' x,y,z,x -,-,- 'x, y, z' x,y,w +x,+y,+z $'x,y,z\n' "$(printf 'x,%.0s' {1..999})"
+  local axes=$chosen
+  one_of 0,0,0 1,-2,3 -500000,-4500000,0 1e308,-1e308,1e308 1e-320,0,0 nan,0,0 inf,0,0 1,2 1,2,3,4 '' , ',,' 0x1,0,0 '1;2;3'
+  local shift=$chosen
+  below 7
+  if [ $(((chosen + 1) & 1)) -ne 0 ]; then options+=("--mesh-scale=$scale"); fi
+  if [ $(((chosen + 1) & 2)) -ne 0 ]; then options+=("--mesh-axes=$axes"); fi
+  if [ $(((chosen + 1) & 4)) -ne 0 ]; then options+=("--mesh-shift=$shift"); fi
+  below 2
+  if [ "$chosen" -eq 0 ]; then
+    run "" inspect "$work/base/scene" --quiet "${options[@]}"
+  else
+    run "" build "$work/base/scene" -o "$target" "${build_options[@]}" "${options[@]}"
+  fi
+  if [ "$status" -eq 2 ]; then
+    count "exit 2"
+    if ! [ -s "$case_folder/err" ]; then complain "exit 2 without a word"; fi
+  else
+    judge
+  fi
+  if [ "$status" -ne 0 ] && [ -e "$target" ]; then complain "half an output stands at its place"; fi
+  no_leftovers "$case_folder"
+}
+
+# odd_photograph FILE: something in the place of a photograph or video that is none, or that claims another size.
+odd_photograph() {
+  local file=$1
+  rm -rf "$file"
+  below 10
+  case $chosen in
+    0 | 1 | 2) cp "$here/photograph.heic" "$file" && damage_box "$file" ;;
+    3) cp "$here/photograph.heic" "$file" && replace_box "$file" ispe ;;
+    4) mkfifo "$file" ;;
+    5) one_of 5 7 9; mknod "$file" c 1 "$chosen" 2>/dev/null || ln -s /dev/zero "$file" ;;  # zero, full, urandom
+    6) one_of /dev/zero /dev/full /dev/random /dev/tty /dev/stdin /proc/self/mem /proc/kmsg . "$file" && ln -s "$chosen" "$file" ;;
+    7) mkdir "$file" && touch "$file/a.jpg" ;;
+    8) listen_at "$file" ;;
+    9) cp "$here/photograph.heic" "$file" && truncate -s "$((RANDOM % 2000))" "$file" ;;
+  esac
+}
+
+# Photographs that are none, or whose boxes claim other sizes than their pictures have.
+case_odd_photographs() {
+  local photographs count i
+  cp -r "$work/base/scene" "$case_folder/scene"
+  mapfile -t photographs < <(find "$case_folder/scene/images" -type f | sort)
+  below 3
+  count=$((chosen + 1))
+  for ((i = 0; i < count; ++i)); do
+    one_of "${photographs[@]}"
+    odd_photograph "$chosen"
+  done
+  use_scene "$case_folder/scene"
+}
+
+# make_inputs FOLDER: what people hold for a folder of photographs: the scene's own, two videos, and a HEIC one.
+make_inputs() {
+  mkdir "$1"
+  cp "$work/base/scene/images/"* "$1"
+  cp "$work/base/walk.mp4" "$work/base/walk.mkv" "$1" 2>/dev/null
+  cp "$here/photograph.heic" "$1/extra.heic"
+}
+
+# Photographs and videos of which some are damaged or none, with a COLMAP that places the scene's own.
+case_captured() {
+  local inputs=$case_folder/photographs target=$case_folder/model file count i
+  make_inputs "$inputs"
+  below 3
+  count=$((chosen + 1))
+  for ((i = 0; i < count; ++i)); do
+    below 6
+    case $chosen in
+      0) damage "$inputs" '*.heic' '*.mp4' '*.mkv' ;;
+      1) odd_photograph "$inputs/extra.heic" ;;
+      2) one_of .mp4 .mov .heic .jpg .avif .dng .webm && odd_photograph "$inputs/new$chosen" ;;
+      *)
+        one_file "$inputs" '*.mp4' '*.mkv'
+        file=$chosen
+        if [ -z "$file" ]; then continue; fi
+        below 3
+        case $chosen in
+          0) damage "$inputs" "$(basename "$file")" ;;
+          *) damage_box "$file" ;;
+        esac
+        ;;
+    esac
+  done
+  # FFmpeg reads a hole of a gigabyte byte by byte, for minutes.
+  find "$inputs" -type f -size +20M -exec truncate -s 20M {} +
+  put_earlier "$target"
+  run "export PATH=$work/base/bin:\$PATH" capture "$inputs" -o "$target" --from points --max-frames 4 --quiet
+  judge_captured
+  judge_earlier "$target"
+  no_leftovers "$case_folder"
+}
+
+# As judge; warnings may go before the sentence.
+judge_captured() {
+  grep -v '^warning: ' "$case_folder/err" >"$case_folder/err.told"
+  mv "$case_folder/err.told" "$case_folder/err"
+  judge "$@"
+}
+
+# A capture that is ended at any moment leaves no program of its own running, and the next one ends well.
+case_kill_capture() {
+  local inputs=$case_folder/photographs target=$case_folder/model
+  make_inputs "$inputs"
+  put_earlier "$target"
+  kill_later 3000
+  run "export PATH=$work/base/bin:\$PATH" capture "$inputs" -o "$target" --from points --max-frames 4 --quiet
+  how=(timeout -k 5 60)
+  judge_captured "$sent"
+  judge_earlier "$target"
+  sleep 0.5
+  if [ "$sent" != KILL ] && pgrep -f "$case_folder" >/dev/null; then complain "left running: $(pgrep -af "$case_folder")"; fi
+  run "export PATH=$work/base/bin:\$PATH" capture "$inputs" -o "$target" --from points --max-frames 4 --quiet
+  if [ "$status" -ne 0 ]; then complain "the next capture fails: $(cat "$case_folder/err")"; fi
+  no_leftovers "$case_folder"
+}
+
+# Arrays and numbers that Python gives the module, where LUMATLAS_ATTACK_PYTHON can import it.
+case_arrays() {
+  if ! "${LUMATLAS_ATTACK_PYTHON:-/nowhere}" -c 'import numpy, lumatlas' 2>/dev/null; then
+    count "not run: Python"
+    return
+  fi
+  local program=$LUMATLAS_ATTACK_PYTHON
+  mkdir "$case_folder/temporary"
+  run "export TMPDIR=$case_folder/temporary; ulimit -v 6000000" "$here/arrays.py" "$seed" "$number" "$work/base/scene"
+  judge
   no_leftovers "$case_folder"
 }

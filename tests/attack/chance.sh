@@ -54,6 +54,52 @@ hostile_json() {
   fi
 }
 
+# A value of a JSON file becomes a thousand lists within each other.
+nested_json() {
+  replace_token "$1" '[-+]?[0-9][0-9.]*([eE][-+]?[0-9]+)?' "$(printf '[%.0s' {1..1000})$(printf ']%.0s' {1..1000})"
+}
+
+# write_bytes FILE OFFSET HEX...: each HEX is one byte.
+write_bytes() {
+  local file=$1 at=$2
+  shift 2
+  printf "$(printf '\\\\x%s' "$@")" | dd of="$file" bs=1 seek="$at" conv=notrunc status=none
+}
+
+hostile_words_of_boxes=('00 00 00 00' '00 00 00 01' '00 00 00 02' '00 00 00 08' '00 01 00 00' '00 01 00 01' '7f ff ff ff'
+  '80 00 00 00' 'ff ff ff ff' 'ff ff ff f0' '00 00 ff ff' '3f ff ff ff' '00 00 40 00')
+
+# replace_box FILE NAME: one of the 32-bit words about a box of this name becomes one that no program writes: its size,
+# or one of what it holds.
+replace_box() {
+  local places word at
+  mapfile -t places < <(grep -obaF -- "$2" "$1" | cut -d : -f 1)
+  if [ ${#places[@]} -eq 0 ]; then return; fi
+  one_of "${places[@]}"
+  at=$chosen
+  one_of -4 4 8 8 12 12 16 20 24
+  at=$((at + chosen))
+  if [ "$at" -lt 0 ]; then at=0; fi
+  one_of "${hostile_words_of_boxes[@]}"
+  word=($chosen)
+  write_bytes "$1" "$at" "${word[@]}"
+}
+
+# A box of a HEIC file or of an MP4 claims something else.
+damage_box() {
+  local names=() name
+  for name in ftyp meta hdlr pitm iloc iinf infe iprp ipco ipma ispe hvcC pixi iref dimg idat mdat moov mvhd trak tkhd mdia mdhd \
+    minf stbl stsd stts stsc stsz stco ctts elst avcC avc1; do
+    if grep -qaF -- "$name" "$1"; then names+=("$name"); fi
+  done
+  if [ ${#names[@]} -eq 0 ]; then return; fi
+  one_of "${names[@]}"
+  replace_box "$1" "$chosen"
+}
+
+# listen_at FILE: a socket that nobody listens at any more.
+listen_at() { python3 -c 'import socket, sys; socket.socket(socket.AF_UNIX).bind(sys.argv[1])' "$1" 2>/dev/null || mkfifo "$1"; }
+
 # The same of a text whose words stand between blanks.
 hostile_text() {
   local file=$1

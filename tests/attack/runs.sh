@@ -113,8 +113,9 @@ judge_next_build() {
   no_leftovers "$(dirname "$target")"
 }
 
-# The scene and models that are attacked: a synthetic scene, the same with its COLMAP model as text and as
-# transforms.json, a model as a folder and in one file, and one of fewer photographs that stands for what was there before.
+# The scene and models that are attacked: a synthetic scene, the same with its COLMAP model as text, as transforms.json
+# and as three programs write their own, videos of it where there is FFmpeg, a model as a folder and in one file, and one
+# of fewer photographs that stands for what was there before.
 make_base() {
   local base=$work/base
   mkdir "$base"
@@ -126,7 +127,9 @@ make_base() {
     make_text_scene "$base/scene" "$base/text" &&
     make_capture "$base/text" "$base/capture" &&
     "$program" build "$base/capture" -o "$base/capture-model" "${build_options[@]}" &&
-    "$program" build "$base/text" -o "$base/text-model" "${build_options[@]}"
+    "$program" build "$base/text" -o "$base/text-model" "${build_options[@]}" &&
+    make_forms "$base/text" "$base" &&
+    make_colmap "$base" && make_videos "$base"
 }
 
 # numbers FILE OFFSET BYTES TYPE: of a binary file, as od(1) knows types.
@@ -181,4 +184,49 @@ make_capture() {
       printf "{\n  \"w\": %d, \"h\": %d, \"fl_x\": %s, \"fl_y\": %s, \"cx\": %s, \"cy\": %s,\n", width, height, fx, fy, cx, cy
       printf "  \"frames\": [\n%s\n  ]\n}\n", frames
     }' "$model/cameras.txt" "$model/images.txt" >"$2/transforms.json"
+}
+
+# make_forms TEXT_SCENE FOLDER: opensfm, openmvg and meshroom in FOLDER are scenes with the files of these programs in
+# the place of the COLMAP model. Each must be one that the program builds.
+make_forms() {
+  local model form
+  model=$(dirname "$(find "$1" -name images.txt)")
+  for form in opensfm:reconstruction.json openmvg:sfm_data.json meshroom:cameras.sfm; do
+    mkdir "$2/${form%:*}" && cp -r "$1/images" "$1/mesh.ply" "$2/${form%:*}"
+    awk -v form="${form%:*}" -f "$here/forms.awk" "$model/cameras.txt" "$model/images.txt" >"$2/${form%:*}/${form#*:}"
+    "$program" build "$2/${form%:*}" -o "$2/${form%:*}-model" "${build_options[@]}" || return
+  done
+}
+
+# make_colmap FOLDER: bin/colmap in FOLDER is a stand-in for COLMAP that finds the poses of the scene.
+make_colmap() {
+  local model
+  model=$(dirname "$(find "$1/scene" -name images.bin)")
+  mkdir "$1/bin"
+  cat >"$1/bin/colmap" <<SCRIPT
+#!/bin/sh
+command=\$1
+shift
+if [ "\$1" = -h ]; then echo '  --SiftExtraction.use_gpu arg (=1)'; echo '  --SiftMatching.use_gpu arg (=1)'; exit; fi
+if [ "\$command" = help ]; then echo '  mapper'; exit; fi
+while [ \$# -gt 0 ]; do
+  case \$1 in --database_path) database=\$2 ;; --output_path) output=\$2 ;; esac
+  shift 2
+done
+case \$command in
+  feature_extractor) echo '  Features:        866'; : >>"\$database" ;;
+  *_matcher | matches_importer) echo 'Matching block [1/1, 1/1]' ;;
+  mapper) mkdir -p "\$output/0" && cp '$model'/*.bin "\$output/0" ;;
+esac
+SCRIPT
+  chmod +x "$1/bin/colmap"
+}
+
+# make_videos FOLDER: walk.mp4 and walk.mkv of the scene's photographs.
+make_videos() {
+  local name
+  if [ -z "$(command -v ffmpeg)" ]; then return 0; fi
+  for name in walk.mp4 walk.mkv; do
+    ffmpeg -v error -nostdin -y -framerate 4 -pattern_type glob -i "$1/scene/images/*.png" -pix_fmt yuv420p "$1/$name" || return
+  done
 }

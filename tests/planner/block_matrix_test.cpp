@@ -11,6 +11,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "planner/refinement/joint_cost.h"
+
 namespace lumatlas {
 namespace {
 
@@ -95,6 +97,39 @@ TEST_CASE("along a walk the cost of a solution grows with the number of views, w
   CHECK(many < 2.2 * few);
   CHECK(many < 0.02 * products(800, every_pair));
   CHECK(products(14 * 8, every_pair) == 7 * 8 * 9 / 6);
+}
+
+TEST_CASE("what a factor takes is known before it is made, from the pattern of the matrix") {
+  const auto pattern_of_pairs = [](std::size_t blocks, Pairs has_square) {
+    BlockPattern pattern(blocks);
+    for (std::size_t column = 0; column < blocks; ++column) {
+      for (std::size_t row = column; row < blocks; ++row) {
+        if (row == column || has_square(row, column)) pattern[column].push_back(static_cast<std::uint32_t>(row));
+      }
+    }
+    return pattern;
+  };
+  for (const std::size_t blocks : {1, 14, 15, 100, 300}) {
+    CAPTURE(blocks);
+    const std::size_t tiles = (blocks + 13) / 14;
+    for (const Pairs has_square : {every_pair, walk_with_a_lens, scattered_pairs}) {
+      const BlockFactor factor(positive_definite(blocks, has_square));
+      // Each tile of the factor is also made once.
+      CHECK(factor_operations(pattern_of_pairs(blocks, has_square)) >= factor.products() + tiles);
+      CHECK(factor_operations(pattern_of_pairs(blocks, has_square)) <= dense_factor_operations(blocks));
+    }
+    CHECK(factor_operations(pattern_of_pairs(blocks, every_pair)) == dense_factor_operations(blocks));
+  }
+  CHECK(factor_operations({}) == 0);
+  const std::size_t few = factor_operations(pattern_of_pairs(1000, walk_with_a_lens));
+  CHECK(factor_operations(pattern_of_pairs(4000, walk_with_a_lens)) < 5 * few);
+  CHECK(20 * few < dense_factor_operations(1000));
+}
+
+TEST_CASE("400 views are never too many for a solution, each with a lens of its own and all in sight of all") {
+  CHECK(dense_factor_operations(2 * 400) <= kMostStepOperations);
+  CHECK(dense_factor_operations(882) <= kMostStepOperations);
+  CHECK(dense_factor_operations(883) > kMostStepOperations);
 }
 
 TEST_CASE("the solution has the same bits on one thread as on four") {

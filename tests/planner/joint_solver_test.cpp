@@ -9,6 +9,8 @@
 #include <glm/glm.hpp>
 #include <vector>
 
+#include "planner/refinement/lens_estimate.h"
+#include "planner/refinement/pose_estimate.h"
 #include "tests/support/relief_scenes.h"
 
 namespace lumatlas {
@@ -56,6 +58,51 @@ TEST_CASE("no step is kept that makes the differences worse, also where the whol
   CAPTURE(steps);
   CHECK(steps > 12);
   CHECK(shortened > 0);
+}
+
+TEST_CASE("the squares of the normal equations lie within the pattern that is known before") {
+  const DisturbedArc arc(3, 1);
+  const JointInput input = arc.input();
+  const std::vector<std::size_t> lens_of(DisturbedArc::kViews, 0);
+  const JointProblem problem(input.atlas, input.views, input.samples, lens_of, 400, {});
+  JointState state;
+  state.shared.assign(1, Block::Zero());
+  state.cameras = arc.given;
+  state.gain.assign(DisturbedArc::kViews, 1);
+  std::vector<std::size_t> block_of(DisturbedArc::kViews);
+  for (std::size_t slot = 0; slot < block_of.size(); ++slot) block_of[slot] = 1 + slot;
+  const std::size_t blocks = 1 + block_of.size();
+  const JointEquations equations =
+      joint_equations(problem, state, problem.linearise(state, &ViewPart::points, 0, 0.02, true),
+                      std::vector<Block>{Block::Ones()}, block_of, {});
+  const BlockPattern pattern = joint_pattern(problem, blocks, block_of, {});
+  REQUIRE(pattern.size() == blocks);
+  std::size_t squares = 0;
+  for (std::size_t column = 0; column < blocks; ++column) {
+    CHECK(std::ranges::is_sorted(pattern[column]));
+    for (const auto& [row, square] : equations.H.column(column)) {
+      CHECK(std::ranges::binary_search(pattern[column], row));
+      ++squares;
+    }
+  }
+  CHECK(squares > blocks);
+}
+
+TEST_CASE("a problem whose steps would take too long is told, and nothing is solved") {
+  const DisturbedArc arc(3, 1);
+  const JointInput input = arc.input();
+  const PoseEstimate poses =
+      estimate_poses(input.atlas, input.views, input.given, input.samples, {.most_operations = 0});
+  CHECK(poses.too_large);
+  CHECK(poses.views == 0);
+  CHECK_FALSE(poses.improves());
+  CHECK(poses.cameras.size() == DisturbedArc::kViews);
+  const LensEstimates lenses =
+      estimate_lenses(input.atlas, input.views, input.given, input.samples, {.most_operations = 0});
+  CHECK(lenses.too_large);
+  CHECK_FALSE(lenses.significant());
+  CHECK_FALSE(lenses.undecided());
+  CHECK_FALSE(estimate_poses(input.atlas, input.views, input.given, input.samples).too_large);
 }
 
 }  // namespace

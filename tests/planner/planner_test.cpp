@@ -158,5 +158,19 @@ TEST_CASE("the median distance is found, and cameras that see nothing are report
   CHECK_THROWS_AS(median_surface_distance(std::vector<Camera>{lost}, *visibility), InputError);
 }
 
+// In a mesh of other units all cameras may stand in one point of it.
+class SurfaceAtNoDistance : public Visibility {
+ public:
+  void trace(const Camera& camera, VisibilityBuffer& buffer) const override {
+    buffer.face.assign(static_cast<std::size_t>(camera.width) * camera.height, 0);
+    buffer.depth.assign(buffer.face.size(), -0.0F);
+  }
+};
+
+TEST_CASE("cameras that stand on the surface that they see have no distance to it, and this is told") {
+  CHECK_THROWS_WITH(median_surface_distance(std::vector<Camera>{room_camera(0)}, SurfaceAtNoDistance()),
+                    Catch::StartsWith("the cameras stand on the mesh"));
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -136,41 +136,58 @@ bool JsonPlace::boolean() const {
 
 namespace {
 
-// The length of what stands at the start of `text` in place of a number that JSON cannot hold: nan, -nan(ind), inf,
-// Infinity and the like; 0 if nothing does.
-std::size_t no_number_at(std::string_view text) {
-  const auto lower = [](unsigned char c) { return static_cast<char>(std::tolower(c)); };
-  const std::size_t sign = !text.empty() && (text[0] == '-' || text[0] == '+') ? 1 : 0;
-  std::size_t end = sign;
-  while (end < text.size() && std::isalpha(static_cast<unsigned char>(text[end]))) ++end;
-  std::string word(text.substr(sign, end - sign));
-  std::transform(word.begin(), word.end(), word.begin(), lower);
-  if (word != "nan" && word != "inf" && word != "infinity") return 0;
-  if (end == text.size() || text[end] != '(') return end;
-  const std::size_t close = text.find(')', end);
-  return close == std::string_view::npos ? end : close + 1;
+// Returns true if a word stands for what is no number or too large: nan, inf or Infinity, in any case.
+bool is_no_number(std::string_view word) {
+  std::string lower(word);
+  std::transform(lower.begin(), lower.end(), lower.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return lower == "nan" || lower == "inf" || lower == "infinity";
 }
 
-// The length of the text in quotes that stands at the start of `text`, with its quotes.
-std::size_t quoted_length(std::string_view text) {
-  std::size_t end = 1;
+// Returns the index behind the last letter from `begin` on.
+std::size_t end_of_letters(std::string_view text, std::size_t begin) {
+  while (begin < text.size() && std::isalpha(static_cast<unsigned char>(text[begin])) != 0) ++begin;
+  return begin;
+}
+
+// Returns the index behind "(ind)" at `begin`, which C++ writes behind some nan; `begin` if there is no such thing.
+std::size_t end_of_payload(std::string_view text, std::size_t begin) {
+  if (begin == text.size() || text[begin] != '(') return begin;
+  const auto is_of_payload = [](unsigned char c) { return std::isalnum(c) != 0 || c == '_'; };
+  std::size_t end = begin + 1;
+  while (end < text.size() && is_of_payload(static_cast<unsigned char>(text[end]))) ++end;
+  return end < text.size() && text[end] == ')' ? end + 1 : begin;
+}
+
+// Returns the index behind the text in quotes that begins at `begin`.
+std::size_t end_of_quoted(std::string_view text, std::size_t begin) {
+  std::size_t end = begin + 1;
   while (end < text.size() && text[end] != '"') end += text[end] == '\\' ? 2 : 1;
   return std::min(end + 1, text.size());
 }
 
 }  // namespace
 
+// Looks at each character a bounded number of times, because a file of a gigabyte is as quickly made as one of zeros.
 json parse_json_with_nan(std::string_view text, const std::string& file) {
   std::string quoted;
-  while (!text.empty()) {
-    const bool is_quote = text.front() == '"';
-    const std::size_t no_number = is_quote ? 0 : no_number_at(text);
-    const std::size_t length = is_quote ? quoted_length(text) : std::max<std::size_t>(no_number, 1);
-    const std::string_view taken = text.substr(0, length);
-    quoted += no_number > 0 ? '"' + std::string(taken) + '"' : std::string(taken);
-    text.remove_prefix(length);
+  std::size_t copied = 0;  // the end of what `quoted` has
+  for (std::size_t at = 0; at < text.size();) {
+    if (text[at] == '"') {
+      at = end_of_quoted(text, at);
+      continue;
+    }
+    const bool has_sign = text[at] == '-' || text[at] == '+';
+    const std::size_t begin = at + (has_sign ? 1 : 0), end_of_word = end_of_letters(text, begin);
+    if (end_of_word == begin || !is_no_number(text.substr(begin, std::min<std::size_t>(end_of_word - begin, 9)))) {
+      at = std::max(end_of_word, at + 1);
+      continue;
+    }
+    const std::size_t end = end_of_payload(text, end_of_word);
+    quoted.append(text.substr(copied, at - copied)).append(1, '"').append(text.substr(at, end - at)).append(1, '"');
+    at = copied = end;
   }
-  return parse_json(quoted, file);
+  return parse_json(copied == 0 ? text : std::string_view(quoted.append(text.substr(copied))), file);
 }
 
 json parse_json(std::string_view text, const std::string& file) {

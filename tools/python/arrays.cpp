@@ -51,6 +51,15 @@ bool has_size_of(const py::array& array, const Camera& camera) {
          array.shape(1) == py::ssize_t{camera.width};
 }
 
+// A photograph that repeats one pixel takes no memory in Python and gigabytes here.
+void check_pixels(const std::string& argument, const Camera& camera) {
+  constexpr std::uint64_t kMostPhotographPixels = std::uint64_t{1} << 30;  // 3.2 GB of colours
+  const std::uint64_t pixels = std::uint64_t{camera.width} * camera.height;
+  if (pixels <= kMostPhotographPixels) return;
+  throw std::invalid_argument(argument + ": its camera has " + std::to_string(pixels) + " pixels, must have at most " +
+                              std::to_string(kMostPhotographPixels));
+}
+
 bool is_rows_of_three(const py::array& array) {
   return array.ndim() == 2 && array.shape(1) == 3;
 }
@@ -64,6 +73,7 @@ Photograph photograph_of(const std::string& argument, const py::handle& given, c
       !array.dtype().equal(py::dtype::of<std::uint8_t>())) {
     refuse(argument, array, wanted);
   }
+  check_pixels(argument, camera);
   const py::array_t<std::uint8_t, py::array::c_style> pixels(array);
   return {camera.width, camera.height, {pixels.data(), pixels.data() + pixels.size()}, {}};
 }

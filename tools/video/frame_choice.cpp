@@ -75,6 +75,11 @@ std::size_t count_of(std::span<const std::vector<VideoFrame>> videos, const Fram
   return count;
 }
 
+// How many frames all videos may have together, if `most` are asked for: a pair of each is left.
+std::size_t most_of(std::size_t videos, std::size_t most) {
+  return std::max(most, 2 * videos);
+}
+
 }  // namespace
 
 void check(const FrameChoiceOptions& options) {
@@ -106,10 +111,23 @@ double step_for(std::span<const std::vector<VideoFrame>> videos, std::size_t mos
   check(options);
   constexpr double kFactor = 1.05, kLargest = 0.99;
   FrameChoiceOptions wider = options;
-  while (count_of(videos, wider) > std::max(most, 2 * videos.size()) && wider.step < kLargest) {
+  while (count_of(videos, wider) > most_of(videos.size(), most) && wider.step < kLargest) {
     wider.step = std::min(wider.step * kFactor, kLargest);
   }
   return wider.step;
+}
+
+void leave_at_most(std::vector<std::vector<std::size_t>>& chosen, std::size_t most) {
+  std::size_t all = 0, place = 0;
+  for (const std::vector<std::size_t>& of_video : chosen) all += of_video.size();
+  const std::size_t left = most_of(chosen.size(), most);
+  if (all <= left) return;
+  for (std::vector<std::size_t>& of_video : chosen) {
+    std::erase_if(of_video, [&](std::size_t) {
+      const std::size_t before = place++ * left / all;
+      return place * left / all == before;
+    });
+  }
 }
 
 }  // namespace lumatlas

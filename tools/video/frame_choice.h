@@ -39,4 +39,8 @@ void check(const FrameChoiceOptions& options);
 [[nodiscard]] double step_for(std::span<const std::vector<VideoFrame>> videos, std::size_t most,
                               const FrameChoiceOptions& options = {});
 
+// Leaves out frames, evenly, until all videos together have at most `most`, or two each if that is more. A step cannot
+// make the frames fewer where a video has more cuts than that.
+void leave_at_most(std::vector<std::vector<std::size_t>>& chosen, std::size_t most);
+
 }  // namespace lumatlas

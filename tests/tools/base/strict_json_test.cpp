@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include <catch2/catch.hpp>
+#include <ctime>
 #include <filesystem>
 #include <string>
 
@@ -44,6 +45,31 @@ TEST_CASE("a JSON file that is none is named, in one line") {
   CHECK_THROWS_WITH(read_json(folder.with_file("a.json", "[1] // one")), Catch::Contains("is not JSON"));
   CHECK(read_json_with_comments(folder.with_file("a.json", "[1] // one")) == nlohmann::json{1});
   CHECK_THROWS_WITH(read_json(folder / "b.json"), (folder / "b.json").string() + ": no such file");
+}
+
+TEST_CASE("what stands for no number in JSON becomes a text, and nothing else does") {
+  const auto read = [](const std::string& text) { return parse_json_with_nan(text, "a.json"); };
+  CHECK(read("[nan, -nan(ind), Infinity, +inf, -INF, nan(0x7_f)]") ==
+        nlohmann::json{"nan", "-nan(ind)", "Infinity", "+inf", "-INF", "nan(0x7_f)"});
+  CHECK(read(R"(["nan", "a \" nan", "\\", 1, -2.5, true, null])") ==
+        nlohmann::json{"nan", "a \" nan", "\\", 1, -2.5, true, nullptr});
+  for (const char* const text :
+       {"[nano]", "[xnan]", "[1nan]", "[nan(]", "[nan(a b)]", "[\"nan", "[\"\\", "--inf", "nan1"}) {
+    CAPTURE(text);
+    CHECK_THROWS_WITH(read(text), Catch::StartsWith("a.json: is not JSON: "));
+  }
+}
+
+TEST_CASE("time to read JSON with nan grows with its length, whatever it holds") {
+  constexpr std::size_t kLength = 1 << 19;
+  for (const char* const part : {"a", "nan(", "nan(a", "-", "\"", "\\", "in", "nan ", "nan()"}) {
+    CAPTURE(part);
+    std::string text = "[";
+    while (text.size() < kLength) text += part;
+    const std::clock_t start = std::clock();
+    CHECK_THROWS_AS(parse_json_with_nan(text, "a.json"), InputError);
+    CHECK(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC < 1.0);  // a minute where the square is taken
+  }
 }
 
 // The library quotes what it read last, such as a comment that does not end.

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/median.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/save_model.h"
@@ -57,6 +58,14 @@ void write_scene(const std::filesystem::path& folder, double k1) {
   std::ofstream(folder / "sparse" / "cameras.bin", std::ios::binary) << bytes.string();
 }
 
+// The radial coefficient of the one lens of a scene, as a build corrects it.
+double lens_coefficient(const std::filesystem::path& scene, const BuildOptions& options) {
+  const BuildResult built = build_model(scene, options);
+  REQUIRE(built.lenses.size() == 1);
+  CHECK(built.lenses.front().applied);
+  return built.lenses.front().estimate.correction.k1;
+}
+
 double mean_difference(const Photograph& a, const Photograph& b) {
   double sum = 0, count = 0;
   for (std::size_t pixel = 0; pixel < a.rgb.size() / 3; ++pixel) {
@@ -95,6 +104,7 @@ TEST_CASE("a lens that a scene states wrongly is found, and photographs are undi
   BuildOptions options;
   options.hold_out = HoldOut{6, 1};
   options.planner.refinement.trust.enabled = false;
+  options.measure_deviation = false;
   const BuildResult built = build_model(scene.path(), options);
   REQUIRE(built.lenses.size() == 1);
   const RefinedLens& lens = built.lenses.front();
@@ -129,7 +139,15 @@ TEST_CASE("a lens that a scene states wrongly is found, and photographs are undi
   CHECK(found.applied);
   const auto is_stored = [](const auto& view) { return view != nullptr; };
   CHECK(found.views == static_cast<std::size_t>(std::ranges::count_if(streamed.snapshot.views, is_stored)));
-  CHECK(found.estimate.correction.k1 == Approx(0.06).margin(0.006));  // one estimate finds three quarters of it
+  // The estimate depends on which views are stored when it is made: over orders of the stream its standard deviation
+  // is 0.003, and in one of eight it misses by more than 0.006. One estimate alone finds three quarters of it.
+  std::vector<double> coefficients{found.estimate.correction.k1};
+  options.order = StreamOrder::shuffled;
+  for (options.seed = 1; options.seed <= 2; ++options.seed)
+    coefficients.push_back(lens_coefficient(scene.path(), options));
+  CHECK(upper_median(coefficients) == Approx(0.06).margin(0.006));
+  for (const double k1 : coefficients) CHECK(k1 == Approx(0.06).margin(0.015));
+  options.order = StreamOrder::given;
   correct_lenses(views.views, streamed.lenses);
   for (const auto& stored : streamed.snapshot.views) {
     if (!stored) continue;
@@ -153,6 +171,7 @@ TEST_CASE("a watched scene whose photographs are gone when a lens is found wrong
   BuildOptions options;
   options.refine = GENERATE(RefineMode::joint, RefineMode::all);  // the latter has corrected it once by then
   options.planner.refinement.trust.enabled = false;
+  options.measure_deviation = false;
   options.watch.emplace();
   options.watch->idle = std::chrono::seconds(60);
   options.watch->interval = std::chrono::milliseconds(1);
@@ -184,6 +203,7 @@ TEST_CASE("right lenses stay as they are, and their photographs are not touched"
   write_scene(scene.path(), 0);
   BuildOptions options;
   options.max_views = 12;
+  options.measure_deviation = false;
   const BuildResult built = build_model(scene.path(), options);
   REQUIRE(built.lenses.size() == 1);
   CHECK_FALSE(built.lenses.front().applied);

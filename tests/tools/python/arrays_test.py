@@ -5,6 +5,7 @@ Scenes that Python makes of NumPy arrays.
 """
 
 import gc
+import resource
 import subprocess
 import sys
 import unittest
@@ -134,6 +135,14 @@ class Arrays(InOffice):
         ):
             with self.subTest(sentence=sentence), self.assertRaisesRegex(ValueError, sentence):
                 lumatlas.Scene.from_arrays(*arguments, **options)
+
+    def test_a_photograph_of_more_than_a_billion_pixels_is_refused_before_memory_is_taken(self):
+        side = 33000
+        one = np.broadcast_to(np.uint8(3), (side, side, 3))
+        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        with self.assertRaisesRegex(ValueError, r"photographs\['a'\]: its camera has 1089000000 pixels, must have at most"):
+            lumatlas.Scene.from_arrays({"a": one}, {"a": lumatlas.Camera(side, side, side)})
+        self.assertLess(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before, 100_000)  # KB
 
     def test_no_name_leads_out_of_the_folder(self):
         picture, camera = next(iter(self.photographs.values())), next(iter(self.cameras.values()))

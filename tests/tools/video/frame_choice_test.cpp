@@ -77,6 +77,25 @@ TEST_CASE("where fewer frames are asked for, all videos get a larger step") {
   CHECK(choose_frames(videos[0], {step_for(videos, 1), 0.2}).size() >= 2);
 }
 
+// A damaged video may seem to have a cut at each frame.
+TEST_CASE("where a video has more cuts than frames are asked for, frames are left out evenly") {
+  std::vector<VideoFrame> cuts = panned_frames(100, {0, 0});
+  for (VideoFrame& frame : cuts) frame.found_again = 0;
+  const std::vector<std::vector<VideoFrame>> videos{cuts, panned_frames(50, {0, 0}), cuts};
+  const double step = step_for(videos, 20);
+  std::vector<std::vector<std::size_t>> chosen;
+  for (const std::vector<VideoFrame>& video : videos) chosen.push_back(choose_frames(video, {step, 0.2}));
+  CHECK(chosen[0].size() + chosen[1].size() + chosen[2].size() == 201);
+  leave_at_most(chosen, 20);
+  CHECK(chosen[0].size() + chosen[1].size() + chosen[2].size() == 20);
+  CHECK(chosen[0].size() >= 9);
+  CHECK(chosen[2].size() >= 9);
+  CHECK(chosen[0][1] - chosen[0][0] == 10);
+  std::vector<std::vector<std::size_t>> few{{0, 4}, {7}};
+  leave_at_most(few, 3);
+  CHECK(few == std::vector<std::vector<std::size_t>>{{0, 4}, {7}});
+}
+
 TEST_CASE("options of the choice of frames are checked") {
   const std::vector<VideoFrame> frames = panned_frames(3, {0, 0});
   CHECK_THROWS_AS(choose_frames(frames, {0, 0.2}), std::invalid_argument);

@@ -147,10 +147,12 @@ class Preparation {
     FrameChoiceOptions options;
     options.step = step_for(frames, most_frames_, options);
     result_.step = options.step;
+    std::vector<std::vector<std::size_t>> chosen;
+    for (const std::vector<VideoFrame>& of_video : frames) chosen.push_back(choose_frames(of_video, options));
+    leave_at_most(chosen, most_frames_);
     for (std::size_t i = 0; i < videos.size(); ++i) {
-      const std::vector<std::size_t> chosen = choose_frames(frames[i], options);
-      result_.videos[i].taken = chosen.size();
-      write_chosen(videos[i], sources_.videos[i], chosen);
+      result_.videos[i].taken = chosen[i].size();
+      write_chosen(videos[i], sources_.videos[i], chosen[i]);
       tell_of(result_.videos[i]);
     }
     tell_of_step();

@@ -5,8 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <limits>
-#include <optional>
-#include <string>
+#include <utility>
 
 #include "tools/base/elapsed.h"
 #include "tools/pipeline/refinement/joint_limits.h"
@@ -71,11 +70,15 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
 }
 
 // Exposures and single views follow.
-void solve_poses(Planner& planner, const BuildOptions& options, BuildStage& stage, BuildResult& result) {
+void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
   const std::uint32_t views = planner.stored_views();
-  if (const std::optional<std::string> sentence = too_many_together(views)) warn_of(options)(*sentence);
-  if (!can_be_solved_for_together(views)) return;
-  result.poses = planner.solve_poses(points_of_each(kPointsTogether, views));
+  if (views == 0) return;
+  PoseEstimate estimate = planner.solve_poses(points_of_each(kPointsTogether, views));
+  if (estimate.too_large) {
+    result.warnings.push_back(too_large_together(views));
+    return;
+  }
+  result.poses = std::move(estimate);
   stage.tick();
   polish_once(planner, stage, result);
 }
@@ -85,7 +88,7 @@ void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildO
   polish_once(planner, stage, result);
   const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, options, stage, result);
   if (result.polish.back().moved_px == 0) return;
-  if (!has_new_poses) solve_poses(planner, options, stage, result);
+  if (!has_new_poses) solve_poses(planner, stage, result);
   polish_until_rest(planner, options, stage, result);
 }
 

@@ -69,7 +69,7 @@ void LensRefinement::note(const LensEstimates& estimates) {
 }
 
 bool LensRefinement::seem_right() {
-  if (!can_be_solved_for_together(planner_.stored_views())) return true;
+  if (planner_.stored_views() == 0) return true;
   LensOptions options;
   options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.stored_views());
   const LensEstimates estimates = planner_.estimate_lenses(options);
@@ -98,7 +98,7 @@ bool LensRefinement::find_originals(const LensEstimates& estimates) {
 }
 
 bool LensRefinement::correct(std::size_t points) {
-  if (lost_originals_ || !can_be_solved_for_together(planner_.stored_views())) return false;
+  if (lost_originals_ || planner_.stored_views() == 0) return false;
   LensOptions options;
   options.most_points = points_of_each(points, planner_.stored_views());
   for (const RefinedLens& lens : lenses_) {

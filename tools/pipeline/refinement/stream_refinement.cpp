@@ -32,12 +32,13 @@ void StreamRefinement::after_offer() {
   if (!wanted || stored < next_step_) return;
   next_step_ = stored + stored / 2;
   if (planner_.at_rest() && (!options_.refine_lenses || refinement_.seem_right())) return;
-  const bool can_solve = options_.planner.refinement.alignment.pose && can_be_solved_for_together(stored);
+  const bool can_solve = options_.planner.refinement.alignment.pose && stored > 0;
   const bool look = options_.refine_lenses && stored >= next_look_;
   if (look || !can_solve) (void)planner_.polish();
   // A corrected lens comes with its poses.
   if ((look && correct_lenses()) || !can_solve) return;
-  (void)planner_.solve_poses(points_of_each(kPointsInStream, stored));
+  const bool solved = !planner_.solve_poses(points_of_each(kPointsInStream, stored)).too_large;
+  if (!solved && !look) (void)planner_.polish();
 }
 
 void StreamRefinement::finish(const BuildCallback& callback) {
