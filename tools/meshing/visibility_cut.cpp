@@ -13,8 +13,6 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/graph/boykov_kolmogorov_max_flow.hpp>
-#include <boost/graph/compressed_sparse_row_graph.hpp>
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
@@ -23,6 +21,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
+#include "tools/meshing/minimum_cut.h"
 
 namespace lumatlas {
 namespace {
@@ -37,10 +36,9 @@ using Delaunay = CGAL::Delaunay_triangulation_3<Kernel, CGAL::Triangulation_data
 using Cell = Delaunay::Cell_handle;
 
 // Votes are whole numbers, so that their sum does not depend on the order, and the flow is exact.
-using Weight = std::int64_t;
 constexpr double kOneVote = 1 << 16;
 
-Weight weight_of(double votes) {
+Capacity weight_of(double votes) {
   return std::llround(kOneVote * votes);
 }
 
@@ -51,8 +49,8 @@ Point cgal(const glm::dvec3& p) {
 // The votes of all lines of sight. Cells are counted as in cell->info(); facet 4 c + i is that of cell c opposite its
 // vertex i, seen from c.
 struct Votes {
-  std::vector<Weight> free, solid;  // a cell
-  std::vector<Weight> no_surface;   // a facet whose cell is free while its neighbour is solid
+  std::vector<Capacity> free, solid;  // a cell
+  std::vector<Capacity> no_surface;   // a facet whose cell is free while its neighbour is solid
 };
 
 Delaunay triangulation_of(std::span<const glm::dvec3> points) {
@@ -79,15 +77,15 @@ class VoteCounter {
   explicit VoteCounter(const Delaunay& tetrahedra)
       : tetrahedra_(tetrahedra),
         hull_(hull_of(tetrahedra)),
-        votes_{std::vector<Weight>(tetrahedra.number_of_cells()), std::vector<Weight>(tetrahedra.number_of_cells()),
-               std::vector<Weight>(4 * tetrahedra.number_of_cells())} {}
+        votes_{std::vector<Capacity>(tetrahedra.number_of_cells()), std::vector<Capacity>(tetrahedra.number_of_cells()),
+               std::vector<Capacity>(4 * tetrahedra.number_of_cells())} {}
 
   void count(Delaunay::Vertex_handle p, const Point& view, double alpha_vis, double sigma) {
     sigma_ = sigma;
     const Vector sight = view - p->point();
     const double distance = std::sqrt(sight.squared_length());
     if (!(distance > 0)) return;
-    const Weight vote = weight_of(alpha_vis);
+    const Capacity vote = weight_of(alpha_vis);
     votes_.free[towards(p, view, alpha_vis)->info()] += vote;
     const Point behind = p->point() - sight * (3 * sigma_ / distance);
     votes_.solid[last_cell(p, behind)->info()] += vote;
@@ -188,66 +186,20 @@ double shape_cost(const Delaunay& tetrahedra, Cell cell, int facet) {
   return 1 - std::min(cosine(tetrahedra.dual(cell)), cosine(tetrahedra.dual(neighbor)));
 }
 
-// The graph of the cut. Of n cells, nodes 0 ... n - 1 are the cells, n is free, n + 1 solid. The edges of cell c are
-// 6 c + i to its neighbour i, 6 c + 4 to free and 6 c + 5 to solid; those of free are 6 n + c, those of solid 7 n + c.
-class CutGraph {
- public:
-  CutGraph(const Delaunay& tetrahedra, const Votes& votes, double quality)
-      : cells_(tetrahedra.number_of_cells()), capacity_(8 * cells_), ends_(8 * cells_), reverse_(8 * cells_) {
-    for (const Cell cell : tetrahedra.all_cell_handles()) {
-      const std::size_t c = cell->info();
-      for (int i = 0; i < 4; ++i) {
-        const Cell neighbor = cell->neighbor(i);
-        const std::size_t facet = static_cast<std::size_t>(i);
-        const Weight shape = weight_of(quality * shape_cost(tetrahedra, cell, i));
-        join(6 * c + facet, c, neighbor->info(),
-             6 * std::size_t{neighbor->info()} + static_cast<std::size_t>(neighbor->index(cell)),
-             votes.no_surface[4 * c + facet] + shape);
-      }
-      join(6 * c + 4, c, cells_, 6 * cells_ + c, 0);
-      join(6 * cells_ + c, cells_, c, 6 * c + 4, votes.free[c]);
-      join(6 * c + 5, c, cells_ + 1, 7 * cells_ + c, votes.solid[c]);
-      join(7 * cells_ + c, cells_ + 1, c, 6 * c + 5, 0);
+// Nodes are the cells; the source is free, the sink solid.
+CutGraph graph_of(const Delaunay& tetrahedra, Votes votes, double quality) {
+  CutGraph graph{std::vector<std::uint32_t>(votes.no_surface.size()), std::move(votes.no_surface),
+                 std::move(votes.free), std::move(votes.solid)};
+  for (const Cell cell : tetrahedra.all_cell_handles()) {
+    for (int i = 0; i < 4; ++i) {
+      const Cell neighbor = cell->neighbor(i);
+      const std::size_t side = 4 * std::size_t{cell->info()} + static_cast<std::size_t>(i);
+      graph.opposite[side] = 4 * neighbor->info() + static_cast<std::uint32_t>(neighbor->index(cell));
+      graph.capacity[side] += weight_of(quality * shape_cost(tetrahedra, cell, i));
     }
   }
-
-  // Whether each cell is on the free side of the least cut.
-  [[nodiscard]] std::vector<bool> free_cells() const {
-    using Graph = boost::compressed_sparse_row_graph<boost::directedS>;
-    const Graph graph(boost::edges_are_sorted, ends_.begin(), ends_.end(), cells_ + 2);
-    using Edge = boost::graph_traits<Graph>::edge_descriptor;
-    std::vector<Edge> reverse(capacity_.size());
-    for (std::size_t e = 0; e < reverse.size(); ++e) reverse[e] = Edge(ends_[reverse_[e]].first, reverse_[e]);
-    std::vector<Weight> residual(capacity_.size());
-    std::vector<Edge> predecessor(cells_ + 2);
-    std::vector<boost::default_color_type> color(cells_ + 2);
-    std::vector<long> distance(cells_ + 2);
-    const auto edges = get(boost::edge_index, graph);
-    const auto nodes = get(boost::vertex_index, graph);
-    boost::boykov_kolmogorov_max_flow(graph, boost::make_iterator_property_map(capacity_.begin(), edges),
-                                      boost::make_iterator_property_map(residual.begin(), edges),
-                                      boost::make_iterator_property_map(reverse.begin(), edges),
-                                      boost::make_iterator_property_map(predecessor.begin(), nodes),
-                                      boost::make_iterator_property_map(color.begin(), nodes),
-                                      boost::make_iterator_property_map(distance.begin(), nodes), nodes, cells_,
-                                      cells_ + 1);
-    std::vector<bool> free(cells_);
-    for (std::size_t c = 0; c < cells_; ++c) free[c] = color[c] == boost::black_color;
-    return free;
-  }
-
- private:
-  void join(std::size_t edge, std::size_t from, std::size_t to, std::size_t reverse, Weight capacity) {
-    ends_[edge] = {from, to};
-    reverse_[edge] = reverse;
-    capacity_[edge] = capacity;
-  }
-
-  std::size_t cells_;
-  std::vector<Weight> capacity_;
-  std::vector<std::pair<std::size_t, std::size_t>> ends_;
-  std::vector<std::size_t> reverse_;
-};
+  return graph;
+}
 
 std::vector<glm::uvec3> boundary(const Delaunay& tetrahedra, const std::vector<bool>& free) {
   std::vector<glm::uvec3> faces;
@@ -325,8 +277,7 @@ std::vector<glm::uvec3> cut_surface(std::span<const glm::dvec3> points,
     counter.count_outside(cgal(center));
     progress(0);
   }
-  const CutGraph graph(tetrahedra, counter.take(), options.quality);
-  return boundary(tetrahedra, graph.free_cells());
+  return boundary(tetrahedra, source_side(graph_of(tetrahedra, counter.take(), options.quality)));
 }
 
 }  // namespace lumatlas
