@@ -50,6 +50,7 @@ class Commands {
   Commands() {
     program_.option_defaults()->always_capture_default();
     add_synth_command(program_);
+    add_mesh_command(program_);
     add_build_command(program_);
     add_validate_command(program_);
     for (CLI::App* command : program_.get_subcommands({})) command->parse_complete_callback([] { throw Accepted(); });
@@ -94,6 +95,12 @@ void check_points(const Sweep& sweep, const fs::path& file, Commands& commands) 
       std::vector<std::string> build{"build", "SCENE", "--output=MODEL"};
       std::vector<std::string> validate{"validate", "MODEL", "--views=SCENE"};
       append(synth, point.synth);
+      if (!point.mesh.empty()) {
+        std::vector<std::string> mesh{"mesh", "SCENE", "--output=MESH.ply"};
+        append(mesh, point.mesh);
+        commands.check(mesh, place);
+        build.emplace_back("--mesh=MESH.ply");
+      }
       append(build, point.build);
       append(validate, point.validate);
       if (point.folder.empty()) commands.check(synth, place);

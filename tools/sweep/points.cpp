@@ -29,6 +29,7 @@ SweepPoint point_of(const Sweep& sweep, std::size_t scene, std::size_t series, s
                    of_scene.kind,
                    of_scene.folder,
                    options.synth,
+                   options.mesh,
                    options.build,
                    options.validate,
                    sweep.scored_undisturbed ? undisturbed : options.synth};
@@ -80,6 +81,7 @@ json scene_description(const std::string& kind, const OptionValues& synth) {
 
 json description_of(const SweepPoint& point) {
   json description = {{"build", arguments_of(point.build)}, {"validate", arguments_of(point.validate)}};
+  if (!point.mesh.empty()) description["mesh"] = arguments_of(point.mesh);
   if (!point.folder.empty()) {
     description["folder"] = point.folder;
   } else {

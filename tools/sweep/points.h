@@ -18,7 +18,7 @@ struct SweepPoint {
   std::optional<std::uint64_t> seed;             // of the stream's order; none: the given order
   std::string name;                              // "apartment/directions/16/2": scene, series, value and seed
   std::string kind, folder;                      // of the scene, one of them empty
-  OptionValues synth, build, validate;           // all that are given
+  OptionValues synth, mesh, build, validate;     // all that are given; mesh: none if the scene's own is used
   // Of the scene whose photographs are scored: synth, or without what series and value add to it.
   OptionValues scored_synth;
 };

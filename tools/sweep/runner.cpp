@@ -36,6 +36,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
+constexpr const char* kMesh = "mesh.ply";  // of a point that makes one
+
 // Only one runner at a time may write into a folder: two would remove each other's unfinished points.
 class FolderLock {
  public:
@@ -166,6 +168,7 @@ class SweepRunner::Work {
   void make_scenes(const std::vector<PointResult*>& wanted);
   void make_scene(const SceneToMake& scene);
   void make(PointResult& result);
+  void make_mesh(PointResult& result, const fs::path& folder);
   void build_and_score(PointResult& result, const fs::path& folder);
   void step(PointResult& result, std::vector<std::string> arguments, const fs::path& folder, const char* output) const;
   SceneFacts facts_of(const fs::path& scene, const OptionValues& build);
@@ -264,8 +267,9 @@ void SweepRunner::Work::step(PointResult& result, std::vector<std::string> argum
   const int status = run_to_end({options_.program, arguments, folder / output, err});
   // For people, without the places of this machine.
   for (std::string& argument : arguments) {
-    for (const auto& [path, name] : {std::pair{folder / "model", "MODEL"}, std::pair{scene_of(result.point), "SCENE"},
-                                     std::pair{scored_scene_of(result.point), "UNDISTURBED"}}) {
+    for (const auto& [path, name] :
+         {std::pair{folder / "model", "MODEL"}, std::pair{folder / kMesh, "MESH"},
+          std::pair{scene_of(result.point), "SCENE"}, std::pair{scored_scene_of(result.point), "UNDISTURBED"}}) {
       const std::size_t at = argument.find(path.string());
       if (at != std::string::npos) argument.replace(at, path.string().size(), name);
     }
@@ -278,12 +282,27 @@ void SweepRunner::Work::step(PointResult& result, std::vector<std::string> argum
   if (status > 0) throw StepFailed(command + ": " + sentence);
 }
 
+void SweepRunner::Work::make_mesh(PointResult& result, const fs::path& folder) {
+  const fs::path scene = scene_of(result.point);
+  const auto facts = [&] { return facts_of(scene, result.point.build); };
+  std::vector<std::string> mesh{"mesh", scene.string(), "--output=" + (folder / kMesh).string(), "--json", "--quiet"};
+  for (std::string& argument : arguments_of(resolved(result.point.mesh, scene, facts))) {
+    mesh.push_back(std::move(argument));
+  }
+  step(result, mesh, folder, "mesh.json");
+  fs::remove(folder / "mesh.json");
+}
+
 void SweepRunner::Work::build_and_score(PointResult& result, const fs::path& folder) {
   const fs::path scene = scene_of(result.point), model = folder / "model";
   const auto facts = [&] { return facts_of(scene, result.point.build); };
   // What the mesh lacks would be added anew at each point, for more time than the rest takes.
   std::vector<std::string> build{
       "build", scene.string(), "--output=" + model.string(), "--texture=none", "--mesh-as-given", "--json", "--quiet"};
+  if (!result.point.mesh.empty()) {
+    make_mesh(result, folder);
+    build.push_back("--mesh=" + (folder / kMesh).string());
+  }
   for (std::string& argument : arguments_of(resolved(result.point.build, scene, facts))) {
     build.push_back(std::move(argument));
   }
@@ -300,6 +319,7 @@ void SweepRunner::Work::build_and_score(PointResult& result, const fs::path& fol
   }
   step(result, validate, folder, "scores.json");
   fs::remove_all(model);
+  fs::remove(folder / kMesh);
   fs::remove_all(folder / "report");
 }
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Makes the points of sweeps, each by the program itself as a child: synth, build, validate. What was made is kept and
-// not made again:
+// Makes the points of sweeps, each by the program itself as a child: synth, build, validate; before build also mesh,
+// for points with options of it. What was made is kept and not made again:
 //
 //   DIR/scenes/KIND-KEY/  a synthetic scene, made once for all points and sweeps that need it
 //   DIR/points/KEY/       build.json and scores.json of a point, and lumatlas.json: its options, commands and program
 //
-// Both appear complete or not at all. Models are removed once they are scored.
+// Both appear complete or not at all. Models and meshes are removed once they are scored.
 #pragma once
 
 #include <cstddef>
@@ -38,7 +38,7 @@ struct PointResult {
   std::string reason;                 // of `failed` and `skipped`, one sentence
   std::string made_by;                // the program's identity
   bool made_now = false;              // not found
-  std::vector<std::string> commands;  // that made it, with SCENE and MODEL for the paths
+  std::vector<std::string> commands;  // that made it, with SCENE, MESH and MODEL for the paths
   nlohmann::json build, scores;       // null unless it is done
 };
 

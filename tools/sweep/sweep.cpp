@@ -22,7 +22,9 @@ void overlay(OptionValues& options, const OptionValues& over) {
 }
 
 OptionValues& options_of(CommandOptions& options, const std::string& command) {
-  return command == "synth" ? options.synth : command == "build" ? options.build : options.validate;
+  if (command == "synth") return options.synth;
+  if (command == "mesh") return options.mesh;
+  return command == "build" ? options.build : options.validate;
 }
 
 bool is_name(const std::string& text) {
@@ -109,14 +111,14 @@ OptionValues SweepReader::option_values(const std::string& command, const JsonPl
 
 CommandOptions SweepReader::command_options(const JsonPlace& place) const {
   CommandOptions options;
-  for (const char* const command : {"synth", "build", "validate"}) {
+  for (const char* const command : {"synth", "mesh", "build", "validate"}) {
     if (place.has(command)) options_of(options, command) = option_values(command, place.at(command));
   }
   return options;
 }
 
 SweepReader::SweptOption SweepReader::swept_option(const JsonPlace& place) const {
-  place.expect_keys({}, {"synth", "build", "validate"});
+  place.expect_keys({}, {"synth", "mesh", "build", "validate"});
   const auto members = place.members();
   if (members.size() != 1) place.refuse("must name one option, {\"build\": \"references\"} for example");
   const auto& [command, name] = members.front();
@@ -131,7 +133,7 @@ SweepValue SweepReader::value(const JsonPlace& place, const SweptOption& option)
     options_of(value.options, option.command)[option.name] = option_value(of);
   };
   if (place.value().is_object()) {
-    place.expect_keys({"label"}, {"x", "value", "synth", "build", "validate"});
+    place.expect_keys({"label"}, {"x", "value", "synth", "mesh", "build", "validate"});
     value.options = command_options(place);
     if (place.has("value")) set(place.at("value"));
     value.label = place.at("label").text();
@@ -160,7 +162,7 @@ std::vector<SweepSeries> SweepReader::series(const JsonPlace& file) const {
   std::vector<SweepSeries> all;
   std::set<std::string> labels;
   for (const JsonPlace& place : file.at("series").elements()) {
-    place.expect_keys({"label"}, {"mark", "once", "option", "values", "synth", "build", "validate"});
+    place.expect_keys({"label"}, {"mark", "once", "option", "values", "synth", "mesh", "build", "validate"});
     SweepSeries one;
     one.label = place.at("label").text();
     if (!labels.insert(one.label).second) place.refuse("\"" + one.label + "\" is there twice");
@@ -180,7 +182,7 @@ std::vector<SweepSeries> SweepReader::series(const JsonPlace& file) const {
 }
 
 SweepScene SweepReader::scene(const JsonPlace& place) const {
-  place.expect_keys({"name"}, {"folder", "synth", "build", "validate"});
+  place.expect_keys({"name"}, {"folder", "synth", "mesh", "build", "validate"});
   SweepScene scene;
   scene.name = name_of_file(place.at("name"));
   scene.options = command_options(place);
@@ -299,7 +301,7 @@ const json& members_of(const JsonPlace& place) {
 
 Sweep SweepReader::sweep(const JsonPlace& file) const {
   file.expect_keys({"name", "title", "expected", "label", "scenes", "series", "metrics", "plots"},
-                   {"source", "option", "values", "repeats", "build", "validate", "scored_on", "breaking"});
+                   {"source", "option", "values", "repeats", "mesh", "build", "validate", "scored_on", "breaking"});
   Sweep sweep;
   sweep.name = name_of_file(file.at("name"));
   sweep.title = file.at("title").text();
@@ -331,6 +333,7 @@ Sweep SweepReader::sweep(const JsonPlace& file) const {
 
 void overlay(CommandOptions& options, const CommandOptions& over) {
   overlay(options.synth, over.synth);
+  overlay(options.mesh, over.mesh);
   overlay(options.build, over.build);
   overlay(options.validate, over.validate);
 }

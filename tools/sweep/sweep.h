@@ -23,9 +23,11 @@ struct OptionValue {
 
 using OptionValues = std::map<std::string, OptionValue>;  // by name, without dashes
 
-// Of the three commands that make a point.
+// Options of the commands that make a point.
 struct CommandOptions {
-  OptionValues synth, build, validate;
+  OptionValues synth;
+  OptionValues mesh;  // of the scene's photographs, points or depth images; none: the scene's own mesh is used
+  OptionValues build, validate;
 };
 
 // Those of `over` replace those of `options`.
@@ -101,7 +103,7 @@ enum class SweepScale { small, medium, full };
 
 [[nodiscard]] const char* name_of(SweepScale scale);
 
-// Whether a command ("synth", "build" or "validate") has an option of this name (without dashes).
+// Whether a command ("synth", "mesh", "build" or "validate") has an option of this name (without dashes).
 using KnowsOption = std::function<bool(const std::string& command, const std::string& option)>;
 
 // What a file describes at one scale: one sweep, {"name": ..., "scenes": ..., ...}, or several,

@@ -18,19 +18,23 @@ namespace {
 namespace fs = std::filesystem;
 using Status = PointResult::Status;
 
-// Fails as lumatlas does where it is told --max-views=13 or --seed=13; PSNR is the number of views.
+// Fails as lumatlas does where it is told --max-views=13, --neighbors=13 or --seed=13; PSNR is the number of views.
 constexpr const char* kStandIn = R"(#!/bin/sh
 here=$(dirname "$0")
 echo "$@" >>"$here/calls"
 for argument; do
   case $argument in
     --output=*) output=${argument#--output=} ;;
-    --max-views=13 | --seed=13) echo "warning" >&2; echo "lumatlas: thirteen: is unlucky" >&2; exit 1 ;;
+    --max-views=13 | --neighbors=13 | --seed=13)
+      echo "warning" >&2
+      echo "lumatlas: thirteen: is unlucky" >&2
+      exit 1 ;;
     --max-views=14) kill -KILL $$ ;;
   esac
 done
-mkdir -p "$output"
+[ "$1" = mesh ] || mkdir -p "$output"
 case $1 in
+  mesh) echo ply >"$output"; echo '{"faces": 7}' ;;
   synth) echo "{\"lumatlas\": \"\", \"options\": {}}" >"$output/lumatlas.json" ;;
   build) echo "$@" >"$output/scene.gltf"; echo '{"cells": 7}' ;;
   validate) echo '{"methods": {"store": {"raw": {"psnr": 30}}}}' ;;
@@ -116,6 +120,34 @@ TEST_CASE("a sweep makes its scene once and each point once, and finds them the 
   CHECK(stage.calls("build") == 1);
   CHECK(again[1].build == first[1].build);
   CHECK(again[1].commands == first[1].commands);
+}
+
+TEST_CASE("a point with options of mesh is built on the mesh that they make, and the mesh is not kept") {
+  Stage stage;
+  Sweep sweep = sweep_of({"1", "2"});
+  sweep.series[0].values[1].options.mesh["from"] = {true, "photographs"};
+  const std::vector<PointResult> results = run(sweep, stage.options());
+  CHECK(stage.calls("mesh") == 1);
+  REQUIRE(results[1].status == Status::done);
+  CHECK(results[1].commands ==
+        std::vector<std::string>{
+            "lumatlas mesh SCENE --output=MESH --json --quiet --from=photographs",
+            "lumatlas build SCENE --output=MODEL --texture=none --mesh-as-given --json --quiet --mesh=MESH "
+            "--max-views=2",
+            "lumatlas validate MODEL --views=SCENE --no-pictures --json --quiet"});
+  for (const auto& entry : fs::recursive_directory_iterator(stage.folder / "out/points")) {
+    CHECK(entry.path().filename().string().find("mesh") == std::string::npos);
+  }
+}
+
+TEST_CASE("a mesh that cannot be made fails its point with the program's sentence") {
+  Stage stage;
+  Sweep sweep = sweep_of({"1"});
+  sweep.options.mesh["neighbors"] = {true, "13"};
+  const std::vector<PointResult> results = run(sweep, stage.options());
+  CHECK(results[0].status == Status::failed);
+  CHECK(results[0].reason == "mesh: thirteen: is unlucky");
+  CHECK(stage.calls("build") == 0);
 }
 
 TEST_CASE("models are not kept, and what a killed run left behind is removed") {

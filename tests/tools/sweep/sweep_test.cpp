@@ -41,10 +41,11 @@ json valid_sweep() {
 }
 
 bool knows(const std::string& command, const std::string& option) {
-  static const std::set<std::string> options{"build hold",         "build refine",          "build max-views",
-                                             "build metric",       "build order",           "build seed",
-                                             "validate baselines", "validate no-alignment", "synth photographs",
-                                             "synth seed",         "synth pose-noise",      "build output"};
+  static const std::set<std::string> options{
+      "build hold",        "build refine", "build max-views",    "build metric",
+      "build order",       "build seed",   "validate baselines", "validate no-alignment",
+      "synth photographs", "synth seed",   "synth pose-noise",   "build output",
+      "mesh from",         "mesh output"};
   return options.contains(command + " " + option);
 }
 
@@ -197,6 +198,8 @@ TEST_CASE("whatever is wrong with a sweep is named with its place") {
       {[](json& s) { s["build"]["cell-sise"] = 1; }, "build.cell-sise: `lumatlas build` has no option --cell-sise"},
       {[](json& s) { s["build"]["output"] = "x"; }, "build.output: --output is for `lumatlas chart` to give"},
       {[](json& s) { s["validate"]["views"] = "x"; }, "validate.views: --views is for `lumatlas chart` to give"},
+      {[](json& s) { s["mesh"]["output"] = "x"; }, "mesh.output: --output is for `lumatlas chart` to give"},
+      {[](json& s) { s["series"][0]["mesh"]["size"] = 1; }, "series[0].mesh.size: `lumatlas mesh` has no option"},
       {[](json& s) {
          s["build"]["hold"] = {{"a", 1}};
        },
@@ -297,6 +300,18 @@ TEST_CASE("keys depend on every option and on nothing else, and are the same eve
   renamed["series"][0]["label"] = "mine";
   CHECK(key_of(description_of(points_of(read(renamed, SweepScale::full))[0])) == key_of(description_of(points[0])));
   CHECK(key_of(json::array()) == "09612b07b5ecb5a5");  // FNV-1a of "[]", by another implementation
+}
+
+TEST_CASE("a series that makes a mesh has points of its own, and others keep their keys") {
+  json description = valid_sweep();
+  const std::string before = key_of(description_of(points_of(read(description))[0]));
+  description["series"][1] = {{"label", "own mesh"}, {"mesh", {{"from", "photographs"}}}};
+  const std::vector<SweepPoint> points = points_of(read(description));
+  CHECK(key_of(description_of(points[0])) == before);
+  CHECK(points[0].mesh.empty());
+  CHECK(arguments_of(points[1].mesh) == std::vector<std::string>{"--from=photographs"});
+  CHECK(points[1].build == points[0].build);
+  CHECK(key_of(description_of(points[1])) != before);
 }
 
 TEST_CASE("points are scored on the photographs of the scene, disturbed or not") {
