@@ -11,15 +11,13 @@
 namespace lumatlas {
 
 inline constexpr std::size_t kFewestJointPoints = 300;  // of each view
-inline constexpr std::uint32_t kAlwaysTogether =
-    400;  // views that are few enough, whatever they show and of any lenses
+inline constexpr std::uint32_t kAlwaysTogether = 400;   // views that are few enough, whatever they show
 
 // Returns what to tell where a solution for all views at once was PoseEstimate::too_large.
 [[nodiscard]] inline std::string too_large_together(std::uint32_t views) {
   return std::to_string(views) +
          " stored views share points with too many others to solve for all poses and lenses at once: each view is "
-         "refined "
-         "beside its neighbours instead, which leaves a drift that many views share; --max-views " +
+         "refined beside its neighbours instead, which leaves a drift that many views share; --max-views " +
          std::to_string(kAlwaysTogether) + " keeps few enough";
 }
 
