@@ -144,8 +144,8 @@ void check_page(const TemporaryFolder& folder, const std::string& model) {
               << " % shown\n";
     best = std::max(best, like.shown > 0.4 ? like.correlation : 0);
   }
-  // Of another place of the room the correlation is below 0.55. A mesh of COLMAP's points alone has large holes, and the
-  // ends of a walk show what no other photograph does.
+  // Of another place of the room the correlation is below 0.55. A mesh of COLMAP's points alone has large holes, and
+  // the ends of a walk show what no other photograph does.
   CHECK(best > 0.7);
 }
 
