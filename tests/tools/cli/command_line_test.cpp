@@ -840,7 +840,7 @@ TEST_CASE("charts: one sweep of a file that has several is named behind its file
   const std::string file = LUMATLAS_DATA "/sweeps/stability.json";
   const Outcome all = lumatlas({"chart", "--list", "--scale", "small", "--json", file});
   REQUIRE(all.status == 0);
-  CHECK(nlohmann::json::parse(all.out)["sweeps"].size() == 12);
+  CHECK(nlohmann::json::parse(all.out)["sweeps"].size() == 13);
   const Outcome one = lumatlas({"chart", "--list", "--scale", "small", "--json", file + "#stability-noise"});
   REQUIRE(one.status == 0);
   const nlohmann::json sweeps = nlohmann::json::parse(one.out)["sweeps"];
