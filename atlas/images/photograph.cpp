@@ -106,6 +106,8 @@ void require_readable(const fs::path& path) {
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) fail(path, "no such file");
   if (!fs::is_regular_file(status)) fail(path, "is not a file");
+  // Not opened: files of the kernel say that they have no bytes, and reading some of them never ends.
+  if (fs::file_size(path, error) == 0) fail(path, "is empty");
   if (!std::ifstream(path, std::ios::binary)) fail(path, "cannot be opened; check that it may be read");
 }
 

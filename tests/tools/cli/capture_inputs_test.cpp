@@ -220,6 +220,23 @@ bool forbid_links() {
   return prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) == 0 && prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program) == 0;
 }
 
+TEST_CASE("files without a byte are left out unread, also where the kernel never ends reading them") {
+  const Surroundings room;
+  const fs::path folder = room.photographs();
+  write_whole_file(folder / "cut.mp4", "");
+  for (const char* const name : {"log.png", "log.heic", "log.webm"}) fs::create_symlink("/proc/kmsg", folder / name);
+  const CaptureSources sources = find_sources(folder, {});
+  CHECK(sources.videos.empty());
+  CHECK(sources.converted.empty());
+  for (const char* const name : {"cut.mp4", "log.png", "log.heic", "log.webm"}) {
+    CAPTURE(name);
+    REQUIRE(sources.left_out.contains(name));
+    CHECK(sources.left_out.at(name) == "is empty");
+  }
+  CHECK_THROWS_WITH(find_sources(folder / "cut.mp4", {}), Catch::EndsWith("cut.mp4: is empty"));
+  CHECK_THROWS_WITH(photograph_size(folder / "log.png"), Catch::EndsWith("log.png: is empty"));
+}
+
 TEST_CASE("on a file system without links COLMAP reads copies, which are kept") {
   const Surroundings room;
   const CaptureSources sources = find_sources(room.photographs(), {});

@@ -70,8 +70,17 @@ void require_usable_name(const fs::path& folder, const std::string& name) {
   if (!is_utf8(name)) throw InputError(place + ": its name is not UTF-8, which a model needs: rename the photograph");
 }
 
+// Files of the kernel say that they have no bytes too, and reading some of them never ends.
+bool is_empty_file(const fs::path& file) {
+  std::error_code error;
+  return fs::file_size(file, error) == 0 && !error;
+}
+
 void take(const std::string& name, CaptureSources& sources) {
-  if (ends_as_one_of(kAsTheyAre, name)) {
+  const bool is_source = ends_as_one_of(kAsTheyAre, name) || ends_as_one_of(kConverted, name) || has_video_ending(name);
+  if (is_source && is_empty_file(sources.folder / name)) {
+    sources.left_out[name] = "is empty";
+  } else if (ends_as_one_of(kAsTheyAre, name)) {
     sources.photographs.push_back(name);
   } else if (ends_as_one_of(kConverted, name)) {
     sources.converted.push_back(name);
@@ -134,6 +143,7 @@ CaptureSources find_sources(const fs::path& given, const fs::path& masks) {
   CaptureSources sources;
   sources.given = given;
   if (fs::is_regular_file(given, error) && has_video_ending(given)) {
+    if (is_empty_file(given)) throw InputError(given.string() + ": is empty");
     sources.folder = fs::canonical(fs::absolute(given).parent_path());
     sources.videos.push_back(given.filename().string());
   } else if (fs::is_directory(given, error)) {
