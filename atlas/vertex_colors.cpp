@@ -27,7 +27,7 @@ constexpr std::uint64_t kInnerWeight = 1000;
 constexpr double kStepsOfLight = 1 << 20;  // see ColorSum
 constexpr double kMostLight = 1 << 10;
 
-constexpr std::size_t kBlock = 1024;  // vertices that one thread looks at together
+constexpr std::size_t kVertexBlock = 1024;  // vertices that one thread looks at together
 
 // Appends what a view shows at a vertex, if it shows it at all.
 void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t vertex,
@@ -45,10 +45,10 @@ void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t v
 // In ascending order of the vertices.
 std::vector<VertexSample> samples_of(const StoredView& view, const Mesh& mesh) {
   const std::size_t vertices = mesh.positions.size();
-  std::vector<std::vector<VertexSample>> parts((vertices + kBlock - 1) / kBlock);
+  std::vector<std::vector<VertexSample>> parts((vertices + kVertexBlock - 1) / kVertexBlock);
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
-    const std::size_t end = std::min((part + 1) * kBlock, vertices);
-    for (std::size_t vertex = part * kBlock; vertex < end; ++vertex) {
+    const std::size_t end = std::min((part + 1) * kVertexBlock, vertices);
+    for (std::size_t vertex = part * kVertexBlock; vertex < end; ++vertex) {
       add_sample(view, glm::dvec3(mesh.positions[vertex]), static_cast<std::uint32_t>(vertex), parts[part]);
     }
   });
@@ -196,7 +196,7 @@ void VertexColors::follow(std::span<const std::shared_ptr<const StoredView>> vie
 void VertexColors::count(const Shown& shown, Count how) {
   if (shown.samples.empty()) return;
   const SampleWeights weights(shown.gain);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, shown.samples.size(), kBlock),
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, shown.samples.size(), kVertexBlock),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
                         const VertexSample& sample = shown.samples[i];
@@ -210,13 +210,14 @@ void VertexColors::count(const Shown& shown, Count how) {
 }
 
 void VertexColors::color_changed() {
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, sums_.size(), kBlock), [&](const tbb::blocked_range<std::size_t>& range) {
-        for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-          if (changed_[vertex] == 0) continue;
-          colors_[vertex] = sums_[vertex].w > 0 ? srgb_of(sums_[vertex]) : own_color(surface_->mesh, vertex);
-        }
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kVertexBlock),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
+                        if (changed_[vertex] == 0) continue;
+                        colors_[vertex] =
+                            sums_[vertex].w > 0 ? srgb_of(sums_[vertex]) : own_color(surface_->mesh, vertex);
+                      }
+                    });
 }
 
 // Colours the vertices that no view shows. Changes only those to which another colour than before has spread.
@@ -229,7 +230,7 @@ void VertexColors::spread() {
   if (!faces_) faces_.emplace(sums_.size(), surface_->mesh.faces);
   const std::vector<glm::vec4> last = std::exchange(spread_, light_of_all(sums_));
   lumatlas::spread(surface_->mesh.faces, *faces_, spread_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kBlock),
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kVertexBlock),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
                         if (!has_none(sums_[vertex])) continue;

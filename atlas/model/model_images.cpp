@@ -16,13 +16,13 @@ std::string numbered(std::size_t view) {
 
 // Of the blocks that JPEG transforms: where one holds a pixel that is wanted, the others of it must not be black, or
 // their edge would ring into that pixel.
-constexpr std::uint32_t kBlock = 8;
+constexpr std::uint32_t kMaskBlock = 8;
 
 void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::uint32_t height) {
-  const std::uint32_t columns = (width + kBlock - 1) / kBlock, rows = (height + kBlock - 1) / kBlock;
+  const std::uint32_t columns = (width + kMaskBlock - 1) / kMaskBlock, rows = (height + kMaskBlock - 1) / kMaskBlock;
   std::vector<std::uint8_t> blocks(std::size_t{columns} * rows, 0);
   const auto block_of = [&](std::size_t pixel) -> std::uint8_t& {
-    return blocks[pixel / width / kBlock * columns + pixel % width / kBlock];
+    return blocks[pixel / width / kMaskBlock * columns + pixel % width / kMaskBlock];
   };
   for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) block_of(pixel) |= mask[pixel];
   for (std::size_t pixel = 0; pixel < mask.size(); ++pixel) mask[pixel] = block_of(pixel);

@@ -24,6 +24,18 @@ namespace {
 using Path = std::filesystem::path;
 using Items = std::map<std::string, py::object>;  // by name, in byte order
 
+// Returns the text of a str in UTF-8. Python's may hold halves of a pair of code units, which have no UTF-8.
+std::string utf8_of(const std::string& argument, const py::object& name) {
+  py::ssize_t size = 0;
+  const char* const text = PyUnicode_AsUTF8AndSize(name.ptr(), &size);
+  if (text == nullptr) {
+    PyErr_Clear();
+    throw std::invalid_argument(argument + ": has the name " + py::repr(name).cast<std::string>() +
+                                ", must be text that UTF-8 can hold");
+  }
+  return {text, static_cast<std::size_t>(size)};
+}
+
 // The items of a mapping, whose names are checked.
 Items items_of(const std::string& argument, const py::object& mapping) {
   if (!py::hasattr(mapping, "items")) {
@@ -39,7 +51,7 @@ Items items_of(const std::string& argument, const py::object& mapping) {
       throw std::invalid_argument(argument + ": has a name of type " +
                                   py::type::of(key).attr("__name__").cast<std::string>() + ", must be str");
     }
-    const std::string name = key.cast<std::string>();
+    const std::string name = utf8_of(argument, key);
     check_name(argument, name);
     items.emplace(name, pair[1]);
   }

@@ -112,6 +112,7 @@ class Arrays(InOffice):
             (({}, {}), {}, "photographs: is empty"),
             ((3, {}), {}, "photographs: is a value of type int, must be a mapping"),
             (({1: picture}, {1: camera}), {}, "photographs: has a name of type int, must be str"),
+            (({"\ud800": picture}, {"\ud800": camera}), {}, r"photographs: has the name '.ud800', must be text that UTF-8 can"),
             (({name: picture[:9]}, {name: camera}), {}, photograph + r" uint8, \(9, 96, 3\), must be .*\(72, 96, 3\)"),
             (({name: picture[..., 0]}, {name: camera}), {}, photograph + r" uint8, \(72, 96\), must be"),
             (({name: picture / 255}, {name: camera}), {}, photograph + " float64"),
