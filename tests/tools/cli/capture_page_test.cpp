@@ -169,7 +169,9 @@ void check_page(const TemporaryFolder& folder, const std::string& model) {
   for (SiteFile& file : test_page_files("capture_page_test.html")) files.push_back(std::move(file));
   const Said said = said_in_browser(files, "/test.html");
   if (said.empty()) return;
-  CHECK(problem_of(said) == "");
+  const std::string problem = problem_of(said);
+  INFO(problem);
+  CHECK(problem.empty());
   const std::size_t stored = scene.views.size() - held_out.size();
   CHECK(said.at("photographs") == std::to_string(stored) + "/" + std::to_string(stored));
   double best = 0;
