@@ -148,6 +148,7 @@ class Preparation {
     options.step = step_for(frames, most_frames_, options);
     result_.step = options.step;
     std::vector<std::vector<std::size_t>> chosen;
+    chosen.reserve(frames.size());
     for (const std::vector<VideoFrame>& of_video : frames) chosen.push_back(choose_frames(of_video, options));
     leave_at_most(chosen, most_frames_);
     for (std::size_t i = 0; i < videos.size(); ++i) {
