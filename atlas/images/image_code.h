@@ -30,7 +30,7 @@ void encode_to_file(const std::filesystem::path& file, const std::filesystem::pa
 // For write_float_image(): the bytes of an OpenEXR file.
 [[nodiscard]] std::vector<std::uint8_t> encode_openexr(const std::filesystem::path& path, const FloatImage& image);
 
-// What lumatlas-images exports. The functions have the names and the rules of those of photograph.h, lower_resolution.h
+// The table that lumatlas-images exports. Its functions are those of the same names in photograph.h, lower_resolution.h
 // and this header.
 struct ImageCode {
   const char* version;  // of lumatlas

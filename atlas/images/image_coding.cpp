@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is said of a picture's form. The pictures themselves are encoded by image_encoding.cpp.
+// Names and checks of image formats. image_encoding.cpp encodes the images themselves.
 #include <stdexcept>
 #include <string>
 
@@ -7,26 +7,27 @@
 
 namespace lumatlas {
 
+namespace {
+
+struct FormatNames {
+  const char* ending;
+  const char* mime_type;
+};
+
+FormatNames names_of(ImageFormat format) {
+  if (format == ImageFormat::jpeg) return {".jpg", "image/jpeg"};
+  if (format == ImageFormat::webp) return {".webp", "image/webp"};
+  return {".png", "image/png"};
+}
+
+}  // namespace
+
 const char* ending(ImageFormat format) {
-  switch (format) {
-    case ImageFormat::jpeg:
-      return ".jpg";
-    case ImageFormat::webp:
-      return ".webp";
-    default:
-      return ".png";
-  }
+  return names_of(format).ending;
 }
 
 const char* mime_type(ImageFormat format) {
-  switch (format) {
-    case ImageFormat::jpeg:
-      return "image/jpeg";
-    case ImageFormat::webp:
-      return "image/webp";
-    default:
-      return "image/png";
-  }
+  return names_of(format).mime_type;
 }
 
 void check(const ImageCoding& coding) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the readers and writers of images have in common when they refuse one.
+// Helpers for the sentences with which readers and writers refuse an image.
 #pragma once
 
 #include <algorithm>

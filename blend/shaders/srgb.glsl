@@ -1,4 +1,4 @@
-// As srgb_from_linear() of atlas/images/srgb.h, after cutting off at black and white.
+// Returns what srgb_from_linear() of atlas/images/srgb.h does, with light clamped to [0, 1].
 vec3 srgb_from_linear(vec3 c) {
   c = clamp(c, 0.0, 1.0);
   return mix(c * 12.92, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, greaterThan(c, vec3(0.0031308)));

@@ -45,7 +45,7 @@ using BlockPattern = std::vector<std::vector<std::uint32_t>>;
 // Returns how many operations on tiles BlockFactor takes at most for a matrix of this pattern, each of some 98^3
 // multiplications. Time and memory grow with that number.
 [[nodiscard]] std::size_t factor_operations(const BlockPattern& pattern);
-// The same where each pair of blocks has a square: the most that so many blocks can take.
+// Returns the same number for a dense matrix of `blocks` blocks, which no pattern exceeds.
 [[nodiscard]] std::size_t dense_factor_operations(std::size_t blocks);
 
 // The Cholesky factor of a symmetric positive definite matrix. The same bits for any number of threads.

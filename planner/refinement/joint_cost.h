@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a solution for all views at once may cost.
+// The limit on the cost of a solution for all views at once.
 #pragma once
 
 #include <cstddef>

@@ -67,7 +67,7 @@ class JointSolver {
   [[nodiscard]] std::size_t views() const;   // that take part
   [[nodiscard]] std::size_t points() const;  // that are fitted to
   [[nodiscard]] std::size_t unknowns() const { return kBlock * blocks_; }
-  // Whether a step takes more operations on tiles than `most`, at most. Known without taking a step.
+  // Returns whether a step may take more than `most` operations on tiles. Takes no step to find out.
   [[nodiscard]] bool takes_more_than(std::size_t most) const;
 
   [[nodiscard]] const JointState& state() const { return state_; }

@@ -672,7 +672,7 @@ case_captured() {
   no_leftovers "$case_folder"
 }
 
-# As judge; warnings may go before the sentence.
+# Judges as `judge` does, but allows warnings before the sentence.
 judge_captured() {
   grep -v '^warning: ' "$case_folder/err" >"$case_folder/err.told"
   mv "$case_folder/err.told" "$case_folder/err"

@@ -97,7 +97,7 @@ damage_box() {
   replace_box "$1" "$chosen"
 }
 
-# listen_at FILE: a socket that nobody listens at any more.
+# listen_at FILE: makes a socket whose listening process has ended.
 listen_at() { python3 -c 'import socket, sys; socket.socket(socket.AF_UNIX).bind(sys.argv[1])' "$1" 2>/dev/null || mkfifo "$1"; }
 
 # The same of a text whose words stand between blanks.

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostEntries = 1'000'000;
 
-// Whether `path` is `folder` or below it; both are canonical.
+// Returns whether `path` is `folder` or below it; both are canonical.
 bool is_in(const fs::path& path, const fs::path& folder) {
   return std::mismatch(folder.begin(), folder.end(), path.begin(), path.end()).first == folder.end();
 }

@@ -24,7 +24,7 @@ bool has_no_links(const std::error_code& error) {
          error == std::errc::function_not_supported;
 }
 
-// Whether an earlier call has copied the file.
+// Returns whether an earlier call has copied the file.
 bool is_copy_of(const fs::path& copy, const fs::path& target) {
   std::error_code error;
   return !target.empty() && !fs::is_symlink(copy, error) && fs::is_regular_file(copy, error) &&

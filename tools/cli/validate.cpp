@@ -59,7 +59,7 @@ std::filesystem::path report_of(const std::filesystem::path& model) {
   return model.parent_path() / (model.stem().string() + "-report");
 }
 
-// Whether a new entry may be made beside `path`: false for a folder of other people, and on a disk that is read-only.
+// Returns whether a file can be created beside `path`: not without permission, nor on a read-only disk.
 bool may_write_beside(const std::filesystem::path& path) {
   const std::filesystem::path parent = path.parent_path();
   return access(parent.empty() ? "." : parent.c_str(), W_OK) == 0;

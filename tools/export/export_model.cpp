@@ -133,7 +133,7 @@ OfferedPhotographs offered(const Model& model, const fs::path& file, const Expor
   return offered_photographs(scene, hold_out_of(notes, file), model.validity, notes, file);
 }
 
-// Where the scene's axes lie on the Earth; an export in other axes does not lie there.
+// The place of the scene's axes on the Earth; an export in other axes has none.
 std::optional<GeoReference> georeference_of(const fs::path& file, const ExportOptions& options) {
   if (!options.as_scene) return std::nullopt;
   const json plan = read_model_notes(file).plan;

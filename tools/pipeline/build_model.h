@@ -109,7 +109,7 @@ struct BuildResult {
   std::optional<Parsimony> parsimony;        // of planner.max_loss_db
   double texel_loss_db = 0;                  // of max_texel_loss_db: by texels as they are now, with all else, about
   double face_loss_db = 0;                   // of max_face_loss_db: by faces too, with all views, about; 0: none went
-  std::vector<RefinedLens> lenses;           // empty: nobody asked
+  std::vector<RefinedLens> lenses;           // empty: lenses were not refined
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
   // Of RefineMode::joint: its steps, and all poses at once where they were solved for.

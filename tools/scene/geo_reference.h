@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a scene's coordinates lie on the Earth.
+// The place of a scene's coordinates on the Earth.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -8,7 +8,7 @@
 
 namespace lumatlas {
 
-// What a form of capture says of its coordinates: of its cameras' and, as it is assumed, of the mesh's.
+// The georeference that a form of capture gives for its cameras. The mesh is assumed to share it.
 struct GeoReference {
   enum class Frame {
     east_north_up,  // metres east, north and up of the origin below

@@ -103,7 +103,7 @@ enum class SweepScale { small, medium, full };
 
 [[nodiscard]] const char* name_of(SweepScale scale);
 
-// Whether a command ("synth", "mesh", "build" or "validate") has an option of this name (without dashes).
+// Returns whether a command ("synth", "mesh", "build" or "validate") has an option of this name (without dashes).
 using KnowsOption = std::function<bool(const std::string& command, const std::string& option)>;
 
 // What a file describes at one scale: one sweep, {"name": ..., "scenes": ..., ...}, or several,

@@ -39,7 +39,7 @@ Outcome lumatlas_without_rights(const Arguments& arguments) {
   return outcome;
 }
 
-// A folder's copy whose folders nobody may write to, as long as this lives.
+// Copies a folder and takes away everyone's permission to write into the copy, until this object ends.
 class ReadOnlyCopy {
  public:
   explicit ReadOnlyCopy(const std::string& of) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the program loads before it knows what it is to do.
+// Tests which libraries the program loads at its start.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What surface that is added to a wall with a gap brings, on photographs whose depth is known.
+// Tests the predicted gain of surface that is added to a wall with a gap. The photographs' depth is known.
 #include "tools/pipeline/surface/completion_gain.h"
 
 #include <catch2/catch.hpp>

@@ -116,7 +116,7 @@ TEST_CASE("nearly all depths of a textured wall are found within half a pixel, a
   CHECK(errors.share(errors.within_half_px) > 0.85);
   CHECK(errors.share(errors.within_px) > 0.92);
   CHECK(errors.share(errors.within_2_px) > 0.96);
-  // Of normally distributed errors 68 % would be within one standard deviation, and 95 % within two.
+  // If errors were normally distributed, 68 % would be within one standard deviation and 95 % within two.
   CHECK(of_all.share(of_all.within_1) > 0.58);
   CHECK(of_all.share(of_all.within_2) > 0.8);
 }

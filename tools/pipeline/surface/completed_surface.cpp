@@ -44,7 +44,7 @@ std::vector<Camera> completion_cameras(const SceneViews& views, const std::vecto
   return cameras;
 }
 
-// What views see of a mesh, and of what is far past it.
+// The parts of a mesh and of the far sphere that views see.
 struct Outlook {
   FarSphere far;
   std::vector<double> lacking;  // by camera: share of its pixels that see neither, masks left out of account
@@ -97,7 +97,7 @@ std::vector<std::size_t> lacking_ranks(const Outlook& seen, const std::vector<st
   return result;
 }
 
-// What is to be matched, and what that can bring.
+// The photographs to match, and the gain that matching can bring.
 struct MatchingPlan {
   std::vector<std::size_t> ranks;         // ascending; empty: nothing is worth it
   std::size_t through = 0;                // number of these that look through the mesh
@@ -196,7 +196,7 @@ TriangleSoup surface_of_photographs(const SceneViews& views, const std::vector<s
   }
 }
 
-// What a mesh is completed from. All is in the frame of the mesh.
+// The input of a completion, in the frame of the mesh.
 struct CompletionInput {
   const SceneViews& views;
   ScenePoints points;

@@ -25,7 +25,7 @@ constexpr std::size_t kNearest = 3;       // photographs that a prediction is th
 constexpr std::uint32_t kSampleStep = 3;  // pixels between the points that the surface's error is taken from
 constexpr double kLeastError = 1;         // squared levels: 8-bit colours are no more exact
 
-// What one small photograph sees of a mesh.
+// A small photograph and its visibility buffer of a mesh.
 struct FrameLook {
   const SmallPhotograph& photograph;
   glm::dvec3 center;

@@ -18,7 +18,7 @@ constexpr std::size_t kLeastViewsOfPoint = 3;
 constexpr std::size_t kLeastPointsOfView = 20;
 constexpr std::size_t kMostViewsThrough = 100;
 
-// Whether the mesh is clearly before a point, on its pixel and those around it.
+// Returns whether the mesh is clearly nearer than a point, on the point's pixel and all eight around it.
 bool is_before(const VisibilityBuffer& visible, const Camera& camera, const glm::dvec3& point) {
   const glm::dvec3 cam = camera.cam_from_world(point);
   if (!(cam.z > 0)) return false;
