@@ -129,7 +129,7 @@ Eigen::Index JointSolver::column(std::size_t slot) const {
 JointEquations JointSolver::normal_equations(const JointState& state, const std::vector<Linearised>& all) const {
   std::vector<Block> estimated;
   for (const Terms& terms : terms_) {
-    estimated.push_back(
+    estimated.emplace_back(
         Block::NullaryExpr([&](Eigen::Index i) { return terms[static_cast<std::size_t>(i)] ? 1.0 : 0.0; }));
   }
   JointEquations normal = joint_equations(problem_, state, all, estimated, block_of_, options_.interruption_point);
@@ -319,7 +319,7 @@ std::vector<Block> JointSolver::variances() const {
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     const Eigen::Index first = lens_column(lens);
     const Block modelled = kChannels * mean_square * inverse.block<kBlock, kBlock>(first, first).diagonal().eval();
-    result.push_back(kCountedTwice * modelled.cwiseMax(observed.segment<kBlock>(first)));
+    result.emplace_back(kCountedTwice * modelled.cwiseMax(observed.segment<kBlock>(first)));
   }
   return result;
 }
