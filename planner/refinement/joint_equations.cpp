@@ -25,7 +25,7 @@ struct ViewEquations {
   [[nodiscard]] BlockSquare& square(std::size_t i, std::size_t j) {
     std::uint32_t& number = square_of[i * (i + 1) / 2 + j];
     if (number == 0) {
-      squares.push_back(BlockSquare::Zero());
+      squares.emplace_back(BlockSquare::Zero());
       number = static_cast<std::uint32_t>(squares.size());
     }
     return squares[number - 1];

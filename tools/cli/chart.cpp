@@ -108,7 +108,7 @@ void check_points(const Sweep& sweep, const fs::path& file, Commands& commands) 
       commands.check(validate, place);
     } catch (const InputError& error) {
       const std::string what = error.what();
-      throw InputError(what.starts_with(place) ? what : place + ": " + what);
+      throw InputError(what.starts_with(place) ? what : std::string(place).append(": ").append(what));
     }
   }
 }

@@ -42,7 +42,7 @@ TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, co
                                 const Tick& tick = {});
 // scene.obj, scene.mtl and texture-0.png ... in `folder`, which must exist. The scene's offset is added before it is
 // turned.
-TextureFacts write_textured_obj(const std::filesystem::path& folder, const TexturedMesh& mesh,
+TextureFacts write_textured_obj(const std::filesystem::path& folder, const TexturedMesh& textured,
                                 const TexturedFileOptions& options, const Tick& tick = {});
 
 }  // namespace lumatlas

@@ -70,7 +70,7 @@ TEST_CASE("on a real scene the shader agrees with its CPU reference") {
     const Camera camera = scene.views[rank].camera.shrunk_to(400);
     const Photograph cpu = render_reference(built.snapshot, camera, *visibility, {}).picture;
     different += static_cast<double>(count_different(cpu, renderer.render(camera, {}).picture));
-    pixels += static_cast<double>(cpu.rgb.size() / 3);
+    pixels += static_cast<double>(cpu.rgb.size()) / 3;
   }
   INFO("share of pixels that differ: " << different / pixels);
   CHECK(different <= 0.001 * pixels);  // DESIGN; measured: up to 2e-4
