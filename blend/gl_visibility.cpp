@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "blend/cell_runs.h"
-#include "blend/egl_context.h"
-#include "blend/gl_objects.h"
+#include "blend/gl/egl_context.h"
+#include "blend/gl/gl_objects.h"
 #include "blend/shaders.h"
+#include "blend/tables/cell_runs.h"
 
 namespace lumatlas {
 

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "atlas/tiles/texel_format.h"
-#include "blend/cell_shares.h"
-#include "blend/gl_objects.h"
-#include "blend/photograph_array.h"
-#include "blend/view_table.h"
-#include "blend/zone_mesh.h"
+#include "blend/gl/gl_objects.h"
+#include "blend/gl/photograph_array.h"
+#include "blend/tables/cell_shares.h"
+#include "blend/tables/view_table.h"
+#include "blend/tables/zone_mesh.h"
 
 namespace lumatlas {
 

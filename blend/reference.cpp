@@ -18,13 +18,13 @@
 #include "atlas/images/image_levels.h"
 #include "atlas/images/srgb.h"
 #include "atlas/tiles/compressed_texels.h"
-#include "blend/cell_shares.h"
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
 #include "blend/footprint.h"
 #include "blend/geometric_weight.h"
 #include "blend/supersampling.h"
-#include "blend/zone_mesh.h"
+#include "blend/tables/cell_shares.h"
+#include "blend/tables/zone_mesh.h"
 
 namespace lumatlas {
 

@@ -18,18 +18,18 @@
 #include <utility>
 #include <vector>
 
-#include "blend/cell_shares.h"
 #include "blend/cubic_kernel.h"
-#include "blend/egl_context.h"
 #include "blend/exposure.h"
-#include "blend/gl_objects.h"
-#include "blend/gl_state.h"
-#include "blend/photograph_array.h"
-#include "blend/picture_targets.h"
-#include "blend/shader_program.h"
+#include "blend/gl/egl_context.h"
+#include "blend/gl/gl_objects.h"
+#include "blend/gl/gl_state.h"
+#include "blend/gl/photograph_array.h"
+#include "blend/gl/picture_targets.h"
+#include "blend/gl/shader_program.h"
 #include "blend/supersampling.h"
-#include "blend/view_table.h"
-#include "blend/zone_mesh.h"
+#include "blend/tables/cell_shares.h"
+#include "blend/tables/view_table.h"
+#include "blend/tables/zone_mesh.h"
 
 namespace lumatlas {
 

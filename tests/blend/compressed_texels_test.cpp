@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-#include "blend/gl_objects.h"
+#include "blend/gl/gl_objects.h"
 #include "tests/support/gl_test_context.h"
 
 namespace lumatlas {

@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "blend/gl/shader_program.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
-#include "blend/shader_program.h"
 #include "blend/shaders.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "blend/gl_objects.h"
+#include "blend/gl/gl_objects.h"
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/small_scenes.h"

@@ -14,8 +14,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "blend/cell_runs.h"
 #include "blend/renderer.h"
+#include "blend/tables/cell_runs.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/surfaces.h"

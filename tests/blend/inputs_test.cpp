@@ -7,12 +7,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "blend/cell_runs.h"
 #include "blend/exposure.h"
 #include "blend/gl_visibility.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "blend/supersampling.h"
+#include "blend/tables/cell_runs.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/wall_scenes.h"
 

@@ -10,12 +10,12 @@
 #include <set>
 
 #include "atlas/images/srgb.h"
-#include "blend/cell_shares.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
-#include "blend/gl_objects.h"
+#include "blend/gl/gl_objects.h"
 #include "blend/reference.h"
 #include "blend/supersampling.h"
+#include "blend/tables/cell_shares.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"

@@ -10,7 +10,7 @@
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "blend/supersampling.h"
-#include "blend/tiles.h"
+#include "blend/tables/tiles.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"

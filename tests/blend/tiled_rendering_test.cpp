@@ -13,8 +13,8 @@
 
 #include "atlas/images/srgb.h"
 #include "blend/cubic_kernel.h"
+#include "blend/gl/photograph_array.h"
 #include "blend/gpu_bytes.h"
-#include "blend/photograph_array.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "planner/tile_choice.h"

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "atlas/atlas.h"
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
 

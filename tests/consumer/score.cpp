@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tools/score/scores.h"
+#include "tools/score/measures/scores.h"
 
 int main() {
   using namespace lumatlas;

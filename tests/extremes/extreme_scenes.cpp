@@ -14,7 +14,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/repair/repair.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace lumatlas {
 

@@ -9,7 +9,7 @@
 #include "planner/refinement/photometry.h"
 #include "tests/extremes/extreme_scenes.h"
 #include "tests/support/gl_test_context.h"
-#include "tools/score/report.h"
+#include "tools/score/report/report.h"
 #include "tools/score/validation.h"
 
 namespace lumatlas {

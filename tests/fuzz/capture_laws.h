@@ -6,7 +6,7 @@
 
 #include "tests/fuzz/sentence_laws.h"
 #include "tools/scene/forms/capture.h"
-#include "tools/scene/forms/find_photographs.h"
+#include "tools/scene/forms/photographs/find_photographs.h"
 
 namespace lumatlas {
 

@@ -10,8 +10,8 @@
 
 #include "tests/fuzz/capture_laws.h"
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/scene/forms/colmap.h"
-#include "tools/scene/undistortion.h"
+#include "tools/scene/forms/colmap/colmap.h"
+#include "tools/scene/lenses/undistortion.h"
 
 namespace {
 

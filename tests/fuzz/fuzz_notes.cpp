@@ -6,7 +6,7 @@
 
 #include "tests/fuzz/sentence_laws.h"
 #include "tools/pipeline/model_output.h"
-#include "tools/score/report_refinements.h"
+#include "tools/score/report/report_refinements.h"
 
 extern "C" int LLVMFuzzerInitialize(int* /*argument_count*/, char*** /*arguments*/) {
   std::filesystem::create_directories("model");

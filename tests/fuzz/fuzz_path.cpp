@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/paths/path_file.h"
+#include "tools/picture/paths/path_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   lumatlas::write_input("path.json", lumatlas::text_of(data, size));

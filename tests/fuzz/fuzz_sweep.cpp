@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sweeps: what is read has scenes and values, and the options of every point can be put on a command line.
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/sweep/sweep.h"
+#include "tools/lab/sweep/sweep.h"
 
 namespace {
 

@@ -17,7 +17,7 @@
 #include "tests/support/plain_model.h"
 #include "tests/support/profiled_pictures.h"
 #include "tests/support/wall_scenes.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace {
 

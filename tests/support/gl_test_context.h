@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "tests/support/skip.h"
 
 namespace lumatlas {

@@ -10,7 +10,7 @@
 #include <string>
 
 #include "tests/support/temporary_folder.h"
-#include "tools/synth/synth.h"
+#include "tools/lab/synth/synth.h"
 
 namespace lumatlas {
 

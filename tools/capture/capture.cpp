@@ -26,7 +26,7 @@
 #include "tools/capture/work_folder.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/save_model.h"
-#include "tools/scene/forms/colmap.h"
+#include "tools/scene/forms/colmap/colmap.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_list.h"
 

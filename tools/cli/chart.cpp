@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "mesh/base/errors.h"
 #include "tools/base/child_process.h"
 #include "tools/base/commit.h"
@@ -19,11 +19,11 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
-#include "tools/sweep/markdown.h"
-#include "tools/sweep/page.h"
-#include "tools/sweep/plot.h"
-#include "tools/sweep/runner.h"
-#include "tools/sweep/scene_facts.h"
+#include "tools/lab/sweep/markdown.h"
+#include "tools/lab/sweep/page.h"
+#include "tools/lab/sweep/plot.h"
+#include "tools/lab/sweep/runner.h"
+#include "tools/lab/sweep/scene_facts.h"
 
 namespace lumatlas {
 

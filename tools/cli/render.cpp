@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "atlas/model/model_file.h"
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
 #include "tools/base/elapsed.h"
@@ -23,8 +23,8 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/render_flags.h"
-#include "tools/paths/kept_path.h"
 #include "tools/picture/model_tour.h"
+#include "tools/picture/paths/kept_path.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 
 namespace lumatlas {

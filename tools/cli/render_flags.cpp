@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
-#include "blend/tiles.h"
+#include "blend/tables/tiles.h"
 #include "tools/cli/option_rules.h"
-#include "tools/paths/camera_tours.h"
+#include "tools/picture/paths/camera_tours.h"
 
 namespace lumatlas {
 

@@ -15,8 +15,8 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
-#include "tools/synth/kinds.h"
-#include "tools/synth/synth.h"
+#include "tools/lab/synth/kinds.h"
+#include "tools/lab/synth/synth.h"
 
 namespace lumatlas {
 

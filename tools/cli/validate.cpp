@@ -25,11 +25,11 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
+#include "tools/lab/timing/frame_time.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/offered_scene.h"
 #include "tools/pipeline/refinement/lens_notes.h"
-#include "tools/score/frame_time.h"
-#include "tools/score/report_refinements.h"
+#include "tools/score/report/report_refinements.h"
 #include "tools/score/validation.h"
 
 namespace lumatlas {

@@ -11,7 +11,7 @@
 
 #include "atlas/images/photograph.h"
 #include "tools/scene/scene.h"
-#include "tools/texture/page_image.h"
+#include "tools/texture/layout/page_image.h"
 #include "tools/texture/textured_mesh.h"
 #include "tools/viewer/site.h"
 

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "atlas/images/srgb.h"
-#include "tools/texture/edge_distance.h"
+#include "tools/texture/layout/edge_distance.h"
 
 namespace lumatlas {
 

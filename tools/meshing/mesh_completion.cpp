@@ -10,7 +10,7 @@
 
 #include "mesh/repair/repair.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/meshing/small_pieces.h"
+#include "tools/meshing/cut/small_pieces.h"
 
 namespace lumatlas {
 namespace {

@@ -11,8 +11,8 @@
 
 #include "mesh/mesh.h"
 #include "tools/base/progress.h"
+#include "tools/meshing/cut/visibility_cut.h"
 #include "tools/meshing/surface_trust.h"
-#include "tools/meshing/visibility_cut.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"

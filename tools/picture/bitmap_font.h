@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "atlas/images/photograph.h"
-#include "tools/score/color_map.h"
+#include "tools/score/report/color_map.h"
 
 namespace lumatlas {
 

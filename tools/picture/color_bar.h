@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "tools/score/color_map.h"
+#include "tools/score/report/color_map.h"
 
 namespace lumatlas {
 

@@ -5,9 +5,9 @@
 #include <numeric>
 #include <utility>
 
-#include "blend/tiles.h"
+#include "blend/tables/tiles.h"
 #include "mesh/base/errors.h"
-#include "tools/score/scores.h"
+#include "tools/score/measures/scores.h"
 
 namespace lumatlas {
 

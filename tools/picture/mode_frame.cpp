@@ -7,7 +7,7 @@
 #include <string>
 
 #include "planner/refinement/surface_deviation.h"
-#include "tools/score/counted_pixels.h"
+#include "tools/score/measures/counted_pixels.h"
 
 namespace lumatlas {
 

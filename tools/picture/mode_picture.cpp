@@ -7,7 +7,7 @@
 
 #include "mesh/base/median.h"
 #include "tools/picture/stored_depths.h"
-#include "tools/score/error_picture.h"
+#include "tools/score/report/error_picture.h"
 
 namespace lumatlas {
 

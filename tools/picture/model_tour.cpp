@@ -10,8 +10,8 @@
 #include "mesh/upright.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/base/interrupt.h"
-#include "tools/paths/camera_tours.h"
-#include "tools/paths/path_file.h"
+#include "tools/picture/paths/camera_tours.h"
+#include "tools/picture/paths/path_file.h"
 #include "tools/picture/photographed_share.h"
 #include "tools/picture/stored_depths.h"
 

@@ -10,7 +10,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
-#include "tools/paths/kept_path.h"
+#include "tools/picture/paths/kept_path.h"
 
 namespace lumatlas {
 

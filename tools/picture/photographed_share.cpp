@@ -5,7 +5,7 @@
 #include <glm/glm.hpp>
 #include <vector>
 
-#include "tools/paths/kept_path.h"
+#include "tools/picture/paths/kept_path.h"
 
 namespace lumatlas {
 

@@ -8,8 +8,8 @@
 
 namespace lumatlas {
 
-// The share of the camera's pixels, looked at coarsely, that show what was photographed (tools/paths/kept_path.h). In
-// [0, 1].
+// The share of the camera's pixels, looked at coarsely, that show what was photographed, in
+// [0, 1]: see tools/picture/paths/kept_path.h.
 [[nodiscard]] double photographed_share(const Snapshot& snapshot, const Visibility& visibility, const Camera& camera);
 
 }  // namespace lumatlas

@@ -7,7 +7,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "tools/paths/camera_path.h"
+#include "tools/picture/paths/camera_path.h"
 #include "tools/python/bindings.h"
 
 namespace lumatlas::python {

@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "atlas/model/model_file.h"
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/pipeline/model_output.h"

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "blend/tiles.h"
+#include "blend/tables/tiles.h"
 #include "tools/python/bindings.h"
 #include "tools/python/model.h"
 #include "tools/python/pictures.h"

@@ -6,7 +6,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "mesh/base/errors.h"
 #include "tools/base/error_sentence.h"
 #include "tools/base/output_folder.h"

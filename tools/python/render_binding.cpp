@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "blend/tiles.h"
+#include "blend/tables/tiles.h"
 #include "tools/base/output_folder.h"
 #include "tools/picture/frame_renderer.h"
 #include "tools/picture/model_tour.h"

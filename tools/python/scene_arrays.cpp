@@ -13,7 +13,7 @@
 #include "mesh/readers/mesh_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/python/arrays.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace lumatlas::python {
 

@@ -13,7 +13,7 @@
 #include "tools/base/child_process.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
-#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 #include "tools/scene/forms/unread_forms.h"
 #include "tools/scene/scene.h"
 

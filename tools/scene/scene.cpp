@@ -7,12 +7,12 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "tools/scene/black_rim.h"
 #include "tools/scene/for_each_index.h"
+#include "tools/scene/lenses/black_rim.h"
+#include "tools/scene/lenses/undistortion.h"
 #include "tools/scene/picture_shape.h"
 #include "tools/scene/scene_list.h"
 #include "tools/scene/scene_notes.h"
-#include "tools/scene/undistortion.h"
 
 namespace lumatlas {
 namespace {

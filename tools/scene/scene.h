@@ -12,9 +12,9 @@
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
 #include "mesh/mesh.h"
-#include "tools/scene/camera_model.h"
 #include "tools/scene/geo_reference.h"
-#include "tools/scene/panorama_view.h"
+#include "tools/scene/lenses/camera_model.h"
+#include "tools/scene/lenses/panorama_view.h"
 
 namespace lumatlas {
 
@@ -28,7 +28,7 @@ struct SceneView {
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
   std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
-  bool black_rim = false;          // a rim of it that is black was not photographed, see tools/scene/black_rim.h
+  bool black_rim = false;          // a rim of it that is black was not photographed, see tools/scene/lenses/black_rim.h
   // The file is a panorama, of which this is a view; the name is then the panorama's with the view's behind a '/'.
   std::optional<PanoramaFace> panorama = std::nullopt;
   bool held_out = false;  // the scene's own list names it among those to score
@@ -79,7 +79,7 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // itself, binary or text, and images/ beside it. Poses and cameras only; photographs are opened for their sizes.
 // `offset` is subtracted from every camera position in double precision.
 //
-// A photograph that is not where the form says is looked for by its name (tools/scene/forms/find_photographs.h). It is
+// A photograph that is not where the form says is looked for by its name: see find_photographs.h. It is
 // taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where that does not fit
 // its camera's size but the upright one does, it is turned. Of a photograph of another size but the same shape the lens
 // is scaled, and a note says so. The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names()

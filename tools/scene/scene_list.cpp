@@ -16,9 +16,9 @@
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
+#include "tools/scene/lenses/undistortion.h"
 #include "tools/scene/picture_shape.h"
 #include "tools/scene/scene_notes.h"
-#include "tools/scene/undistortion.h"
 
 namespace lumatlas {
 namespace {

@@ -10,7 +10,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "tools/scene/forms/capture.h"
-#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 #include "tools/scene/picture_shape.h"
 
 namespace lumatlas {

@@ -15,7 +15,7 @@
 #include "mesh/readers/ply_reader.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
-#include "tools/scene/forms/colmap.h"
+#include "tools/scene/forms/colmap/colmap.h"
 
 namespace lumatlas {
 namespace {

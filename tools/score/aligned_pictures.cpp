@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <numeric>
 
-#include "tools/score/counted_pixels.h"
+#include "tools/score/measures/counted_pixels.h"
 
 namespace lumatlas {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "tools/score/scores.h"
+#include "tools/score/measures/scores.h"
 
 namespace lumatlas {
 

@@ -22,8 +22,8 @@
 #include "tools/scene/photograph_stream.h"
 #include "tools/score/align_to_model.h"
 #include "tools/score/aligned_pictures.h"
-#include "tools/score/error_picture.h"
-#include "tools/score/seam_contrast.h"
+#include "tools/score/measures/seam_contrast.h"
+#include "tools/score/report/error_picture.h"
 #include "tools/score/textured_picture.h"
 #include "tools/score/unbounded.h"
 

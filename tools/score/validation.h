@@ -9,9 +9,9 @@
 
 #include "atlas/atlas.h"
 #include "blend/blend_options.h"
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "tools/scene/scene.h"
-#include "tools/score/report.h"
+#include "tools/score/report/report.h"
 #include "tools/texture/placed_photographs.h"
 
 namespace lumatlas {

@@ -10,7 +10,7 @@
 #include <glm/glm.hpp>
 #include <utility>
 
-#include "tools/texture/chart_texels.h"
+#include "tools/texture/layout/chart_texels.h"
 
 namespace lumatlas {
 

@@ -9,10 +9,10 @@
 #include <span>
 #include <vector>
 
-#include "tools/texture/charts.h"
-#include "tools/texture/filled_page.h"
+#include "tools/texture/layout/charts.h"
+#include "tools/texture/layout/filled_page.h"
+#include "tools/texture/layout/texture_layout.h"
 #include "tools/texture/surface_color.h"
-#include "tools/texture/texture_layout.h"
 
 namespace lumatlas {
 

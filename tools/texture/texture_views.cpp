@@ -11,7 +11,7 @@
 
 #include "atlas/images/srgb.h"
 #include "mesh/base/median.h"
-#include "tools/texture/edge_distance.h"
+#include "tools/texture/layout/edge_distance.h"
 
 namespace lumatlas {
 

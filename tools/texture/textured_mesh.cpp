@@ -13,10 +13,10 @@
 #include "atlas/images/srgb.h"
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
-#include "tools/texture/chart_texels.h"
 #include "tools/texture/exposure_field.h"
-#include "tools/texture/filled_page.h"
 #include "tools/texture/gathered_colors.h"
+#include "tools/texture/layout/chart_texels.h"
+#include "tools/texture/layout/filled_page.h"
 
 namespace lumatlas {
 

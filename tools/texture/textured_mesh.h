@@ -10,10 +10,10 @@
 #include "atlas/images/photograph.h"
 #include "atlas/snapshot.h"
 #include "mesh/cells/cells.h"  // Tick
-#include "tools/texture/charts.h"
+#include "tools/texture/layout/charts.h"
+#include "tools/texture/layout/texture_layout.h"
 #include "tools/texture/placed_photographs.h"
 #include "tools/texture/surface_color.h"
-#include "tools/texture/texture_layout.h"
 
 namespace lumatlas {
 

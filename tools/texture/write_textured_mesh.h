@@ -13,7 +13,7 @@
 #include <string>
 
 #include "mesh/camera.h"
-#include "tools/texture/page_image.h"
+#include "tools/texture/layout/page_image.h"
 #include "tools/texture/textured_mesh.h"
 
 namespace lumatlas {

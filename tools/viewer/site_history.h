@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "blend/zone_mesh.h"
+#include "blend/tables/zone_mesh.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (blend/zone_mesh.h), with positions
+// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (zone_mesh.h), with positions
 // on a grid that is finer than any photograph can tell, and in an order that packs well.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "blend/zone_mesh.h"
+#include "blend/tables/zone_mesh.h"
 #include "tools/viewer/packed_arrays.h"
 
 namespace lumatlas {

@@ -28,8 +28,8 @@
 #include "tools/base/child_process.h"
 #include "tools/capture/sources/capture_sources.h"
 #include "tools/capture/sources/prepared_photographs.h"
-#include "tools/scene/forms/colmap.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

@@ -18,9 +18,9 @@
 #include "tests/support/temporary_folder.h"
 #include "tools/inspection/inspection.h"
 #include "tools/inspection/mesh_shift.h"
+#include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/scene/surface_input.h"
-#include "tools/synth/synth.h"
 
 namespace lumatlas {
 namespace {

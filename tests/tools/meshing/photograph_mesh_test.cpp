@@ -12,7 +12,7 @@
 #include "mesh/readers/mesh_file.h"
 #include "tests/support/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace lumatlas {
 namespace {

@@ -10,7 +10,7 @@
 #include "tests/support/surfaces.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/meshing/seen_sphere.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace lumatlas {
 namespace {

@@ -11,7 +11,7 @@
 #include "tests/support/small_scenes.h"
 #include "tools/picture/frame_renderer.h"
 #include "tools/picture/mode_picture.h"
-#include "tools/score/error_picture.h"
+#include "tools/score/report/error_picture.h"
 
 namespace lumatlas {
 namespace {

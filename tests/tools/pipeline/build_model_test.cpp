@@ -23,12 +23,12 @@
 #include "planner/predicted_loss.h"
 #include "planner/refinement/photometry.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/save_model.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 #include "tools/scene/growing_scene.h"
-#include "tools/synth/synth.h"
 
 namespace lumatlas {
 namespace {

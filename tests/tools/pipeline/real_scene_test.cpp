@@ -11,7 +11,7 @@
 #include "blend/gl_visibility.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
-#include "blend/tiles.h"
+#include "blend/tables/tiles.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/skip.h"
 #include "tests/support/visibility_agreement.h"

@@ -11,7 +11,7 @@
 
 #include "atlas/images/photograph.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/synth/synth.h"
+#include "tools/lab/synth/synth.h"
 
 namespace lumatlas {
 

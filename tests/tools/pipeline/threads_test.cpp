@@ -9,8 +9,8 @@
 #include "atlas/model/model_file.h"
 #include "planner/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
+#include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/synth/synth.h"
 
 namespace lumatlas {
 namespace {

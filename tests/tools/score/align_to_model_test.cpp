@@ -7,7 +7,7 @@
 
 #include "planner/refinement/photometry.h"
 #include "tests/support/relief_scenes.h"
-#include "tools/score/scores.h"
+#include "tools/score/measures/scores.h"
 
 namespace lumatlas {
 namespace {

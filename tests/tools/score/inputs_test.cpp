@@ -8,7 +8,6 @@
 #include "tests/support/small_scenes.h"
 #include "tests/support/wall_scenes.h"
 #include "tools/base/progress.h"
-#include "tools/score/frame_time.h"
 #include "tools/score/unbounded.h"
 
 namespace lumatlas {
@@ -51,12 +50,6 @@ TEST_CASE("views back at their given poses are trusted as they were, so that mas
                                                visibility->trace(given[1].camera), options, trust);
   CHECK(back.validity == expected.validity);
   CHECK(unmoved->views[0] == model.views[0]);  // was not moved
-}
-
-TEST_CASE("a picture that is timed has pixels") {
-  CHECK_THROWS_WITH(cameras_between_views(Snapshot(), 3, {0, 1080}), Catch::Contains("it is 0x1080 pixels"));
-  CHECK_THROWS_WITH(cameras_between_views(Snapshot(), 3, {1920, 0}), Catch::Contains("it is 1920x0 pixels"));
-  CHECK(cameras_between_views(Snapshot(), 3, {1920, 1080}).empty());
 }
 
 }  // namespace

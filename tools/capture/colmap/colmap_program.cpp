@@ -15,7 +15,7 @@
 #include "mesh/base/whole_file.h"
 #include "tools/base/child_process.h"
 #include "tools/capture/colmap/colmap_log.h"
-#include "tools/scene/camera_model.h"
+#include "tools/scene/lenses/camera_model.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "tools/capture/sources/captured_photographs.h"
-#include "tools/scene/forms/colmap_writer.h"
+#include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace lumatlas {
 

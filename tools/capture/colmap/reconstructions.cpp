@@ -5,7 +5,7 @@
 #include <charconv>
 #include <limits>
 
-#include "tools/scene/forms/colmap.h"
+#include "tools/scene/forms/colmap/colmap.h"
 
 namespace lumatlas {
 

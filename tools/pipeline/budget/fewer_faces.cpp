@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <optional>
 
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "tools/pipeline/budget/downscaled_views.h"
 #include "tools/pipeline/budget/held_out_loss.h"
 

@@ -12,12 +12,12 @@
 
 #include "atlas/atlas.h"
 #include "atlas/images/photograph.h"
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "planner/planner.h"
 #include "tools/pipeline/budget/measured_loss.h"
 #include "tools/pipeline/build_progress.h"
-#include "tools/score/scores.h"
+#include "tools/score/measures/scores.h"
 
 namespace lumatlas {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "atlas/tiles/tiles.h"
-#include "blend/egl_context.h"
+#include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
 #include "tools/pipeline/budget/compressed_views.h"
 #include "tools/pipeline/budget/downscaled_views.h"

@@ -18,7 +18,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/text_fields.h"
-#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 
 namespace lumatlas {
 

@@ -15,14 +15,14 @@
 
 #include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
-#include "tools/scene/camera_model.h"
 #include "tools/scene/geo_reference.h"
-#include "tools/scene/panorama_view.h"
+#include "tools/scene/lenses/camera_model.h"
+#include "tools/scene/lenses/panorama_view.h"
 
 namespace lumatlas {
 
 // A photograph as a form of capture names it. Its paths may be those of another computer: find_photographs()
-// (tools/scene/forms/find_photographs.h) makes them files of this one.
+// (tools/scene/forms/photographs/find_photographs.h) makes them files of this one.
 struct PosedPhotograph {
   std::string name;                                // relative to the folder of photographs, with '/' between folders
   std::filesystem::path file = {};                 // relative to the scene's folder

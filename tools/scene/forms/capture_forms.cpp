@@ -5,14 +5,14 @@
 #include <system_error>
 
 #include "tools/scene/forms/bundler.h"
-#include "tools/scene/forms/colmap.h"
-#include "tools/scene/forms/find_photographs.h"
+#include "tools/scene/forms/colmap/colmap.h"
 #include "tools/scene/forms/meshroom.h"
 #include "tools/scene/forms/metashape.h"
 #include "tools/scene/forms/openmvg.h"
 #include "tools/scene/forms/openmvs.h"
 #include "tools/scene/forms/opensfm.h"
 #include "tools/scene/forms/panorama.h"
+#include "tools/scene/forms/photographs/find_photographs.h"
 #include "tools/scene/forms/polycam.h"
 #include "tools/scene/forms/reality_capture.h"
 #include "tools/scene/forms/scannet.h"

@@ -13,10 +13,10 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/forms/brown_lens.h"
-#include "tools/scene/forms/json_poses.h"
-#include "tools/scene/forms/photograph_names.h"
-#include "tools/scene/forms/unknown_keys.h"
+#include "tools/scene/forms/fields/brown_lens.h"
+#include "tools/scene/forms/fields/json_poses.h"
+#include "tools/scene/forms/fields/unknown_keys.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 
 namespace lumatlas {
 

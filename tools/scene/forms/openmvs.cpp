@@ -14,9 +14,9 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/forms/brown_lens.h"
-#include "tools/scene/forms/photograph_lookup.h"
-#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/fields/brown_lens.h"
+#include "tools/scene/forms/photographs/photograph_lookup.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 
 namespace lumatlas {
 

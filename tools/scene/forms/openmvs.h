@@ -16,7 +16,7 @@
 #include <span>
 
 #include "tools/scene/forms/capture.h"
-#include "tools/scene/forms/photograph_lookup.h"
+#include "tools/scene/forms/photographs/photograph_lookup.h"
 
 namespace lumatlas {
 

@@ -11,9 +11,9 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
-#include "tools/scene/forms/brown_lens.h"
-#include "tools/scene/forms/lens_coefficients.h"
-#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/fields/brown_lens.h"
+#include "tools/scene/forms/fields/lens_coefficients.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 
 namespace lumatlas {
 

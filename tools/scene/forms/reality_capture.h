@@ -19,7 +19,7 @@
 #include <string_view>
 
 #include "tools/scene/forms/capture.h"
-#include "tools/scene/forms/photograph_lookup.h"
+#include "tools/scene/forms/photographs/photograph_lookup.h"
 
 namespace lumatlas {
 

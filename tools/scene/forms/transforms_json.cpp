@@ -17,10 +17,10 @@
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/strict_json.h"
-#include "tools/scene/forms/brown_lens.h"
-#include "tools/scene/forms/lens_coefficients.h"
-#include "tools/scene/forms/photograph_lookup.h"
-#include "tools/scene/forms/unknown_keys.h"
+#include "tools/scene/forms/fields/brown_lens.h"
+#include "tools/scene/forms/fields/lens_coefficients.h"
+#include "tools/scene/forms/fields/unknown_keys.h"
+#include "tools/scene/forms/photographs/photograph_lookup.h"
 
 namespace lumatlas {
 namespace {

@@ -13,9 +13,9 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/forms/brown_lens.h"
-#include "tools/scene/forms/photograph_lookup.h"
-#include "tools/scene/forms/text_rows.h"
+#include "tools/scene/forms/fields/brown_lens.h"
+#include "tools/scene/forms/fields/text_rows.h"
+#include "tools/scene/forms/photographs/photograph_lookup.h"
 
 namespace lumatlas {
 

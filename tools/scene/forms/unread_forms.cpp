@@ -10,7 +10,7 @@
 
 #include "tools/base/child_process.h"
 #include "tools/scene/forms/capture.h"
-#include "tools/scene/forms/photograph_names.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 
 namespace lumatlas {
 

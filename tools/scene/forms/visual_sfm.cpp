@@ -17,11 +17,11 @@
 #include "mesh/base/number_text.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
-#include "tools/scene/forms/measured_size.h"
-#include "tools/scene/forms/photograph_lookup.h"
-#include "tools/scene/forms/photograph_names.h"
-#include "tools/scene/forms/text_numbers.h"
-#include "tools/scene/forms/text_rows.h"
+#include "tools/scene/forms/fields/text_numbers.h"
+#include "tools/scene/forms/fields/text_rows.h"
+#include "tools/scene/forms/photographs/measured_size.h"
+#include "tools/scene/forms/photographs/photograph_lookup.h"
+#include "tools/scene/forms/photographs/photograph_names.h"
 
 namespace lumatlas {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Keeps visitors where the scene was photographed: beyond, movements become slow, and the camera comes back once it is
 // let go. What counts is how much of the picture was photographed from near there, against what photographs themselves
-// show of it (tools/paths/kept_path.h).
+// show of it (tools/picture/paths/kept_path.h).
 import {between, dot, length, row, subtract} from './camera.js';
 /** @import {Pose} from './types.d.ts' */
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The shaders: those of lumatlas' own renderer, and the page's. Counterpart of blend/shader_program.cpp.
+// The shaders: those of lumatlas' own renderer, and the page's. Counterpart of blend/gl/shader_program.cpp.
 import {ContextLost, GlObjects} from './gl_objects.js';
 /** @import {Shaders} from './types.d.ts' */
 

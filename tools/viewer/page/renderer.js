@@ -12,7 +12,7 @@ import {Table, bindTexture, makeTexture} from './tables.js';
 /** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
 /** @import {Camera, Mesh, Mode, Scene, Shaders, Size, Tables, Vector} from './types.d.ts' */
 
-const CELLS_OF_SHADER = [1, 2, 4];  // kCellsOfShader of blend/zone_mesh.h
+const CELLS_OF_SHADER = [1, 2, 4];  // kCellsOfShader of blend/tables/zone_mesh.h
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;

@@ -5,8 +5,8 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 import {unitOf} from './programs.js';
 /** @import {Layout, Scene, View} from './types.d.ts' */
 
-const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl_objects.h
-export const VIEW_TEXELS = 6;     // kViewTexels of blend/view_table.h
+const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl/gl_objects.h
+export const VIEW_TEXELS = 6;     // kViewTexels of blend/tables/view_table.h
 export const NO_SLOT = 0xFFFFFFFF;
 
 // A texture with one level. `filter`: NEAREST, or LINEAR for a format that can be filtered.
@@ -98,7 +98,7 @@ export class Table {
 /** @param {View} view */
 export const depthScale = (view) => view.depth > 0 ? 2 ** Math.floor(Math.log2(view.depth)) : 1;
 
-// As blend/view_table.cpp, for views at the layout's scale.
+// As blend/tables/view_table.cpp, for views at the layout's scale.
 /** @param {Scene} scene @param {Layout} layout */
 export function viewTable(scene, layout) {
   const table = new Float32Array(4 * VIEW_TEXELS * scene.views.length);

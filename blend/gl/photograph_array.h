@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the slots of a texture array or, as the
+// baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> slot -> texel.
+//
+// Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows. Depth and rims
+// have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "atlas/depth_blocks.h"
+#include "atlas/images/image_levels.h"
+#include "atlas/snapshot.h"
+#include "atlas/tiles/texel_format.h"
+#include "blend/gl/gl_objects.h"
+
+namespace lumatlas {
+
+// Where the slots are in the pages of the array.
+struct ArrayShape {
+  std::uint32_t slot_width = 0;   // texels, gutter included
+  std::uint32_t slot_height = 0;  // texels, gutter included
+  std::uint32_t columns = 1;      // slots in a page
+  std::uint32_t rows = 1;
+  std::uint32_t pages = 1;
+  std::uint32_t levels = 1;
+  TexelFormat format = TexelFormat::rgb8;
+  // Blocks of depth in a slot.
+  std::uint32_t depth_columns = 0;
+  std::uint32_t depth_rows = 0;
+
+  [[nodiscard]] std::uint64_t texels(std::uint32_t level) const;  // 0: the finest
+  [[nodiscard]] std::uint64_t depth_bytes() const;
+  [[nodiscard]] std::uint64_t bytes() const;  // that the array takes, all levels of colour and depth
+  [[nodiscard]] bool operator==(const ArrayShape&) const = default;
+};
+
+// What a driver takes at most; without other values, what OpenGL 4.5 promises.
+struct ArrayLimits {
+  std::uint32_t pages = 2048;
+  std::uint32_t side = 16384;  // texels
+};
+
+// For at least so many slots of tiles; and of whole views, which are all as large as the largest. The options must pass
+// check().
+[[nodiscard]] ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits);
+[[nodiscard]] ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options);
+
+// Whether the driver of the current context takes textures of the format.
+[[nodiscard]] bool driver_takes(TexelFormat format);
+
+// Whether the driver of the current context draws in software, which looks into a block for each texel: from blocks
+// that takes three times as long.
+[[nodiscard]] bool draws_in_software();
+
+// The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not. Its
+// format is rgb8 without `blocks`, or where the driver does not take the snapshot's.
+[[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot, bool blocks = true);
+
+class PhotographArray {
+ public:
+  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched, and
+  // of one whose view was replaced, only what has other bytes: colours with validity, or depths. An array that becomes
+  // too small makes place for one with a quarter more pages, where the driver copies textures. Throws GlError if a
+  // limit of the driver is exceeded, naming the limit, the number and what to do; what was there is then gone. Where
+  // array_shape() has another format than the snapshot, texels are compressed and decompressed again, so that pictures
+  // are the same.
+  void load(const Snapshot& snapshot, bool blocks = true);
+
+  // What shaders/photographs.glsl reads: the photographs, their depths in blocks, and by tile where it is.
+  [[nodiscard]] const GlTexture& photographs() const { return photographs_; }
+  [[nodiscard]] const GlTexture& depths() const { return depths_; }
+  [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_; }
+  // Of a tile, pixels without the gutter.
+  [[nodiscard]] glm::uvec2 tile_size() const { return {tile_width_, tile_height_}; }
+  [[nodiscard]] std::uint32_t gutter() const { return gutter_; }
+  [[nodiscard]] const ArrayShape& shape() const { return shape_; }
+  // The number of a view's first tile in the table of tiles, and how many columns of tiles it has.
+  [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
+  [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
+  // What a view's stored depths are shares of: a power of two near its median depth.
+  [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
+  // Slots of which the last load() copied colours or depths.
+  [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
+  // Bytes that all calls of load() together have copied to the GPU.
+  [[nodiscard]] std::uint64_t color_bytes() const { return color_bytes_; }
+  [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
+
+ private:
+  // What a slot holds. The view may be gone from memory.
+  struct Held {
+    std::weak_ptr<const StoredView> view;
+    std::uint32_t tile = 0;
+    std::optional<std::uint64_t> color, depth;  // digests of the finest level and of the blocks of depth
+  };
+  struct Scaled {
+    std::weak_ptr<const StoredView> view;
+    float scale = 1;
+  };
+
+  void allocate(const ArrayShape& shape);
+  [[nodiscard]] bool grow(const ArrayShape& needed);
+  void measure_depths(const Snapshot& snapshot);
+  // A tile for a slot, and what is copied there. Levels or depths that the slot holds already are empty.
+  struct Upload {
+    std::uint32_t slot, view, tile;
+    std::uint64_t color_digest = 0, depth_digest = 0;
+    std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format
+    std::vector<DepthBlock> depth;
+  };
+  [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
+  void prepare(Upload& upload, const StoredView& view) const;
+  void prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const;
+  void copy(const Upload& upload);
+
+  ArrayShape shape_;
+  TexelFormat stored_format_ = TexelFormat::rgb8;  // the snapshot's, whatever the driver takes
+  std::uint32_t tile_width_ = 0, tile_height_ = 0, gutter_ = 0;
+  std::vector<std::uint32_t> first_tile_;  // by view
+  std::vector<Held> held_;                 // by slot
+  std::vector<Scaled> scaled_;             // by view
+  std::uint32_t uploaded_ = 0;
+  std::uint64_t color_bytes_ = 0, depth_bytes_ = 0;
+  GlTexture photographs_, depths_, tile_slots_;
+};
+
+}  // namespace lumatlas

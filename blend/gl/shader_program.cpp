@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/gl/shader_program.h"
+
+#include <array>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "atlas/depth_blocks.h"
+#include "blend/blend_options.h"
+#include "blend/exposure.h"
+#include "blend/footprint.h"
+#include "blend/geometric_weight.h"
+#include "blend/shaders.h"
+#include "blend/tables/view_table.h"
+#include "mesh/base/number_text.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::array kSamplers{"photographs", "depths",     "surfaces", "zones",
+                               "cells",       "references", "views",    "tile_slots"};  // in the order of TextureUnit
+
+std::string definition(std::string_view name, const std::string& value) {
+  return "#define " + std::string(name) + " " + value + "\n";
+}
+
+// As GLSL reads a float, whatever the host's locale writes.
+std::string constant(double value) {
+  return number_text(value, 7);
+}
+
+std::string definitions(const ProgramKey& key) {
+  std::string text = shared_definitions();
+  if (key.views > 0) text += definition("BLENDED_VIEWS", std::to_string(key.views));
+  if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
+  if (key.pass == Pass::samples) text += "#define SAMPLES\n";
+  if (key.linear) text += "#define LINEAR\n";
+  if (has_clip_control()) text += "#define CLIP_CONTROL\n";
+  if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
+  return text;
+}
+
+struct ProgramSource {
+  const char* name;
+  std::string_view vertex, fragment;
+};
+
+ProgramSource source_of(Pass pass) {
+  switch (pass) {
+    case Pass::surface:
+      return {"surface", k_surface_vert, k_surface_frag};
+    case Pass::silhouettes:
+      return {"silhouettes", k_screen_vert, k_silhouettes_frag};
+    case Pass::diagnose:
+      return {"diagnosis", k_screen_vert, k_diagnose_frag};
+    case Pass::present:
+      return {"presentation", k_screen_vert, k_present_frag};
+    case Pass::blend:
+    case Pass::samples:
+      break;
+  }
+  return {"blend", k_screen_vert, k_blend_frag};
+}
+
+// After the line that says the version, which must come first.
+std::string defined(std::string_view source, const std::string& names) {
+  std::string text(source);
+  text.insert(text.find('\n') + 1, names);
+  return text;
+}
+
+}  // namespace
+
+std::string shared_definitions() {
+  return definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) +
+         definition("BLUR_OF_SHIFT", constant(kBlurOfShift)) + definition("SHARP_SHIFT", constant(kSharpShift)) +
+         definition("MOST_SHIFT", constant(kMostShift)) + definition("LEAST_PENALTY", constant(kLeastPenalty)) +
+         definition("FRAME_PENALTY", constant(kFramePenalty)) + definition("LEAST_IN_FRAME", constant(kLeastInFrame)) +
+         definition("FAR_FRAME_FADE", constant(kFarFrameFade)) + definition("CLIPPED_FROM", constant(kClippedFrom)) +
+         definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
+         definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
+         definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
+         definition("DEPTH_BLOCK_SIDE", std::to_string(kDepthBlockSide)) +
+         definition("MOST_DEPTH_SLOPE", constant(kMostDepthSlope)) +
+         definition("TABLE_WIDTH", std::to_string(kTableWidth)) +
+         definition("VIEW_TEXELS", std::to_string(kViewTexels));
+}
+
+bool has_clip_control() {
+  return epoxy_is_desktop_gl();
+}
+
+GLuint ShaderPrograms::get(const ProgramKey& key) {
+  if (const auto found = programs_.find(key); found != programs_.end()) return found->second.get();
+  const ProgramSource source = source_of(key.pass);
+  const std::string names = definitions(key);
+  GlProgram program = make_program(source.name, defined(source.vertex, names), defined(source.fragment, names));
+  if (const GLuint block = glGetUniformBlockIndex(program.get(), "Picture"); block != GL_INVALID_INDEX) {
+    glUniformBlockBinding(program.get(), block, kPictureBinding);
+  }
+  glUseProgram(program.get());
+  for (std::size_t unit = 0; unit < kSamplers.size(); ++unit) {
+    glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));
+  }
+  glUniform1i(glGetUniformLocation(program.get(), "shown"), static_cast<GLint>(TextureUnit::surfaces));
+  glUseProgram(0);
+  return programs_.emplace(key, std::move(program)).first->second.get();
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: mesh and references as the shaders read them, by zones. A zone here is what all its faces have in
+// common: the cells that share them, and the cell that they are of.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <vector>
+
+#include "atlas/reference_table.h"
+#include "blend/tables/cell_shares.h"
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+// The shader is compiled for so many cells of a zone at most, because one for fewer is shorter.
+inline constexpr std::array<std::uint32_t, 3> kCellsOfShader{1, 2, 4};
+
+// All that references are listed by.
+struct ZoneCells {
+  std::vector<std::uint32_t> cell;         // by zone, the one that its faces are of
+  std::vector<std::uint32_t> combination;  // by zone, which of these its faces fade between
+  std::vector<CellShares::Zone> combinations;
+};
+
+// The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
+// cells, and because a flat attribute tells the shader which zone a face has.
+struct ZoneMesh {
+  std::vector<glm::vec3> positions;
+  std::vector<glm::u8vec3> colors;
+  std::vector<std::uint32_t> sources;  // of each vertex, that of the mesh which it is a copy of
+  std::vector<glm::u16vec4> shares;    // 65535 is 1
+  std::vector<std::uint32_t> zones;    // of each vertex
+  std::vector<glm::uvec3> faces;       // by how many cells they have: kCellsOfShader
+  std::array<std::size_t, kCellsOfShader.size()> face_counts{};
+  ZoneCells zone_cells;
+};
+
+// `colors` has one for each vertex, `cell_of_face` and `shares` one for each face.
+[[nodiscard]] ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
+                                 const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares);
+
+// What shaders/tables.glsl reads.
+struct ZoneReferences {
+  std::vector<glm::uvec4> zones;          // references from and to, the faces' cell, deviation_bits() of that
+  std::vector<glm::uvec4> cells;          // references from and to, 1 if an offered view saw it, 0
+  std::vector<std::uint32_t> references;  // slot; from bit 28 on, which of the zone's cells refer to it
+};
+
+// A deviation (Snapshot::cell_deviation) as shaders read it: the upper half of its bits. It loses 1 in 128 at most.
+[[nodiscard]] std::uint32_t deviation_bits(float deviation);
+
+// Views that several cells of a zone refer to are listed once for it. `cell_seen` and `cell_deviation` as in Snapshot.
+// Throws GlError for more than 2^28 slots.
+[[nodiscard]] ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
+                                             const std::vector<std::uint8_t>& cell_seen,
+                                             const std::vector<float>& cell_deviation);
+
+}  // namespace lumatlas

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A scene's depth images, read for fusion.
+#pragma once
+
+#include "tools/meshing/depth/depth_fusion.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+// Undistorted to a pinhole camera at the file's own size: it shows what its lens does, however many pixels it has. No
+// depth is mixed of two. A pixel counts by the cosine of the angle that it sees the surface at, as its neighbours tell;
+// those without a neighbour, beyond 84 degrees, and between the near and the far side of an edge count for nothing.
+// Throws InputError naming a file that is missing, damaged, not of 16 bits, or of another shape than its lens.
+[[nodiscard]] DepthImage read_depth(const SceneDepth& depth);
+
+// How many pixels of its file are above 0, whether they can be used or not. Throws InputError.
+[[nodiscard]] std::size_t pixels_above_zero(const SceneDepth& depth);
+
+}  // namespace lumatlas

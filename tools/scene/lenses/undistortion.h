@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From the photograph that a lens took to the one that a pinhole camera at the same place would have taken.
+#pragma once
+
+#include "atlas/images/photograph.h"
+#include "mesh/camera.h"
+#include "mesh/lens_correction.h"
+#include "tools/scene/lenses/camera_model.h"
+
+namespace lumatlas {
+
+// The most that pinhole_view() magnifies to get rid of the border. A view loses up to a tenth of its field along each
+// axis to it; more would cost too much, since the border itself costs only its own pixels.
+inline constexpr double kLargestZoom = 1.1;
+
+// The pinhole camera, of identity pose, that photographs of this lens are undistorted to: same size and principal
+// point; the focal lengths are the lens's times one factor: the least in [1, kLargestZoom] for which every pixel of the
+// view lies inside the photograph, or 1 if there is none, which keeps the whole field of view and a border. A lens
+// without distortion keeps its focal lengths exactly. Throws std::invalid_argument as check(lens) does, for a panorama,
+// and for a lens that sees nothing of the view.
+[[nodiscard]] Camera pinhole_view(const CameraModel& lens);
+
+// `photograph`, of the lens's size, resampled bilinearly to `view`, which is pinhole_view(lens) with any pose. Pixels
+// that the lens did not see, or sees only beyond a fold of its distortion, are black with valid = 0; `valid` is empty
+// if there are none. The mask of the photograph itself is honoured. Without distortion the photograph comes back as it
+// is. `correction` says what is wrong with a picture that is undistorted by the lens alone: both are undone at once, so
+// that nothing is resampled twice. Throws std::invalid_argument if the photograph or the view has another size than the
+// lens, or if the correction does not pass check().
+[[nodiscard]] Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
+                                   const LensCorrection& correction = {});
+
+}  // namespace lumatlas
