@@ -70,10 +70,10 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_
     if (changed[cell] == 0) stays[previous_cell[cell]] = 1;
   }
   std::vector<std::uint32_t> slots;
-  for (const std::uint32_t slot : stored_slots()) {
+  for (const std::uint32_t slot : store_.held_slots()) {
     const Camera& camera = atlas_.view(slot)->camera;
     const std::array<glm::dvec3, 4> normals = inward_normals(camera);
-    const std::span<const CellPart> seen = ledger_.parts(slot);
+    const std::span<const CellPart> seen = store_.ledger().parts(slot);
     // Cells were counted at the given pose, depth was made at a refined one: either may have changed.
     if (std::any_of(seen.begin(), seen.end(), [&](const CellPart& entry) { return stays[entry.cell] == 0; }) ||
         std::any_of(spheres.begin(), spheres.end(),
@@ -87,21 +87,7 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_
 void Planner::mask_edges_by(const ValidityOptions& validity) {
   check(validity);
   options_.validity = validity;
-}
-
-// Of what was offered, the coverage of the changed cells is forgotten but for what is still stored.
-void Planner::offer_stored_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed) {
-  if (!offered_) return;
-  std::vector<std::vector<CellPart>> views;
-  for (const std::uint32_t slot : slots) {
-    std::vector<CellPart>& view = views.emplace_back();
-    const std::span<const CellPart> seen = ledger_.parts(slot);
-    std::copy_if(seen.begin(), seen.end(), std::back_inserter(view),
-                 [&](const CellPart& entry) { return changed[entry.cell] != 0; });
-  }
-  // All ask before any is added: what a view is worth depends on what is asked for.
-  for (const std::vector<CellPart>& view : views) offered_->ask(view);
-  for (const std::vector<CellPart>& view : views) offered_->add(view);
+  refiner_.mask_edges_by(validity);
 }
 
 // Returns whether the view shows something else than before.
@@ -121,7 +107,8 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
                                       std::span<const std::uint32_t> previous_cell,
                                       std::span<const std::uint8_t> changed) {
   if (!surface) throw std::invalid_argument("planner: surface is null");
-  if (held_views_ != atlas_.size()) throw std::logic_error("planner: the surface changes while slots are promised");
+  if (store_.held_views() != atlas_.size())
+    throw std::logic_error("planner: the surface changes while slots are promised");
   const std::size_t cells = surface->cells.cells.size();
   if (changed.size() != cells || previous_cell.size() != cells) {
     throw std::invalid_argument("planner: what became of the cells is said of " + std::to_string(changed.size()) +
@@ -144,12 +131,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
   }
   const std::vector<std::uint32_t> again = views_of_change(previous_cell, changed, *surface);
   atlas_.replace_surface(surface, previous_cell);
-  for (const std::uint32_t slot : again) {
-    ledger_.unask(ledger_.parts(slot));
-    ledger_.erase(slot);
-  }
-  ledger_.follow(*surface, unchanged);
-  if (offered_) offered_->follow(*surface, unchanged);
+  store_.follow(*surface, again, unchanged);
   visibility_ = &visibility;
   refiner_.see_with(visibility);
   SurfaceUpdate update;
@@ -158,13 +140,10 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     const Camera small = planning_camera(atlas_.view(slot)->camera);
     const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), surface->cells);
     atlas_.mark_seen(seen);
-    std::vector<CellPart> counted = parts(small, seen);
-    ledger_.ask(counted);
-    ledger_.insert(slot, std::move(counted));
+    store_.count_again(slot, parts(small, seen));
     update.depths_made_again += make_depth_again(slot);
   }
-  offer_stored_again(again, changed);
-  for (std::uint32_t cell = 0; cell < cells; ++cell) atlas_.set_references(cell, ledger_.references(cell));
+  store_.offer_again(again, changed);
   return update;
 }
 

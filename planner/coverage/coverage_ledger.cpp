@@ -216,4 +216,14 @@ void CoverageLedger::follow(const Surface& surface, std::span<const std::uint32_
   cells_ = surface.cells.cells.size();
 }
 
+std::vector<std::uint32_t> missed_least(const CoverageLedger& ledger, std::vector<std::uint32_t> slots,
+                                        std::size_t count) {
+  if (count >= slots.size()) return slots;
+  std::partial_sort(
+      slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(count), slots.end(),
+      [&](std::uint32_t a, std::uint32_t b) { return std::pair(ledger.loss(a), a) < std::pair(ledger.loss(b), b); });
+  slots.resize(count);
+  return slots;
+}
+
 }  // namespace lumatlas

@@ -91,4 +91,9 @@ class CoverageLedger {
   double summed_coverage_ = 0;
 };
 
+// Returns the `count` of these slots, or all if they are fewer, without whose views scov would lose least; if they are
+// not all, the one that is missed least first.
+[[nodiscard]] std::vector<std::uint32_t> missed_least(const CoverageLedger& ledger, std::vector<std::uint32_t> slots,
+                                                      std::size_t count);
+
 }  // namespace lumatlas

@@ -123,10 +123,12 @@ void check(const RefinementOptions& options) {
   refiner_requires(options.least_views >= 0, "least_views", options.least_views, "not negative");
 }
 
-Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options)
+Refiner::Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options,
+                 const ValidityOptions& validity)
     : atlas_(atlas),
       visibility_(&visibility),
       options_(options),
+      validity_(validity),
       views_(atlas.capacity()),
       samples_(atlas.capacity()),
       seen_(atlas.capacity()),
@@ -220,7 +222,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
 }
 
 void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-                     const ValidityOptions& validity, std::span<const std::uint32_t> face) {
+                     std::span<const std::uint32_t> face) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
@@ -251,13 +253,13 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   balance_exposures();
   visited_[slot] = ++visits_;
   count_comparison(refinement);
-  if (revisit(slot, validity)) balance_exposures();
+  if (revisit(slot)) balance_exposures();
   if (!options_.trust.enabled) return;
   neighbours_[slot] = static_cast<std::uint32_t>(ratios.size());
-  mask(slot, validity);
+  mask(slot);
   // Its neighbours can be judged better now. Doing so whenever they have twice as many costs each view a logarithm.
   for (const ExposureRatio& ratio : ratios) {
-    if (++neighbours_[ratio.slot] >= 2 * std::max(1u, masked_with_[ratio.slot])) mask(ratio.slot, validity);
+    if (++neighbours_[ratio.slot] >= 2 * std::max(1u, masked_with_[ratio.slot])) mask(ratio.slot);
   }
 }
 
@@ -286,22 +288,22 @@ void Refiner::balance_exposures() {
   }
 }
 
-void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust,
-                      const ValidityOptions& validity) {
+void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photograph,
+                      std::vector<std::uint8_t> trust) {
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
   VisibilityBuffer visible = sees_the_same ? visibility_of(old, seen_[slot]) : visibility_->trace_sparsely(camera);
   std::vector<SeenFaces> seen = seen_faces(visible.face, atlas_.surface()->cells.cell_of_face);
   TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible),
-                                    atlas_.surface()->cells, atlas_.layout(), validity, std::move(trust));
+                                    atlas_.surface()->cells, atlas_.layout(), validity_, std::move(trust));
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
   replaced(slot);
   seen_[slot] = std::move(seen);
 }
 
 // As it is believed to be now.
-void Refiner::replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const ValidityOptions& validity) {
-  replace(slot, views_[slot]->camera, views_[slot]->view->photograph, std::move(trust), validity);
+void Refiner::replace(std::uint32_t slot, std::vector<std::uint8_t> trust) {
+  replace(slot, views_[slot]->camera, views_[slot]->view->photograph, std::move(trust));
 }
 
 // See kDepthStandsPx.
@@ -311,9 +313,9 @@ bool Refiner::depth_stands(std::uint32_t slot) const {
   return shift_px(view.camera, views_[slot]->camera, depth) < kDepthStandsPx;
 }
 
-void Refiner::move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity) {
+void Refiner::move(std::uint32_t slot, const Camera& camera) {
   views_[slot]->camera = camera;
-  if (!depth_stands(slot)) replace(slot, views_[slot]->view->trust, validity);
+  if (!depth_stands(slot)) replace(slot, views_[slot]->view->trust);
 }
 
 void Refiner::replaced(std::uint32_t slot) {
@@ -329,23 +331,23 @@ void Refiner::replaced(std::uint32_t slot) {
   seen_[slot].clear();
 }
 
-void Refiner::mask(std::uint32_t slot, const ValidityOptions& validity) {
+void Refiner::mask(std::uint32_t slot) {
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
   std::vector<std::uint8_t> trust =
       trust_mask(camera, view.pyramid, view.gain, sight_of(slot, camera.shrunk_to(options_.trust.grid_px)), atlas_,
                  views_, slot, options_.trust);
-  if (trust != view.view->trust) replace(slot, std::move(trust), validity);
+  if (trust != view.view->trust) replace(slot, std::move(trust));
 }
 
-void Refiner::settle(const ValidityOptions& validity) {
+void Refiner::settle() {
   for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     may_interrupt(options_.interruption_point);
-    if (options_.trust.enabled) mask(slot, validity);
+    if (options_.trust.enabled) mask(slot);
     const ComparedView& view = *views_[slot];
-    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->trust, validity);
+    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->trust);
   }
 }
 
@@ -386,7 +388,7 @@ void Refiner::count_comparison(const Refinement& refinement) {
 }
 
 // Returns whether exposures were compared anew.
-bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
+bool Refiner::revisit(std::uint32_t newest) {
   bool compared = false;
   for (std::uint32_t i = 0; i < options_.revisits && !at_rest(); ++i) {
     std::optional<std::uint32_t> next;
@@ -401,7 +403,7 @@ bool Refiner::revisit(std::uint32_t newest, const ValidityOptions& validity) {
     if (refinement.points < kFewestAlignmentPoints) continue;
     exposures_.set(*next, refinement.ratios);
     compared = true;
-    if (refinement.alignment.moved) move(*next, refinement.alignment.camera, validity);
+    if (refinement.alignment.moved) move(*next, refinement.alignment.camera);
   }
   return compared;
 }
@@ -419,7 +421,7 @@ std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
   return samples;
 }
 
-PoseEstimate Refiner::solve_poses(std::size_t most_points, const ValidityOptions& validity) {
+PoseEstimate Refiner::solve_poses(std::size_t most_points) {
   if (!options_.alignment.pose) return {};
   PoseEstimate estimate = estimate_poses(
       atlas_, views_, given_, all_samples(),
@@ -437,7 +439,7 @@ PoseEstimate Refiner::solve_poses(std::size_t most_points, const ValidityOptions
     const Camera camera = without(common, estimate.cameras[slot]);
     const double most_px = options_.alignment.max_move * std::max(camera.width, camera.height);
     if (shift_px(views_[slot]->camera, camera, depth) < options_.alignment.least_move_px) continue;
-    if (shift_px(given_[slot], camera, depth) <= most_px) move(slot, camera, validity);
+    if (shift_px(given_[slot], camera, depth) <= most_px) move(slot, camera);
   }
   return estimate;
 }
@@ -449,8 +451,7 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   return lumatlas::estimate_lenses(atlas_, views_, given_, all_samples(), interruptible);
 }
 
-void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
-                             const ValidityOptions& validity) {
+void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected) {
   refiner_requires.has_size(estimates.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
   std::vector<std::pair<Camera, Camera>> before_and_after;
   for (const LensEstimate& lens : estimates.lenses) {
@@ -473,7 +474,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       require_photograph_of(old->name, old->camera, photograph);
       views_[slot]->camera = without(common, estimates.cameras[slot]);
       const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
-      replace(slot, camera, std::move(photograph), old->trust, validity);
+      replace(slot, camera, std::move(photograph), old->trust);
       views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
       samples_[slot].reset();
     }
@@ -524,7 +525,7 @@ std::optional<PolishStep> Refiner::found_in_place() {
   return summary_of(refinements);
 }
 
-PolishStep Refiner::polish(const ValidityOptions& validity) {
+PolishStep Refiner::polish() {
   if (may_be_brief() && all_as_given()) {
     if (const std::optional<PolishStep> step = found_in_place()) return *step;
   }
@@ -555,7 +556,7 @@ PolishStep Refiner::polish(const ValidityOptions& validity) {
     // Nothing is made anew of a view that stays where it is.
     const Camera& before = views_[slot]->camera;
     if (same_pose(before, camera) || shift_px(before, camera, depth) < options_.alignment.least_move_px) continue;
-    move(slot, camera, validity);
+    move(slot, camera);
   }
   balance_exposures();
   return step;

@@ -91,8 +91,10 @@ using CorrectedPhotograph = std::function<Photograph(std::uint32_t slot, const s
 // Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
 class Refiner {
  public:
-  // Both must outlive the refiner, which follows the atlas view by view: see stored() and erased().
-  Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options);
+  // Atlas and visibility must outlive the refiner, which follows the atlas view by view: see stored() and erased().
+  // `validity`: how the depth edges of views that move are masked.
+  Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options,
+          const ValidityOptions& validity = {});
 
   // Compares the photograph, which must be as large as its camera says (require_photograph_of(),
   // std::invalid_argument), with the stored views. Changes nothing.
@@ -103,13 +105,15 @@ class Refiner {
   // balanced anew, and masks are made where enough views have come since the last time. `face`: what each of its pixels
   // shows, as in VisibilityBuffer; empty: that is found where it is needed. Throws std::invalid_argument if it has
   // another size.
-  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, const ValidityOptions& validity,
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
               std::span<const std::uint32_t> face = {});
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
   // size: then the view is not refined any more.
   void replaced(std::uint32_t slot);
   // The mesh has changed; `visibility` must outlive the refiner or the next call.
   void see_with(const Visibility& visibility);
+  // Depth edges are masked in another way from now on. The options must pass check(); this is not checked here.
+  void mask_edges_by(const ValidityOptions& validity) { validity_ = validity; }
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
@@ -123,15 +127,15 @@ class Refiner {
   // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
   // is taken back. Where views rest and all are where they were given, they are looked at in brief first, and no
   // further if none is to move: exposures alone are balanced then.
-  PolishStep polish(const ValidityOptions& validity);
+  PolishStep polish();
   // To be called when all is stored and polished, or rests: makes the masks of all stored views again, now that each
   // has all the others to be judged by, and the depth of those that were found elsewhere since it was made.
-  void settle(const ValidityOptions& validity);
+  void settle();
   // Gives all stored views the poses that estimate_poses() finds, from at most so many points of each, if they improve;
   // but for a view that would move by less than AlignmentOptions::least_move_px, or be further from its given pose than
   // max_move allows, at the scene's median depth. What the set has moved as a whole is taken back. Exposures are
   // balanced by what is compared next. Without AlignmentOptions::pose it does nothing, and says that no view took part.
-  PoseEstimate solve_poses(std::size_t most_points, const ValidityOptions& validity);
+  PoseEstimate solve_poses(std::size_t most_points);
   // What the stored views say about their lenses. Changes nothing.
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
@@ -140,8 +144,7 @@ class Refiner {
   // std::invalid_argument, and changes nothing, unless there is a camera for each slot, those of stored views of the
   // photographs' sizes, and unless each slot of a lens holds a view; what `corrected` throws; and std::invalid_argument
   // if it gives a photograph of another size.
-  void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected,
-                      const ValidityOptions& validity);
+  void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
@@ -160,16 +163,15 @@ class Refiner {
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
-  void replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust,
-               const ValidityOptions& validity);
-  void replace(std::uint32_t slot, std::vector<std::uint8_t> trust, const ValidityOptions& validity);
+  void replace(std::uint32_t slot, const Camera& camera, Photograph photograph, std::vector<std::uint8_t> trust);
+  void replace(std::uint32_t slot, std::vector<std::uint8_t> trust);
   [[nodiscard]] bool depth_stands(std::uint32_t slot) const;
-  void move(std::uint32_t slot, const Camera& camera, const ValidityOptions& validity);
-  void mask(std::uint32_t slot, const ValidityOptions& validity);
+  void move(std::uint32_t slot, const Camera& camera);
+  void mask(std::uint32_t slot);
   void choose_samples(std::uint32_t slot);
   // From several threads at once for different slots.
   [[nodiscard]] Refinement compare_again(std::uint32_t slot);
-  bool revisit(std::uint32_t newest, const ValidityOptions& validity);
+  bool revisit(std::uint32_t newest);
   void count_comparison(const Refinement& refinement);
   [[nodiscard]] bool all_as_given() const;
   [[nodiscard]] std::optional<PolishStep> found_in_place();
@@ -178,6 +180,7 @@ class Refiner {
   Atlas& atlas_;
   const Visibility* visibility_;
   RefinementOptions options_;
+  ValidityOptions validity_;
   std::vector<std::optional<ComparedView>> views_;  // by slot
   struct ChosenSamples {
     Camera camera;  // that they were chosen with

@@ -70,12 +70,12 @@ int gradient(const Photograph& image, const glm::uvec2& at) {
   return sum;
 }
 
-struct Block {
+struct SampleBlock {
   std::uint32_t left, top, right, bottom;
 };
 
 // The pixels that are chosen from one block, at most two.
-std::vector<glm::uvec2> chosen(const SampleGrid& grid, const Block& block) {
+std::vector<glm::uvec2> chosen(const SampleGrid& grid, const SampleBlock& block) {
   const glm::ivec2 middle((block.left + block.right) / 2, (block.top + block.bottom) / 2);
   int steepest = -1;
   int nearest = std::numeric_limits<int>::max();
@@ -139,8 +139,8 @@ std::vector<SurfaceSample> choose_surface_samples(const Camera& camera, const Py
   std::vector<std::vector<glm::uvec2>> by_row(rows);
   tbb::parallel_for(0u, rows, [&](std::uint32_t row) {
     for (std::uint32_t column = 0; column < columns; ++column) {
-      const Block block{column * side, row * side, std::min(visible.width, (column + 1) * side),
-                        std::min(visible.height, (row + 1) * side)};
+      const SampleBlock block{column * side, row * side, std::min(visible.width, (column + 1) * side),
+                              std::min(visible.height, (row + 1) * side)};
       const std::vector<glm::uvec2> pixels_of_block = chosen(grid, block);
       by_row[row].insert(by_row[row].end(), pixels_of_block.begin(), pixels_of_block.end());
     }

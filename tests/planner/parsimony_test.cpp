@@ -14,8 +14,10 @@
 
 #include "planner/coverage/direction_coverage.h"
 #include "planner/coverage/offered_coverage.h"
+#include "planner/hindsight.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
+#include "planner/pruning.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {
@@ -149,10 +151,10 @@ TEST_CASE("with a bound of 0 everything is kept that adds, and nothing is predic
   std::size_t adding = 0;
   for (std::size_t i = 0; i < 40; ++i) adding += stream.offer(room_camera(i)).gain > 0;
   CHECK(adding == 40);
-  CHECK(stream.planner.thin().empty());
-  CHECK(stream.planner.stored_views() == 40);
-  CHECK(stream.planner.predicted_loss().gap == 0);
-  CHECK(stream.planner.predicted_loss().loss_db == 0);
+  CHECK(Pruning(stream.planner).thin().empty());
+  CHECK(stream.planner.store().stored_views() == 40);
+  CHECK(Pruning(stream.planner).predicted_loss().gap == 0);
+  CHECK(Pruning(stream.planner).predicted_loss().loss_db == 0);
 }
 
 TEST_CASE("a larger bound keeps fewer views, and the prediction stays within each") {
@@ -160,14 +162,14 @@ TEST_CASE("a larger bound keeps fewer views, and the prediction stays within eac
   for (const double bound : {0.0, 0.05, 0.2, 0.8, 3.0, 20.0}) {
     Stream stream(bound);
     stream.walk(60);
-    const std::uint32_t before = stream.planner.stored_views();
-    const std::size_t gone = stream.planner.thin().size();
+    const std::uint32_t before = stream.planner.store().stored_views();
+    const std::size_t gone = Pruning(stream.planner).thin().size();
     CAPTURE(bound, before, gone);
-    CHECK(stream.planner.stored_views() + gone == before);
-    CHECK(stream.planner.stored_views() < last);
-    CHECK(stream.planner.predicted_loss().loss_db <= bound);
-    CHECK_FALSE(stream.planner.predicted_loss().short_of_room);
-    last = stream.planner.stored_views();
+    CHECK(stream.planner.store().stored_views() + gone == before);
+    CHECK(stream.planner.store().stored_views() < last);
+    CHECK(Pruning(stream.planner).predicted_loss().loss_db <= bound);
+    CHECK_FALSE(Pruning(stream.planner).predicted_loss().short_of_room);
+    last = stream.planner.store().stored_views();
   }
   CHECK(last >= 1);
   CHECK(last < 8);
@@ -176,8 +178,8 @@ TEST_CASE("a larger bound keeps fewer views, and the prediction stays within eac
 TEST_CASE("no view can be taken away any more once the store is thinned") {
   Stream stream(0.3);
   stream.walk(60);
-  CHECK_FALSE(stream.planner.thin().empty());
-  CHECK(stream.planner.thin().empty());
+  CHECK_FALSE(Pruning(stream.planner).thin().empty());
+  CHECK(Pruning(stream.planner).thin().empty());
 }
 
 TEST_CASE("of a camera that stands still no more views are kept than a direction counts") {
@@ -189,9 +191,9 @@ TEST_CASE("of a camera that stands still no more views are kept than a direction
     camera.cam_from_world_translation += glm::dvec3(tremble(random), tremble(random), tremble(random));
     stream.offer(camera);
   }
-  stream.planner.thin();
-  CHECK(stream.planner.stored_views() >= 1);
-  CHECK(stream.planner.stored_views() <= coverage_for_room(true).views_per_direction);
+  Pruning(stream.planner).thin();
+  CHECK(stream.planner.store().stored_views() >= 1);
+  CHECK(stream.planner.store().stored_views() <= coverage_for_room(true).views_per_direction);
 }
 
 TEST_CASE("a view of nothing is not kept, whatever the bound") {
@@ -201,47 +203,47 @@ TEST_CASE("a view of nothing is not kept, whatever the bound") {
     away.cam_from_world_rotation = glm::dmat3(1);
     away.cam_from_world_translation = {500, 500, 500};
     CHECK(stream.offer(away).decision == Decision::rejected);
-    CHECK(stream.planner.thin().empty());
-    CHECK(stream.planner.stored_views() == 0);
-    CHECK(stream.planner.predicted_loss().loss_db == 0);
+    CHECK(Pruning(stream.planner).thin().empty());
+    CHECK(stream.planner.store().stored_views() == 0);
+    CHECK(Pruning(stream.planner).predicted_loss().loss_db == 0);
   }
 }
 
 TEST_CASE("a store without room for what is needed says so, and predicts more than the bound") {
   Stream stream(0.1, 4);
   stream.walk(60);
-  CHECK(stream.planner.thin().empty());
-  const PredictedLoss predicted = stream.planner.predicted_loss();
+  CHECK(Pruning(stream.planner).thin().empty());
+  const PredictedLoss predicted = Pruning(stream.planner).predicted_loss();
   CHECK(predicted.short_of_room);
   CHECK(predicted.loss_db > 0.1);
-  CHECK(stream.planner.stored_views() == 4);
+  CHECK(stream.planner.store().stored_views() == 4);
 }
 
 TEST_CASE("a thinned store is the same on one thread as on many") {
   Stream many(0.3);
   many.walk(60);
-  const std::vector<std::string> gone = many.planner.thin();
+  const std::vector<std::string> gone = Pruning(many.planner).thin();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   Stream one(0.3);
   one.walk(60);
-  CHECK(one.planner.thin() == gone);
+  CHECK(Pruning(one.planner).thin() == gone);
   CHECK(one.stored() == many.stored());
-  CHECK(one.planner.predicted_loss().loss_db == many.planner.predicted_loss().loss_db);
+  CHECK(Pruning(one.planner).predicted_loss().loss_db == Pruning(many.planner).predicted_loss().loss_db);
   CHECK(one.atlas.snapshot().references.views == many.atlas.snapshot().references.views);
 }
 
 TEST_CASE("a larger bound leaves fewer references, one of 0 all, and the prediction counts them within it") {
   Stream all(0.0);
   all.walk(60);
-  all.planner.thin();
-  CHECK(all.planner.predicted_loss().references_given_up == 0);
-  CHECK(all.planner.predicted_loss().reference_gap == 0);
+  Pruning(all.planner).thin();
+  CHECK(Pruning(all.planner).predicted_loss().references_given_up == 0);
+  CHECK(Pruning(all.planner).predicted_loss().reference_gap == 0);
   std::size_t last = all.atlas.snapshot().references.views.size();
   for (const double bound : {0.1, 0.4, 1.6}) {
     Stream stream(bound);
     stream.walk(60);
-    stream.planner.thin();
-    const PredictedLoss predicted = stream.planner.predicted_loss();
+    Pruning(stream.planner).thin();
+    const PredictedLoss predicted = Pruning(stream.planner).predicted_loss();
     CAPTURE(bound);
     CHECK(predicted.references_given_up > 0);
     CHECK(predicted.reference_gap > 0);
@@ -291,34 +293,34 @@ std::vector<std::uint32_t> slots_of(const std::vector<ThinningStep>& order) {
 TEST_CASE("the order of thinning names every view once, and the gap that each leaves is what the store comes to") {
   Stream stream(0.0);
   stream.walk(30);
-  const double whole = stream.planner.summed_coverage();
-  const std::vector<ThinningStep> order = stream.planner.thinning_order();
+  const double whole = stream.planner.store().summed_coverage();
+  const std::vector<ThinningStep> order = Hindsight(stream.planner).thinning_order();
   std::vector<std::uint32_t> all(30);
   std::iota(all.begin(), all.end(), 0);
   CHECK(slots_of(order) == all);
-  CHECK(stream.planner.stored_views() == 30);
+  CHECK(stream.planner.store().stored_views() == 30);
   double last = 0;
   for (const ThinningStep& step : order) {
     CHECK(step.gap >= last);
     last = step.gap;
-    stream.planner.take_away(std::array{step.slot});
-    CHECK(1 - stream.planner.summed_coverage() / whole == Approx(step.gap).margin(kRounding));
+    Pruning(stream.planner).take_away(std::array{step.slot});
+    CHECK(1 - stream.planner.store().summed_coverage() / whole == Approx(step.gap).margin(kRounding));
   }
   CHECK(last == Approx(1));
-  CHECK(stream.planner.stored_views() == 0);
-  CHECK(stream.planner.thinning_order().empty());
+  CHECK(stream.planner.store().stored_views() == 0);
+  CHECK(Hindsight(stream.planner).thinning_order().empty());
 }
 
 TEST_CASE("views that are absent count as never offered where a store is thinned without them") {
   Stream all(0.0);
   all.walk(24);
   const std::vector<std::uint32_t> absent{3, 11, 19};
-  const std::vector<ThinningStep> order = all.planner.thinning_order(absent);
+  const std::vector<ThinningStep> order = Hindsight(all.planner).thinning_order(absent);
   Stream others(0.0);
   for (std::size_t i = 0; i < 24; ++i) {
     if (std::find(absent.begin(), absent.end(), i) == absent.end()) others.offer(room_camera(i));
   }
-  const std::vector<ThinningStep> expected = others.planner.thinning_order();
+  const std::vector<ThinningStep> expected = Hindsight(others.planner).thinning_order();
   REQUIRE(order.size() == 21);
   REQUIRE(expected.size() == 21);
   for (std::size_t i = 0; i < order.size(); ++i) CHECK(order[i].gap == Approx(expected[i].gap).margin(kRounding));
@@ -327,27 +329,27 @@ TEST_CASE("views that are absent count as never offered where a store is thinned
 TEST_CASE("what cells would refer to among some views is what they refer to once the others are taken away") {
   Stream stream(0.0);
   stream.walk(30);
-  const std::vector<std::uint32_t> all = slots_of(stream.planner.thinning_order());
-  CHECK(stream.planner.references_among(all).views == stream.atlas.snapshot().references.views);
+  const std::vector<std::uint32_t> all = slots_of(Hindsight(stream.planner).thinning_order());
+  CHECK(Hindsight(stream.planner).references_among(all).views == stream.atlas.snapshot().references.views);
   std::vector<std::uint32_t> kept, gone;
   for (const std::uint32_t slot : all) (slot % 3 == 0 ? gone : kept).push_back(slot);
-  const ReferenceTable among = stream.planner.references_among(kept);
-  const ReferenceTable fewer = stream.planner.references_among(kept, {}, 0.1);
+  const ReferenceTable among = Hindsight(stream.planner).references_among(kept);
+  const ReferenceTable fewer = Hindsight(stream.planner).references_among(kept, {}, 0.1);
   CHECK(fewer.views.size() < among.views.size());
-  stream.planner.take_away(gone);
+  Pruning(stream.planner).take_away(gone);
   CHECK(stream.atlas.snapshot().references.views == among.views);
   CHECK(stream.atlas.snapshot().references.offsets == among.offsets);
-  stream.planner.give_up_references(0.1);
+  Pruning(stream.planner).give_up_references(0.1);
   CHECK(stream.atlas.snapshot().references.views == fewer.views);
-  CHECK_THROWS_WITH(stream.planner.take_away(gone), Catch::Contains("slot 0 holds no view"));
-  CHECK_THROWS_WITH(stream.planner.take_away(std::array{3000u}), Catch::Contains("slot 3000 holds no view"));
+  CHECK_THROWS_WITH(Pruning(stream.planner).take_away(gone), Catch::Contains("slot 0 holds no view"));
+  CHECK_THROWS_WITH(Pruning(stream.planner).take_away(std::array{3000u}), Catch::Contains("slot 3000 holds no view"));
 }
 
 TEST_CASE("without a bound nothing is taken away and no loss is predicted") {
   Stream stream(std::nullopt);
   stream.walk(10);
-  CHECK(stream.planner.thin().empty());
-  CHECK_THROWS_AS(stream.planner.predicted_loss(), std::logic_error);
+  CHECK(Pruning(stream.planner).thin().empty());
+  CHECK_THROWS_AS(Pruning(stream.planner).predicted_loss(), std::logic_error);
 }
 
 TEST_CASE("bounds that break a rule are refused by name") {

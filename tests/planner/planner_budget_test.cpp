@@ -83,8 +83,8 @@ struct Image {
       : stored(store.stored()),
         references(store.atlas.snapshot().references),
         gains(store.atlas.snapshot().gains),
-        bytes(store.planner.stored_bytes()),
-        coverage(store.planner.summed_coverage()) {}
+        bytes(store.planner.store().stored_bytes()),
+        coverage(store.planner.store().summed_coverage()) {}
   [[nodiscard]] bool operator==(const Image& other) const {
     return stored == other.stored && references.offsets == other.references.offsets &&
            references.views == other.references.views && gains == other.gains && bytes == other.bytes &&
@@ -112,15 +112,15 @@ std::size_t offer_mixed_sizes(const PlannerOptions& options, int offers, std::ui
   for (int i = 0; i < offers; ++i) {
     const Camera camera = cropped_camera(random() % 500, kDivisors[random() % kDivisors.size()]);
     const std::string name = "view " + std::to_string(i);
-    const double coverage = store.planner.summed_coverage();
+    const double coverage = store.planner.store().summed_coverage();
     const Verdict verdict = store.offer(name, camera);
     const std::map<std::string, std::uint64_t> now = store.stored();
     REQUIRE(sum_of(now) <= options.max_bytes);
-    REQUIRE(store.planner.stored_bytes() == sum_of(now));
+    REQUIRE(store.planner.store().stored_bytes() == sum_of(now));
     for (const std::string& left : verdict.replaced) REQUIRE(before.erase(left) == 1);
     if (verdict.slot) before.emplace(name, stored_bytes(camera));
     REQUIRE(now == before);
-    const double rise = store.planner.summed_coverage() - coverage;
+    const double rise = store.planner.store().summed_coverage() - coverage;
     REQUIRE(rise == Approx(verdict.slot ? verdict.gain : 0).margin(1e-6));
     REQUIRE(rise >= 0);
     REQUIRE((verdict.decision == Decision::replaced) == !verdict.replaced.empty());
@@ -161,7 +161,7 @@ TEST_CASE("small views of little worth leave for a large one though one large vi
   Verdict verdict = store.offer("another large", room_camera(8));
   std::sort(verdict.replaced.begin(), verdict.replaced.end());
   CHECK(verdict.replaced == std::vector<std::string>{"narrow 0", "narrow 1", "narrow 2", "narrow 3"});
-  CHECK(store.planner.stored_bytes() == 2 * large);
+  CHECK(store.planner.store().stored_bytes() == 2 * large);
 }
 
 TEST_CASE("a view larger than the budget is refused by name and changes nothing") {
@@ -215,20 +215,20 @@ TEST_CASE("views that are reserved first and filled later make the store of the 
       REQUIRE(verdicts.back().slot == offered.slot);
       REQUIRE(verdicts.back().replaced == offered.replaced);
       REQUIRE(verdicts.back().gain == offered.gain);
-      REQUIRE(ahead.planner.stored_bytes() == stream.planner.stored_bytes());
+      REQUIRE(ahead.planner.store().stored_bytes() == stream.planner.store().stored_bytes());
     }
-    CHECK(ahead.planner.stored_views() == 0);
+    CHECK(ahead.planner.store().stored_views() == 0);
     std::size_t filled = 0;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
       const std::string name = std::to_string(i);
-      if (!verdicts[i].slot || !ahead.planner.is_promised(name, *verdicts[i].slot)) continue;
+      if (!verdicts[i].slot || ahead.planner.store().promised_camera(name, *verdicts[i].slot) == nullptr) continue;
       const Camera camera = cropped_camera((13 * i) % 50, kDivisors[i % kDivisors.size()]);
       ahead.planner.fill(
           name, [&] { return pattern_photograph(camera, 1); }, verdicts[i]);
-      CHECK_FALSE(ahead.planner.is_promised(name, *verdicts[i].slot));
+      CHECK(ahead.planner.store().promised_camera(name, *verdicts[i].slot) == nullptr);
       ++filled;
     }
-    CHECK(filled == stream.planner.stored_views());
+    CHECK(filled == stream.planner.store().stored_views());
     CHECK(Image(ahead) == Image(stream));
   }
 }
@@ -237,11 +237,11 @@ TEST_CASE("a promised slot waits for its photograph, and only such a slot is fil
   Store store(3, without_refinement());
   Verdict verdict = store.planner.reserve("later", room_camera(0));
   REQUIRE(verdict.slot == 0u);
-  CHECK(store.planner.is_promised("later", 0));
-  CHECK_FALSE(store.planner.is_promised("another", 0));
-  CHECK_FALSE(store.planner.is_promised("later", 1));
-  CHECK_FALSE(store.planner.is_promised("later", 3));
-  CHECK(store.planner.summed_coverage() > 0);
+  CHECK(store.planner.store().promised_camera("later", 0) != nullptr);
+  CHECK(store.planner.store().promised_camera("another", 0) == nullptr);
+  CHECK(store.planner.store().promised_camera("later", 1) == nullptr);
+  CHECK(store.planner.store().promised_camera("later", 3) == nullptr);
+  CHECK(store.planner.store().summed_coverage() > 0);
   CHECK(store.atlas.size() == 0);
   const PhotographSource broken = []() -> Photograph { throw std::runtime_error("the file is gone"); };
   CHECK_THROWS_WITH(store.planner.fill("later", broken, verdict), "the file is gone");
@@ -249,7 +249,7 @@ TEST_CASE("a promised slot waits for its photograph, and only such a slot is fil
                       "later", [] { return Photograph{}; }, verdict),
                   std::invalid_argument);
   CHECK_THROWS_WITH(store.planner.fill("later", {}, verdict), Catch::Contains("no function for its photograph"));
-  CHECK(store.planner.is_promised("later", 0));
+  CHECK(store.planner.store().promised_camera("later", 0) != nullptr);
   CHECK_THROWS_AS(store.planner.update_surface(store.surface, *store.visibility, {}, {}), std::logic_error);
   // A view that comes in between takes the next slot, and refers to nothing that is not there.
   REQUIRE(store.offer("now", room_camera(8)).slot == 1u);
@@ -368,8 +368,8 @@ TEST_CASE("with the rule that has a proven bound, no order of the stream leaves 
         offered.push_back(parts[i]);
         if (offered.size() % 12 != 0) continue;
         const OfflineChoice best = plan_offline(*store.surface, offered, slots, {options.coverage, 0});
-        CHECK(store.planner.summed_coverage() >= best.summed_coverage / 4);
-        CHECK(store.planner.summed_coverage() <= best.summed_coverage * std::exp(1) / (std::exp(1) - 1));
+        CHECK(store.planner.store().summed_coverage() >= best.summed_coverage / 4);
+        CHECK(store.planner.store().summed_coverage() <= best.summed_coverage * std::exp(1) / (std::exp(1) - 1));
       }
     }
   }

@@ -9,6 +9,7 @@
 
 #include "mesh/base/errors.h"
 #include "planner/refinement/surface_samples.h"
+#include "planner/surface_distance.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {
@@ -97,9 +98,9 @@ TEST_CASE("without demand, keeping a view raises the coverage by what its verdic
   options.coverage.demand = false;
   Planned scene(4, options);
   for (std::size_t i = 0; i < 50; ++i) {
-    const double before = scene.planner.summed_coverage();
+    const double before = scene.planner.store().summed_coverage();
     const Verdict verdict = scene.offer((13 * i) % 50);
-    const double rise = scene.planner.summed_coverage() - before;
+    const double rise = scene.planner.store().summed_coverage() - before;
     if (verdict.decision == Decision::kept) CHECK(rise == Approx(verdict.gain).margin(1e-6));
     if (verdict.decision == Decision::rejected) CHECK(rise == 0);
     // Qualities are single precision.
@@ -129,7 +130,7 @@ TEST_CASE("a store of one view and one reference per cell works") {
   Planned scene(1, options);
   for (std::size_t i = 0; i < 20; ++i) scene.offer(i);
   CHECK(scene.atlas.size() == 1);
-  CHECK(std::isfinite(scene.planner.summed_coverage()));
+  CHECK(std::isfinite(scene.planner.store().summed_coverage()));
 }
 
 TEST_CASE("planner options that break a rule are refused by name") {

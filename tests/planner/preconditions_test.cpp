@@ -20,6 +20,7 @@
 #include "planner/refinement/exposure_graph.h"
 #include "planner/refinement/pose_estimate.h"
 #include "planner/refinement/surface_samples.h"
+#include "planner/surface_distance.h"
 #include "tests/support/relief_scenes.h"
 
 namespace lumatlas {
@@ -230,7 +231,7 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
   PlannedRelief planned;
   const Camera camera = relief_camera({0, 0, 0}, {0, 0, 4});
   const Photograph photograph = planned.relief.photograph(camera);
-  const double coverage = planned.planner.summed_coverage();
+  const double coverage = planned.planner.store().summed_coverage();
   const auto offer = [&](const Camera& at, const Photograph& of) {
     return complaint([&] { (void)planned.planner.offer("a", at, of); });
   };
@@ -260,7 +261,7 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
   const PhotographSource missing = []() -> Photograph { throw std::invalid_argument("no such file"); };
   CHECK(complaint([&] { (void)planned.planner.offer("a", camera, missing); }) == "no such file");
   CHECK(complaint([&] { (void)planned.planner.keep("a", camera, missing); }) == "no such file");
-  CHECK(planned.planner.summed_coverage() == coverage);
+  CHECK(planned.planner.store().summed_coverage() == coverage);
   CHECK(planned.atlas.size() == 0);
   CHECK(cells_seen(planned.atlas) == 0);
   CHECK(offer(camera, photograph) == "accepted");
@@ -287,13 +288,12 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
   const Photograph photograph = planned.relief.photograph(camera);
   planned.planner.offer("a", camera, photograph);
   Refiner refiner(planned.atlas, *planned.relief.visibility, {});
-  CHECK(complaint([&] { refiner.stored(2, camera, {}, {}); }) ==
+  CHECK(complaint([&] { refiner.stored(2, camera, {}); }) ==
         "refinement: slot is 2, must be below the atlas's capacity, 2");
-  CHECK(complaint([&] { refiner.stored(1, camera, {}, {}); }) ==
-        "refinement: slot is 1, must be one that holds a view");
+  CHECK(complaint([&] { refiner.stored(1, camera, {}); }) == "refinement: slot is 1, must be one that holds a view");
   Refinement lost;
   lost.ratios.push_back({5, glm::dvec3(0), glm::dvec3(0), 1});
-  CHECK(complaint([&] { refiner.stored(0, camera, lost, {}); }) ==
+  CHECK(complaint([&] { refiner.stored(0, camera, lost); }) ==
         "refinement: a ratio's slot is 5, must be below the atlas's capacity, 2");
   CHECK(complaint([&] { refiner.erased(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
   CHECK(complaint([&] { refiner.replaced(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
@@ -304,10 +304,10 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
         "camera: fy is nan, must be finite and positive");
   LensEstimates estimates;
   const auto correct = [&](const Photograph& given) {
-    return complaint([&] { refiner.correct_lenses(estimates, [&](auto, const auto&) { return given; }, {}); });
+    return complaint([&] { refiner.correct_lenses(estimates, [&](auto, const auto&) { return given; }); });
   };
   CHECK(correct(photograph) == "refinement: the size of cameras is 0, must be the atlas's capacity, 2");
-  refiner.stored(0, camera, {}, {});
+  refiner.stored(0, camera, {});
   estimates.cameras = {camera.scaled_to(120, 90), {}};
   estimates.lenses.push_back({{1}, {}, {}, {}, 0, 0, true});
   CHECK(correct(photograph) == "refinement: a lens's slot is 1, must be one that holds a view");

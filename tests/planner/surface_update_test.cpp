@@ -6,7 +6,9 @@
 #include <glm/glm.hpp>
 
 #include "mesh/cells/cell_growth.h"
+#include "planner/hindsight.h"
 #include "planner/planner.h"
+#include "planner/pruning.h"
 #include "tests/support/small_scenes.h"
 
 namespace lumatlas {
@@ -100,7 +102,7 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> slots) {
 void check_against_new_start(const PlannedSurface& scene) {
   PlannedSurface fresh(scene.surface, false);
   for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) fresh.keep(slot);
-  CHECK(scene.planner.summed_coverage() == Approx(fresh.planner.summed_coverage()).margin(1e-5));
+  CHECK(scene.planner.store().summed_coverage() == Approx(fresh.planner.store().summed_coverage()).margin(1e-5));
   std::size_t different = 0;
   for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
     different += sorted(scene.atlas.references(cell)) != sorted(fresh.atlas.references(cell));
@@ -131,16 +133,16 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
   const std::size_t cells = surface->cells.cells.size();
   planner.update_surface(surface, *visibility, std::vector<std::uint32_t>(cells, kNoCell),
                          std::vector<std::uint8_t>(cells, 1));
-  CHECK(planner.predicted_loss().gap == Approx(0).margin(1e-5));
-  const std::vector<ThinningStep> order = planner.thinning_order();
+  CHECK(Pruning(planner).predicted_loss().gap == Approx(0).margin(1e-5));
+  const std::vector<ThinningStep> order = Hindsight(planner).thinning_order();
   REQUIRE(order.size() == kMostViews);
-  planner.take_away(std::vector<std::uint32_t>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
-  const double gap = planner.predicted_loss().gap;
+  Pruning(planner).take_away(std::vector<std::uint32_t>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
+  const double gap = Pruning(planner).predicted_loss().gap;
   CHECK(gap == Approx(order[3].gap).margin(1e-5));
   CHECK(gap > 1e-3);
   // A view that no cell of the new surface knows of yet.
   planner.pass_by(room_camera(kMostViews + 3));
-  CHECK(planner.predicted_loss().gap > gap);
+  CHECK(Pruning(planner).predicted_loss().gap > gap);
 }
 
 TEST_CASE("a surface that appears, moves and disappears leaves the store as if it had been there from the start") {
@@ -201,23 +203,23 @@ TEST_CASE("the stream goes on after a change of the geometry, with refinement") 
     scene.planner.offer("view " + std::to_string(i), camera, pattern_photograph(camera, i));
   }
   scene.become(grown(*scene.surface, with_panel(scene.surface->mesh, 0.5f)));
-  double before = scene.planner.summed_coverage();
+  double before = scene.planner.store().summed_coverage();
   for (std::size_t i = kMostViews; i < 3 * kMostViews; ++i) {
     const Camera camera = room_camera(i);
     const Verdict verdict = scene.planner.offer("view " + std::to_string(i), camera, pattern_photograph(camera, i));
     if (verdict.decision == Decision::kept || verdict.decision == Decision::replaced) {
-      CHECK(scene.planner.summed_coverage() - before == Approx(verdict.gain).margin(1e-5));
+      CHECK(scene.planner.store().summed_coverage() - before == Approx(verdict.gain).margin(1e-5));
     }
-    before = scene.planner.summed_coverage();
+    before = scene.planner.store().summed_coverage();
   }
-  CHECK_NOTHROW(scene.planner.polish());
+  CHECK_NOTHROW(scene.planner.refiner().polish());
 }
 
 TEST_CASE("what is said of the cells must fit the surface") {
   PlannedSurface scene(room_surface(), false);
   scene.keep(0);
   const Grown same = grown(*scene.surface, scene.surface->mesh);
-  const double before = scene.planner.summed_coverage();
+  const double before = scene.planner.store().summed_coverage();
   const std::vector<std::uint8_t> none;
   CHECK_THROWS_AS(scene.planner.update_surface(same.surface, *scene.visibility, same.growth.previous_cell, none),
                   std::invalid_argument);
@@ -229,7 +231,7 @@ TEST_CASE("what is said of the cells must fit the surface") {
   twice[4] = twice[3];
   CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
                     Catch::Contains("cell 4") && Catch::Contains("another is already"));
-  CHECK(scene.planner.summed_coverage() == before);
+  CHECK(scene.planner.store().summed_coverage() == before);
 }
 
 }  // namespace

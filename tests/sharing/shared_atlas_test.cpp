@@ -60,8 +60,8 @@ class PlannerThread {
       const Camera camera = room_camera(7 * number % kOffered);
       (void)planner.offer("view " + std::to_string(number), camera, pattern_photograph(camera, number));
     }
-    (void)planner.polish();
-    planner.settle();
+    (void)planner.refiner().polish();
+    planner.refiner().settle();
     done_ = true;
   }
 

@@ -12,6 +12,7 @@
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
 #include "planner/refinement/surface_deviation.h"
+#include "planner/surface_distance.h"
 #include "planner/tile_choice.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
@@ -360,15 +361,15 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
     streaming.plan_ahead(stream);
   }
   refinement.finish(callback);
-  result.revisited = planner.revisited();
+  result.revisited = planner.refiner().revisited();
   refine_jointly(planner, views.views, options, callback, result);
   if (options.planner.max_loss_db) {
     const auto look = [&](const Surface& surface) { return make_visibility(surface, options.visibility_by); };
     give_up_within_loss(planner, atlas, seen, look, stream, callback, result);
   }
   count_views(atlas, result.lenses);
-  result.summed_coverage = planner.summed_coverage();
-  result.stored_bytes = planner.stored_bytes();
+  result.summed_coverage = planner.store().summed_coverage();
+  result.stored_bytes = planner.store().stored_bytes();
   if (watched) {
     watched.reset();
     atlas.choose_tiles_anew();  // as the first snapshot would
@@ -376,7 +377,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   if (budget) fit_within(*budget, planner, atlas, *seen.visibility, callback, result);
   take_snapshot(atlas, budget, result);
   result.gpu_bytes = GpuByteCount(input.surface).of(result.snapshot);
-  result.snapshot.cell_coverage = planner.cell_coverage();
+  result.snapshot.cell_coverage = planner.store().cell_coverage();
   measure_deviation(*seen.visibility, callback, result);
   return result;
 }

@@ -20,6 +20,7 @@
 #include "mesh/cells/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
+#include "planner/pruning.h"
 #include "tools/inspection/mesh_diagnosis.h"
 #include "tools/pipeline/budget/measured_loss.h"
 #include "tools/pipeline/build_options.h"

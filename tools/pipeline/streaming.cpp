@@ -55,7 +55,7 @@ PlannedView Streaming::offer(const SceneView& view) {
   PlannedView planned;
   planned.name = view.name;
   planned.verdict = planner_.offer(view.name, view.camera, photograph_of(view, planned));
-  planned.summed_coverage = planner_.summed_coverage();
+  planned.summed_coverage = planner_.store().summed_coverage();
   return planned;
 }
 
@@ -80,7 +80,7 @@ void Streaming::keep_chosen(const Stream& stream, const std::vector<std::size_t>
     } else {
       planner_.pass_by(view.camera);
     }
-    planned.summed_coverage = planner_.summed_coverage();
+    planned.summed_coverage = planner_.store().summed_coverage();
     result_.planned.push_back(std::move(planned));
     refinement_.after_offer();
     stage.tick();
@@ -95,7 +95,7 @@ std::vector<std::size_t> Streaming::reserve_all(const Stream& stream) {
     PlannedView planned;
     planned.name = view->name;
     planned.verdict = planner_.reserve(view->name, view->camera);
-    planned.summed_coverage = planner_.summed_coverage();
+    planned.summed_coverage = planner_.store().summed_coverage();
     result_.planned.push_back(std::move(planned));
     stage.tick();
   }
@@ -103,7 +103,8 @@ std::vector<std::size_t> Streaming::reserve_all(const Stream& stream) {
   std::vector<std::size_t> places;
   for (std::size_t place = 0; place < stream.size(); ++place) {
     const PlannedView& planned = result_.planned[place];
-    if (planned.verdict.slot && planner_.is_promised(planned.name, *planned.verdict.slot)) places.push_back(place);
+    if (planned.verdict.slot && planner_.store().promised_camera(planned.name, *planned.verdict.slot) != nullptr)
+      places.push_back(place);
   }
   return places;
 }

@@ -219,7 +219,8 @@ TEST_CASE("after hundreds of offers a store is worth what it would be if all had
   std::size_t replaced = 0;
   for (int i = 0; i < 300; ++i) {
     replaced += scene.offer(random() % 200).decision == Decision::replaced;
-    if (i % 30 == 29) CHECK(scene.planner.summed_coverage() == Approx(scene.coverage_from_scratch()).margin(1e-6));
+    if (i % 30 == 29)
+      CHECK(scene.planner.store().summed_coverage() == Approx(scene.coverage_from_scratch()).margin(1e-6));
   }
   CHECK(replaced > 5);  // else exchanges were not tested
 }
@@ -232,13 +233,13 @@ TEST_CASE("a view that is passed by asks for as much as one that is rejected") {
   for (PlannedByDemand* scene : {&offered, &passed}) {
     scene->planner.keep("kept", kept, [&] { return pattern_photograph(kept, 0); });
   }
-  const double alone = offered.planner.summed_coverage();
+  const double alone = offered.planner.store().summed_coverage();
   for (std::size_t i = 1; i < 20; ++i) {
     REQUIRE(offered.offer(i).decision == Decision::rejected);
     passed.planner.pass_by(room_camera(i));
   }
-  CHECK(passed.planner.summed_coverage() == offered.planner.summed_coverage());
-  CHECK(passed.planner.summed_coverage() != alone);
+  CHECK(passed.planner.store().summed_coverage() == offered.planner.store().summed_coverage());
+  CHECK(passed.planner.store().summed_coverage() != alone);
   CHECK(passed.atlas.size() == 1);
 }
 

@@ -92,7 +92,7 @@ struct PaintedRoom {
       const Camera camera = true_camera(number);
       planner.offer(std::to_string(number), camera, photograph_of(camera, *visibility, error));
     }
-    planner.polish();
+    planner.refiner().polish();
   }
 
   std::shared_ptr<const Surface> surface;
@@ -138,32 +138,34 @@ TEST_CASE("what is wrong with a lens is found, believed, and gone once the photo
                                                          Case{"all", {1.01, {0.012, -0.012}, 0.04, 0, 0, 0}, 1, 0.5});
   CAPTURE(what);
   PaintedRoom room(kRoomViews, error);
-  CHECK(room.planner.estimate_lenses({.most_points = 100}).undecided());
-  const LensEstimates estimates = room.planner.estimate_lenses({.most_points = 1000});
+  CHECK(room.planner.refiner().estimate_lenses({.most_points = 100}).undecided());
+  const LensEstimates estimates = room.planner.refiner().estimate_lenses({.most_points = 1000});
   const LensEstimate& lens = only_lens(estimates);
   CAPTURE(lens.correction.focal, lens.correction.principal.x, lens.correction.k1, lens.correction.k2,
           lens.deviation.focal, lens.deviation.k1, lens.residual.before, lens.residual.after);
-  CHECK(lens.slots.size() == room.planner.stored_views());
+  CHECK(lens.slots.size() == room.planner.store().stored_views());
   CHECK(lens.significant);
   CHECK(lens.residual.after < 0.99 * lens.residual.before);
   CHECK(miss_px(error, lens.correction) < found_px);
   const double improvement = 1 - lens.residual.after / lens.residual.before;
-  CHECK(only_lens(room.planner.estimate_lenses({.most_points = 1000, .least_improvement = 0.99 * improvement}))
-            .significant);
-  CHECK_FALSE(only_lens(room.planner.estimate_lenses({.most_points = 1000, .least_improvement = 1.01 * improvement}))
-                  .significant);
+  CHECK(
+      only_lens(room.planner.refiner().estimate_lenses({.most_points = 1000, .least_improvement = 0.99 * improvement}))
+          .significant);
+  CHECK_FALSE(
+      only_lens(room.planner.refiner().estimate_lenses({.most_points = 1000, .least_improvement = 1.01 * improvement}))
+          .significant);
   CHECK(lens.corner_px == Approx(corner_move_px(lens.correction, true_camera(0))));
 
   LensCorrection total = lens.correction;
   const auto make_again = [&](std::uint32_t, const std::string& name) {
     return photograph_of(true_camera(std::stoul(name)), *room.visibility, error, total);
   };
-  room.planner.correct_lenses(estimates, make_again);
+  room.planner.refiner().correct_lenses(estimates, make_again);
   CHECK(room.atlas.view(0)->camera.fx == true_camera(0).fx);
   CHECK(room.atlas.view(0)->photograph.rgb == make_again(0, room.atlas.view(0)->name).rgb);
   CHECK(room.atlas.view(0)->depth == room.visibility->trace(room.atlas.view(0)->camera).depth);
-  room.planner.polish();
-  const LensEstimate again = only_lens(room.planner.estimate_lenses({.most_points = 1000}));
+  room.planner.refiner().polish();
+  const LensEstimate again = only_lens(room.planner.refiner().estimate_lenses({.most_points = 1000}));
   CHECK(again.residual.after < lens.residual.before);
   if (again.significant) total = combined(total, again.correction);
   CHECK(miss_px(error, total) < left_px);
@@ -171,7 +173,7 @@ TEST_CASE("what is wrong with a lens is found, believed, and gone once the photo
 
 TEST_CASE("right lenses are left alone, and fewer points find the same less precisely") {
   const PaintedRoom room(kRoomViews, {});
-  const LensEstimates all = room.planner.estimate_lenses();
+  const LensEstimates all = room.planner.refiner().estimate_lenses();
   const LensEstimate& lens = only_lens(all);
   CAPTURE(lens.correction.focal, lens.deviation.focal, lens.correction.k1, lens.residual.before, lens.residual.after);
   CHECK(all.views > kRoomViews / 2);
@@ -182,15 +184,15 @@ TEST_CASE("right lenses are left alone, and fewer points find the same less prec
   CHECK(lens.deviation.k2 == 0);
   CHECK(lens.correction.p1 == 0);
 
-  const LensEstimates some = room.planner.estimate_lenses({.most_points = 300});
+  const LensEstimates some = room.planner.refiner().estimate_lenses({.most_points = 300});
   CHECK(some.views == all.views);
   CHECK(some.points <= 300 * some.views);
   CHECK(some.points < all.points);
   CHECK(only_lens(some).deviation.focal > lens.deviation.focal);
   CHECK(only_lens(some).correction.focal == Approx(1).margin(0.004));
-  CHECK_THROWS_AS(room.planner.estimate_lenses({.most_points = 0}), std::invalid_argument);
+  CHECK_THROWS_AS(room.planner.refiner().estimate_lenses({.most_points = 0}), std::invalid_argument);
   for (const double share : {0.0, 1.0, std::nan("")}) {
-    CHECK_THROWS_AS(room.planner.estimate_lenses({.least_improvement = share}), std::invalid_argument);
+    CHECK_THROWS_AS(room.planner.refiner().estimate_lenses({.least_improvement = share}), std::invalid_argument);
   }
 }
 
@@ -198,7 +200,7 @@ TEST_CASE("few points do not clear a lens that is wrong in a term which is tried
   const auto error = GENERATE(LensCorrection{1, {0, 0}, 0, 0.05, 0, 0}, LensCorrection{1, {0, 0}, 0, 0, 0.01, 0});
   const PaintedRoom room(kRoomViews, error);
   REQUIRE(corner_move_px(error, true_camera(0)) > 0.5);
-  CHECK(room.planner.estimate_lenses({.most_points = 100}).undecided());
+  CHECK(room.planner.refiner().estimate_lenses({.most_points = 100}).undecided());
 }
 
 TEST_CASE("of two lenses the wrong one is corrected, the right one is left alone") {
@@ -215,15 +217,15 @@ TEST_CASE("of two lenses the wrong one is corrected, the right one is left alone
     const LensCorrection lens = number % 2 == 0 ? LensCorrection{} : error;
     planner.offer(std::to_string(number), camera, photograph_of(camera, *visibility, lens));
   }
-  planner.polish();
-  const LensEstimates estimates = planner.estimate_lenses({.most_points = 500});
+  planner.refiner().polish();
+  const LensEstimates estimates = planner.refiner().estimate_lenses({.most_points = 500});
   REQUIRE(estimates.lenses.size() == 2);
   CHECK_FALSE(estimates.lenses[0].significant);
   CHECK(estimates.lenses[1].significant);
   CHECK(corner_move_px(estimates.lenses[0].correction, camera_of(0)) < 0.5);
   CHECK(miss_px(error, estimates.lenses[1].correction) < 1);
   const Camera right_before = atlas.view(0)->camera;
-  planner.correct_lenses(estimates, [&](std::uint32_t slot, const std::string& name) {
+  planner.refiner().correct_lenses(estimates, [&](std::uint32_t slot, const std::string& name) {
     CHECK(atlas.view(slot)->camera.width == 200);
     return photograph_of(camera_of(std::stoul(name)), *visibility, error, estimates.lenses[1].correction);
   });
@@ -232,7 +234,7 @@ TEST_CASE("of two lenses the wrong one is corrected, the right one is left alone
 
 TEST_CASE("one view alone says nothing about its lens, and an empty store neither") {
   const PaintedRoom one(1, {0.98, {0, 0}, 0, 0, 0, 0});
-  const LensEstimates estimates = one.planner.estimate_lenses();
+  const LensEstimates estimates = one.planner.refiner().estimate_lenses();
   CHECK_FALSE(estimates.significant());
   CHECK(estimates.views == 0);
   CHECK(only_lens(estimates).correction == LensCorrection{});
@@ -242,16 +244,16 @@ TEST_CASE("one view alone says nothing about its lens, and an empty store neithe
   const auto visibility = make_ray_visibility(surface->mesh);
   Atlas atlas(surface, 3);
   const Planner empty(atlas, *visibility, refining());
-  CHECK(empty.estimate_lenses().lenses.empty());
+  CHECK(empty.refiner().estimate_lenses().lenses.empty());
 }
 
 TEST_CASE("what the atlas has room for makes no difference: as many unknowns, and the same estimate") {
   const LensCorrection error{0.98, {0, 0}, 0, 0, 0, 0};
   const PaintedRoom exact(6, error);
-  const LensEstimates few = exact.planner.estimate_lenses();
+  const LensEstimates few = exact.planner.refiner().estimate_lenses();
   CHECK(few.unknowns == 7 + 7 * 6);
   const PaintedRoom roomy(6, error, 1280);
-  const LensEstimates estimates = roomy.planner.estimate_lenses();
+  const LensEstimates estimates = roomy.planner.refiner().estimate_lenses();
   CHECK(estimates.unknowns == few.unknowns);
   CHECK(estimates.points == few.points);
   CHECK(estimates.cameras.size() == 1280);
@@ -264,7 +266,7 @@ TEST_CASE("an estimate comes by its interruption point many times, and what is t
   std::atomic<int> calls = 0;
   LensOptions options;
   options.interruption_point = [&] { ++calls; };
-  check_same(room.planner.estimate_lenses(options), room.planner.estimate_lenses());
+  check_same(room.planner.refiner().estimate_lenses(options), room.planner.refiner().estimate_lenses());
   // Each view's comparison and its part of the normal equations, in at least two rounds of two passes.
   const int all = calls;
   CHECK(all > 2 * 2 * 2 * 6);
@@ -273,16 +275,16 @@ TEST_CASE("an estimate comes by its interruption point many times, and what is t
     options.interruption_point = [&] {
       if (++calls > last) throw Stop();
     };
-    CHECK_THROWS_AS(room.planner.estimate_lenses(options), Stop);
+    CHECK_THROWS_AS(room.planner.refiner().estimate_lenses(options), Stop);
     CHECK(calls < last + 100);  // those of other threads that were on their way
   }
 }
 
 TEST_CASE("the estimate is the same on one thread as on many") {
   const PaintedRoom room(8, {0.98, {0, 0}, 0, 0, 0, 0});
-  const LensEstimates many = room.planner.estimate_lenses();
+  const LensEstimates many = room.planner.refiner().estimate_lenses();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  check_same(many, room.planner.estimate_lenses());
+  check_same(many, room.planner.refiner().estimate_lenses());
 }
 
 }  // namespace

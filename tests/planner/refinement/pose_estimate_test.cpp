@@ -52,7 +52,7 @@ struct Walk {
                               : disturbed(truth.back(), px, static_cast<std::uint32_t>(number), points.back()));
       planner.offer(std::to_string(number), given.back(), relief.photograph(truth.back()));
     }
-    REQUIRE(planner.stored_views() == views);
+    REQUIRE(planner.store().stored_views() == views);
   }
 
   [[nodiscard]] const Camera& stored(std::size_t number) const { return atlas.view(slot(number))->camera; }
@@ -90,11 +90,11 @@ double difference_px(const Walk& a, const Walk& b) {
 TEST_CASE("one solution for all poses is nearer to the truth than four steps of polishing") {
   Walk polished(36, 3, options_for_walk());
   Walk solved(36, 3, options_for_walk());
-  for (int step = 0; step < 4; ++step) polished.planner.polish();
-  polished.planner.settle();
-  solved.planner.polish();
-  const PoseEstimate estimate = solved.planner.solve_poses(kAllPoints);
-  solved.planner.settle();
+  for (int step = 0; step < 4; ++step) polished.planner.refiner().polish();
+  polished.planner.refiner().settle();
+  solved.planner.refiner().polish();
+  const PoseEstimate estimate = solved.planner.refiner().solve_poses(kAllPoints);
+  solved.planner.refiner().settle();
   CAPTURE(polished.error_px(), solved.error_px(), estimate.residual_before, estimate.residual_after);
   CHECK(estimate.views == 36);
   CHECK(estimate.points > 36 * 100);
@@ -108,21 +108,21 @@ TEST_CASE("one solution for all poses is nearer to the truth than four steps of 
   }
   CHECK(glm::length(moved) < 0.0007);
   // A second solution finds nothing more.
-  const PoseEstimate second = solved.planner.solve_poses(kAllPoints);
+  const PoseEstimate second = solved.planner.refiner().solve_poses(kAllPoints);
   CHECK(second.residual_after > 0.97 * estimate.residual_after);
 }
 
 TEST_CASE("where poses are right a solution leaves them, and so does one without refinement of poses") {
   Walk exact(12, 0, options_for_walk());
-  CHECK(exact.planner.solve_poses(kAllPoints).views == 12);
-  exact.planner.settle();
+  CHECK(exact.planner.refiner().solve_poses(kAllPoints).views == 12);
+  exact.planner.refiner().settle();
   CHECK(exact.error_px() < 0.05);
 
   PlannerOptions exposure_alone = options_for_walk();
   exposure_alone.refinement.alignment.pose = false;
   Walk given(12, 3, exposure_alone);
-  CHECK(given.planner.solve_poses(kAllPoints).views == 0);
-  given.planner.settle();
+  CHECK(given.planner.refiner().solve_poses(kAllPoints).views == 0);
+  given.planner.refiner().settle();
   for (std::size_t number = 0; number < 12; ++number) CHECK(same_pose(given.stored(number), given.given[number]));
 }
 
@@ -131,8 +131,8 @@ TEST_CASE("no view moves further than it may") {
   options.refinement.alignment.max_move = 0.015;  // 3.6 pixels, of a corner
   options.refinement.alignment.prior = 0;
   Walk walk(24, 3, options);
-  CHECK(walk.planner.solve_poses(kAllPoints).improves());
-  walk.planner.settle();
+  CHECK(walk.planner.refiner().solve_poses(kAllPoints).improves());
+  walk.planner.refiner().settle();
   std::size_t moved = 0;
   for (std::size_t number = 0; number < 24; ++number) {
     moved += !same_pose(walk.stored(number), walk.given[number]);
@@ -145,25 +145,25 @@ TEST_CASE("no view moves further than it may") {
 
 TEST_CASE("fewer points are fitted to where fewer are asked for, and none are refused") {
   Walk walk(12, 2, options_for_walk());
-  const PoseEstimate all = walk.planner.solve_poses(kAllPoints);
-  const PoseEstimate some = walk.planner.solve_poses(100);
+  const PoseEstimate all = walk.planner.refiner().solve_poses(kAllPoints);
+  const PoseEstimate some = walk.planner.refiner().solve_poses(100);
   CHECK(some.views == 12);
   CHECK(some.points <= 100 * some.views);
   CHECK(some.points < all.points);
-  CHECK_THROWS_AS(walk.planner.solve_poses(0), std::invalid_argument);
+  CHECK_THROWS_AS(walk.planner.refiner().solve_poses(0), std::invalid_argument);
 }
 
 TEST_CASE("a store of one view, or of none, has nothing to be solved for") {
   Walk one(1, 3, options_for_walk());
-  const PoseEstimate estimate = one.planner.solve_poses(kAllPoints);
+  const PoseEstimate estimate = one.planner.refiner().solve_poses(kAllPoints);
   CHECK(estimate.views == 0);
   CHECK_FALSE(estimate.improves());
-  one.planner.settle();
+  one.planner.refiner().settle();
   CHECK(same_pose(one.stored(0), one.given[0]));
   const Relief relief;
   Atlas atlas(relief.surface, 3);
   Planner empty(atlas, *relief.visibility, options_for_walk());
-  CHECK(empty.solve_poses(kAllPoints).views == 0);
+  CHECK(empty.refiner().solve_poses(kAllPoints).views == 0);
 }
 
 TEST_CASE("a solution can be stopped, and the store is whole after") {
@@ -177,29 +177,29 @@ TEST_CASE("a solution can be stopped, and the store is whole after") {
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   Walk other(8, 2, options);
   const int before = calls_left;
-  other.planner.solve_poses(kAllPoints);
+  other.planner.refiner().solve_poses(kAllPoints);
   const int calls = before - calls_left;
   for (const int last : {0, 5, calls / 2, calls - 4}) {
     calls_left = last;
-    CHECK_THROWS_AS(walk.planner.solve_poses(kAllPoints), Stop);
+    CHECK_THROWS_AS(walk.planner.refiner().solve_poses(kAllPoints), Stop);
     for (std::size_t number = 0; number < 8; ++number) {
       const auto view = walk.atlas.view(walk.slot(number));
       CHECK(view->depth == walk.relief.visibility->trace(view->camera).depth);
     }
   }
   calls_left = std::numeric_limits<int>::max();
-  CHECK(walk.planner.solve_poses(kAllPoints).improves());
+  CHECK(walk.planner.refiner().solve_poses(kAllPoints).improves());
 }
 
 TEST_CASE("the solution is the same on one thread as on many") {
   Walk many(8, 2, options_for_walk());
   Walk one(8, 2, options_for_walk());
-  const PoseEstimate of_many = many.planner.solve_poses(kAllPoints);
+  const PoseEstimate of_many = many.planner.refiner().solve_poses(kAllPoints);
   REQUIRE(of_many.improves());
-  many.planner.settle();
+  many.planner.refiner().settle();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  CHECK(one.planner.solve_poses(kAllPoints).residual_after == of_many.residual_after);
-  one.planner.settle();
+  CHECK(one.planner.refiner().solve_poses(kAllPoints).residual_after == of_many.residual_after);
+  one.planner.refiner().settle();
   CHECK(difference_px(many, one) == 0);
 }
 

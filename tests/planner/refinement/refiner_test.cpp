@@ -173,20 +173,20 @@ TEST_CASE("each refined view has the depth and the mask of its refined pose") {
   const PlannerOptions options = options_for_relief();
   ReliefStream stream(16, options);
   stream.offer_all(8, 3, 1);
-  stream.planner.polish();
+  stream.planner.refiner().polish();
   check_whole(stream, options);
-  stream.planner.settle();
+  stream.planner.refiner().settle();
   check_whole(stream, options);
 }
 
 TEST_CASE("a pose that polishing moves by a little is in the store once that has settled") {
   ReliefStream stream(16, options_for_relief());
   const std::vector<Frame> frames = stream.offer_all(8, 1, 0);
-  stream.planner.polish();
+  stream.planner.refiner().polish();
   // How many stored views settling moves; each by no more than depth stands for.
   const auto moved_by_settling = [&] {
     const Snapshot before = stream.atlas.snapshot();
-    stream.planner.settle();
+    stream.planner.refiner().settle();
     std::size_t moved = 0;
     for (const Frame& f : frames) {
       const std::uint32_t slot = stream.slot_of(f.name).value();
@@ -216,7 +216,7 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
     stream.offer(stream.frame(i, 1, 0.5));
     untouched.offer(untouched.frame(i, 1, 0.5));
   }
-  const double coverage = stream.planner.summed_coverage();
+  const double coverage = stream.planner.store().summed_coverage();
   for (std::size_t number = 0; number < 12; ++number) {
     CAPTURE(number);
     const Verdict verdict = stream.offer(misplaced_frame(stream, number));
@@ -228,7 +228,7 @@ TEST_CASE("views with the pose of another place are outliers and leave the store
     REQUIRE(verdict.refinement->alignment.correlation);
     CHECK(*verdict.refinement->alignment.correlation < options_for_relief().refinement.least_correlation);
   }
-  CHECK(stream.planner.summed_coverage() == Approx(coverage).epsilon(1e-12));  // sums in another order
+  CHECK(stream.planner.store().summed_coverage() == Approx(coverage).epsilon(1e-12));  // sums in another order
   check_same_store(stream.atlas, untouched.atlas);
   const Frame next = stream.frame(10, 1, 0.5);
   CHECK(stream.offer(next).decision == untouched.offer(next).decision);
@@ -252,7 +252,7 @@ TEST_CASE("a reserved view that turns out to be an outlier gives its slot back, 
   CHECK(verdicts.back().decision == Decision::outlier);
   CHECK_FALSE(verdicts.back().slot);
   CHECK(verdicts.back().replaced.empty());
-  CHECK(ahead.planner.summed_coverage() == Approx(untouched.planner.summed_coverage()).epsilon(1e-12));
+  CHECK(ahead.planner.store().summed_coverage() == Approx(untouched.planner.store().summed_coverage()).epsilon(1e-12));
   check_same_store(ahead.atlas, untouched.atlas);
   const Verdict again = ahead.planner.offer_again(late.name, late.given,
                                                   [&] { return ahead.relief.photograph(late.truth, late.exposure); });
@@ -353,12 +353,12 @@ TEST_CASE("polishing lowers the mean residual and comes to rest") {
   PlannerOptions options = options_for_relief();
   ReliefStream stream(16, options);
   const std::vector<Frame> frames = stream.offer_all(12, 6, 1);
-  PolishStep last = stream.planner.polish();
+  PolishStep last = stream.planner.refiner().polish();
   const PolishStep first = last;
   CHECK(first.residual_after <= first.residual_before);
   for (int step = 0; step < 4; ++step) {
     const double so_far = last.residual_after;
-    last = stream.planner.polish();
+    last = stream.planner.refiner().polish();
     CHECK(last.residual_after <= last.residual_before);
     // Where the step before it has left off, but for what the others' moves have changed in the medians.
     CHECK(last.residual_before == Approx(so_far).epsilon(0.25));
@@ -386,7 +386,7 @@ struct RefinerAlone {
     const Refinement refinement = compared ? refiner.refine(f.given, photograph) : Refinement{};
     slots.push_back(atlas.insert(
         make_stored_view(f.name, f.given, photograph, relief.visibility->trace(f.given), ValidityOptions{})));
-    refiner.stored(slots.back(), f.given, refinement, ValidityOptions{});
+    refiner.stored(slots.back(), f.given, refinement);
   }
 
   // So many, as they came, with poses wrong by `px`; cells refer to all of them.
@@ -423,20 +423,20 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
     return sum / 10;
   };
   const double given = error();
-  const PolishStep first = alone.refiner.polish(ValidityOptions{});
+  const PolishStep first = alone.refiner.polish();
   CHECK(first.moved_px > 0.3);
   CHECK(first.residual_after < 0.9 * first.residual_before);
   PolishStep last;
-  for (int step = 0; step < 3; ++step) last = alone.refiner.polish(ValidityOptions{});
+  for (int step = 0; step < 3; ++step) last = alone.refiner.polish();
   CHECK(last.residual_after < 0.6 * first.residual_before);
-  alone.refiner.settle(ValidityOptions{});
+  alone.refiner.settle();
   CHECK(error() < 0.5 * given);
 }
 
 TEST_CASE("a pose that is far from the one in the store is there before that settles") {
   RefinerAlone alone(10);
   const std::vector<Frame> frames = alone.store_as_given(10, 6);
-  for (int step = 0; step < 4; ++step) (void)alone.refiner.polish(ValidityOptions{});
+  for (int step = 0; step < 4; ++step) (void)alone.refiner.polish();
   std::size_t moved = 0;
   for (std::uint32_t slot = 0; slot < 10; ++slot) {
     const Camera before = alone.atlas.view(slot)->camera;
@@ -444,7 +444,7 @@ TEST_CASE("a pose that is far from the one in the store is there before that set
   }
   CHECK(moved > 5);
   const Snapshot polished = alone.atlas.snapshot();
-  alone.refiner.settle(ValidityOptions{});
+  alone.refiner.settle();
   for (std::uint32_t slot = 0; slot < 10; ++slot) {
     const Camera& after = alone.atlas.view(slot)->camera;
     CHECK(pose_error_px(polished.views[slot]->camera, after, frames[slot].points) < kDepthStandsPx);
@@ -462,16 +462,16 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   ReliefStream right(16, options);
   right.offer_all(6, 0, 0);
   const auto before = stored(right);
-  CHECK(right.planner.polish().moved_px == 0);
-  right.planner.settle();
+  CHECK(right.planner.refiner().polish().moved_px == 0);
+  right.planner.refiner().settle();
   for (std::size_t i = 6; i < 12; ++i) right.offer(right.frame(i, 0, 0));  // each of which visits two again
   CHECK(stored(right) == before);
 
   ReliefStream wrong(16, options);
   wrong.offer_all(6, 6, 0);
   const auto given = stored(wrong);
-  CHECK(wrong.planner.polish().moved_px > 0);
-  wrong.planner.settle();
+  CHECK(wrong.planner.refiner().polish().moved_px > 0);
+  wrong.planner.refiner().settle();
   CHECK(stored(wrong) != given);
 }
 
@@ -502,14 +502,14 @@ TEST_CASE("a view that stays is compared at the points that were chosen before, 
     const Frame f = walk.frame(i, 0, 0);
     const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
                                                              relief.visibility->trace(f.given), ValidityOptions{}));
-    refiner.stored(slot, f.given, Refinement{}, ValidityOptions{});
+    refiner.stored(slot, f.given, Refinement{});
   }
   for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
   }
   const auto polished = [&] {
     counting.traced = 0;
-    const PolishStep step = refiner.polish(ValidityOptions{});
+    const PolishStep step = refiner.polish();
     CHECK(step.views == 6);
     CHECK(step.moved_px == 0);
     return std::pair(step.residual_after, counting.traced.load());
@@ -542,13 +542,13 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
       TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
                                         relief.surface->cells, atlas.layout(), ValidityOptions{});
       const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-      refiner.stored(slot, f.given, Refinement{}, ValidityOptions{}, face);
+      refiner.stored(slot, f.given, Refinement{}, face);
     }
     for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
       atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
     }
     counting.traced = 0;
-    refiner.settle(ValidityOptions{});
+    refiner.settle();
     return counting.traced.load();
   };
   const TileOptions layout{.tile_px = 32};
@@ -566,34 +566,34 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     CHECK(a.tiles.slots == b.tiles.slots);
   }
   CHECK(any_masked);
-  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, ValidityOptions{}, {std::vector(3, 0u)}),
+  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, {std::vector(3, 0u)}),
                     Catch::Contains("the size of face is 3, must be the number of the view's pixels"));
 }
 
 TEST_CASE("stored views are refined again while any moves, rest where none does, and wake when one moves") {
   ReliefStream right(40, options_for_relief());
   right.offer_all(1, 0, 0);
-  CHECK(right.planner.revisited() == 0);  // there is no other
+  CHECK(right.planner.refiner().revisited() == 0);  // there is no other
   for (std::size_t i = 1; i < 30; ++i) right.offer(right.frame(i, 0, 0));
-  const std::uint64_t until_rest = right.planner.revisited();
+  const std::uint64_t until_rest = right.planner.refiner().revisited();
   CHECK(until_rest > 0);
   CHECK(until_rest <= kComparisonsToRest);
 
   const ReliefStream walk(1, options_for_relief());
   bool moved = false;
   for (std::size_t i = 30; i < 36 && !moved; ++i) {
-    const std::uint64_t before = right.planner.revisited();
+    const std::uint64_t before = right.planner.refiner().revisited();
     const Verdict verdict = right.offer(walk.frame(i, 4, 0));
     if (verdict.decision != Decision::kept) continue;
     REQUIRE(verdict.refinement);
     moved = verdict.refinement->alignment.moved;
-    CHECK(right.planner.revisited() == before + (moved ? options_for_relief().refinement.revisits : 0));
+    CHECK(right.planner.refiner().revisited() == before + (moved ? options_for_relief().refinement.revisits : 0));
   }
   CHECK(moved);
 
   ReliefStream wrong(40, options_for_relief());
   wrong.offer_all(30, 4, 0);
-  CHECK(wrong.planner.revisited() > until_rest + 10);
+  CHECK(wrong.planner.refiner().revisited() > until_rest + 10);
 }
 
 // The share of the stored views that have other poses than they were given.
@@ -636,11 +636,11 @@ TEST_CASE("views that were given wrong poses rest once they are right, and are n
   REQUIRE(share_off_given(stream, wrong) == 1);
   // What comes from here on needs no refinement, so that those who need it no more can be left alone.
   for (std::size_t i = 24; i < 54; ++i) offer(i, 0);
-  const std::uint64_t until_rest = stream.planner.revisited();
+  const std::uint64_t until_rest = stream.planner.refiner().revisited();
   std::vector<std::shared_ptr<const StoredView>> before;
   for (std::uint32_t slot = 0; slot < 24; ++slot) before.push_back(stream.atlas.view(slot));
   for (std::size_t i = 54; i < 66; ++i) offer(i, 0);
-  CHECK(stream.planner.revisited() == until_rest);
+  CHECK(stream.planner.refiner().revisited() == until_rest);
   for (std::uint32_t slot = 0; slot < 24; ++slot) CHECK(stream.atlas.view(slot) == before[slot]);
 }
 
@@ -660,12 +660,12 @@ TEST_CASE("a scene with exact poses is left as it is, and no more is compared in
   const std::vector<Frame> frames = offer_right(stream, 34);
   REQUIRE(stream.atlas.size() == 34);
   const std::uint64_t most = kComparisonsToRest + options_for_relief().refinement.revisits + 1;
-  CHECK(stream.planner.compared_in_full() <= most);
-  const PolishStep step = stream.planner.polish();
+  CHECK(stream.planner.refiner().compared_in_full() <= most);
+  const PolishStep step = stream.planner.refiner().polish();
   CHECK(step.views == 34);  // each was looked at
   CHECK(step.moved_px == 0);
   CHECK(step.residual_after == step.residual_before);
-  CHECK(stream.planner.compared_in_full() <= most);
+  CHECK(stream.planner.refiner().compared_in_full() <= most);
   CHECK(share_off_given(stream, frames) == 0);
   CHECK(stream.worst_exposure_error(frames) < 0.01);
 }
@@ -673,7 +673,7 @@ TEST_CASE("a scene with exact poses is left as it is, and no more is compared in
 TEST_CASE("a scene of which only later views are wrong is refined all the same") {
   ReliefStream stream(40, options_for_relief());
   offer_right(stream, 24);
-  const std::uint64_t until_rest = stream.planner.compared_in_full();
+  const std::uint64_t until_rest = stream.planner.refiner().compared_in_full();
   std::size_t wrong = 0;
   for (std::size_t i = 24; i < 36; ++i) {
     const Frame f = stream.frame(i, i % 3 == 2 ? 3 : 0, 1);
@@ -684,10 +684,10 @@ TEST_CASE("a scene of which only later views are wrong is refined all the same")
     ++wrong;
   }
   REQUIRE(wrong == 4);
-  CHECK(stream.planner.compared_in_full() > until_rest + wrong);
-  const std::uint64_t before = stream.planner.compared_in_full();
-  CHECK(stream.planner.polish().views == stream.atlas.size());
-  CHECK(stream.planner.compared_in_full() == before + stream.atlas.size());
+  CHECK(stream.planner.refiner().compared_in_full() > until_rest + wrong);
+  const std::uint64_t before = stream.planner.refiner().compared_in_full();
+  CHECK(stream.planner.refiner().polish().views == stream.atlas.size());
+  CHECK(stream.planner.refiner().compared_in_full() == before + stream.atlas.size());
 }
 
 TEST_CASE("while views rest exposures are found nearly as well as in full") {
@@ -699,7 +699,7 @@ TEST_CASE("while views rest exposures are found nearly as well as in full") {
     stream.offer(frames.back());
   }
   CHECK(stream.worst_exposure_error(frames) < 0.03);  // as where poses and exposures are wrong
-  CHECK(stream.planner.polish().moved_px == 0);
+  CHECK(stream.planner.refiner().polish().moved_px == 0);
   CHECK(stream.worst_exposure_error(frames) < 0.03);
 }
 
@@ -714,7 +714,7 @@ TEST_CASE("polishing finds a wrong pose that nobody has looked at, however long 
   alone.store(wrong, false);
   alone.refer_to_all();
   REQUIRE(alone.refiner.at_rest());
-  CHECK(alone.refiner.polish(ValidityOptions{}).moved_px > 0);
+  CHECK(alone.refiner.polish().moved_px > 0);
   CHECK(pose_error_px(alone.atlas.view(alone.slots.back())->camera, wrong.truth, wrong.points) <
         0.5 * pose_error_px(wrong.given, wrong.truth, wrong.points));
 }
@@ -736,7 +736,7 @@ std::vector<double> errors_with_newcomer(double exposure) {
     stream.offer(f);
     frames.push_back(f);
   }
-  CHECK(stream.planner.revisited() >= 3);
+  CHECK(stream.planner.refiner().revisited() >= 3);
   std::vector<double> errors;
   for (const Frame& f : frames) {
     errors.push_back(pose_error_px(stream.atlas.view(stream.slot_of(f.name).value())->camera, f.truth, f.points));
@@ -763,20 +763,20 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   };
   ReliefStream stream(8, options);
   const std::vector<Frame> frames = stream.offer_all(8, 4, 1);
-  LensEstimates estimates = stream.planner.estimate_lenses();
+  LensEstimates estimates = stream.planner.refiner().estimate_lenses();
   for (LensEstimate& lens : estimates.lenses) lens.significant = true;
   const auto as_it_is = [&](std::uint32_t slot, const std::string&) { return stream.atlas.view(slot)->photograph; };
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   for (const int calls : {0, 3, 8, 11}) {
     CAPTURE(calls);
     calls_left = calls;
-    CHECK_THROWS_AS(stream.planner.polish(), Stop);
+    CHECK_THROWS_AS(stream.planner.refiner().polish(), Stop);
     calls_left = std::min(calls, 7);
-    CHECK_THROWS_AS(stream.planner.settle(), Stop);
+    CHECK_THROWS_AS(stream.planner.refiner().settle(), Stop);
     calls_left = std::min(calls, 7);
-    CHECK_THROWS_AS(stream.planner.correct_lenses(estimates, as_it_is), Stop);
+    CHECK_THROWS_AS(stream.planner.refiner().correct_lenses(estimates, as_it_is), Stop);
     calls_left = calls;
-    CHECK_THROWS_AS(stream.planner.estimate_lenses(), Stop);
+    CHECK_THROWS_AS(stream.planner.refiner().estimate_lenses(), Stop);
     for (const Frame& f : frames) {
       const auto view = stream.atlas.view(stream.slot_of(f.name).value());
       CHECK_NOTHROW(check(view->camera));
@@ -784,15 +784,15 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
     }
   }
   calls_left = 1000;
-  CHECK(stream.planner.polish().views == 8);
+  CHECK(stream.planner.refiner().polish().views == 8);
 }
 
 TEST_CASE("polishing a store of one view, or of none, changes nothing") {
   ReliefStream stream(4, options_for_relief());
-  CHECK(stream.planner.polish().moved_px == 0);
+  CHECK(stream.planner.refiner().polish().moved_px == 0);
   const Frame only = stream.frame(0, 0, 0);
   stream.offer(only);
-  const PolishStep step = stream.planner.polish();
+  const PolishStep step = stream.planner.refiner().polish();
   CHECK(step.residual_after == 0);
   CHECK(same_camera(stream.atlas.view(0)->camera, only.given));
 }
@@ -807,7 +807,7 @@ TEST_CASE("the exposure of a view that has left says nothing about the one that 
                                              stream.relief.visibility->trace(f.given), ValidityOptions{}));
     Refinement refinement;
     refinement.ratios = std::move(ratios);
-    refiner.stored(slot, f.given, refinement, ValidityOptions{});
+    refiner.stored(slot, f.given, refinement);
     return slot;
   };
   REQUIRE(store(0, {}) == 0);
@@ -829,7 +829,7 @@ TEST_CASE("the exposures of views that leave for one say nothing about it, nor a
     refinement.ratios = std::move(ratios);
     refiner.stored(stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
                                                         stream.relief.visibility->trace(f.given), ValidityOptions{})),
-                   f.given, refinement, ValidityOptions{});
+                   f.given, refinement);
   };
   store(0, {});
   store(1, {});
@@ -857,8 +857,8 @@ TEST_CASE("a store of three views goes on refining while others are offered and 
   CHECK(replaced >= 1);
   CHECK(stream.atlas.size() == 3);
   CHECK(stream.worst_exposure_error(frames) < 0.05);
-  CHECK_NOTHROW(stream.planner.settle());
-  const PolishStep step = stream.planner.polish();
+  CHECK_NOTHROW(stream.planner.refiner().settle());
+  const PolishStep step = stream.planner.refiner().polish();
   CHECK(step.residual_after <= step.residual_before);
   for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK_NOTHROW(check(stream.atlas.view(slot)->camera));
 }
@@ -880,8 +880,8 @@ TEST_CASE(
   const std::uint32_t slot = stream.slot_of("view 1").value();
   REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
-  stream.planner.polish();
-  stream.planner.settle();
+  stream.planner.refiner().polish();
+  stream.planner.refiner().settle();
   REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
   for (std::uint32_t other = 0; other < 8; ++other) {
@@ -894,8 +894,8 @@ TEST_CASE("the same stream with refinement, masks and polishing gives the same s
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
     auto stream = std::make_unique<ReliefStream>(5, options_for_relief());
     stream->offer_all(9, 2, 1);
-    stream->planner.polish();
-    stream->planner.settle();
+    stream->planner.refiner().polish();
+    stream->planner.refiner().settle();
     return stream;
   };
   const auto one = stream_on(1), four = stream_on(4);

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "mesh/base/median.h"
+#include "planner/surface_distance.h"
 #include "tools/base/progress.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/scene/scene.h"

@@ -11,6 +11,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
+#include "planner/surface_distance.h"
 #include "tools/scene/photograph_stream.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/surface_input.h"

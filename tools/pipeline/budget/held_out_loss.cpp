@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "planner/hindsight.h"
 #include "planner/tile_choice.h"
 #include "tools/base/interrupt.h"
 
@@ -144,7 +145,7 @@ void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
 
 std::vector<std::uint32_t> HeldOutLoss::kept_of(Fold& fold, std::optional<double> gap) const {
   std::vector<std::uint32_t> gone = fold.absent;
-  if (gap && fold.order.empty()) fold.order = planner_.thinning_order(fold.absent);
+  if (gap && fold.order.empty()) fold.order = Hindsight(planner_).thinning_order(fold.absent);
   for (const ThinningStep& step : fold.order) {
     if (gap && step.gap <= *gap) gone.push_back(step.slot);
   }
@@ -156,7 +157,7 @@ std::vector<std::uint32_t> HeldOutLoss::kept_of(Fold& fold, std::optional<double
 void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
   const std::vector<std::uint32_t> kept = kept_of(fold, given_up.gap);
   Snapshot store = store_;  // its photographs are shared
-  store.references = planner_.references_among(kept, fold.absent, given_up.reference_loss_db);
+  store.references = Hindsight(planner_).references_among(kept, fold.absent, given_up.reference_loss_db);
   for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
     if (!std::binary_search(kept.begin(), kept.end(), slot)) leave_out(slot, store);
   }

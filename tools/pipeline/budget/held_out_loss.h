@@ -14,6 +14,7 @@
 #include "atlas/images/photograph.h"
 #include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
+#include "planner/hindsight.h"
 #include "planner/planner.h"
 #include "tools/pipeline/budget/measured_loss.h"
 #include "tools/pipeline/build_progress.h"

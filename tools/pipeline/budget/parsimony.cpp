@@ -13,6 +13,7 @@
 #include "atlas/tiles/tiles.h"
 #include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
+#include "planner/pruning.h"
 #include "tools/pipeline/budget/compressed_views.h"
 #include "tools/pipeline/budget/downscaled_views.h"
 #include "tools/pipeline/budget/held_out_loss.h"
@@ -45,8 +46,8 @@ struct LossBounds {
 };
 
 // References take few bytes. So they are given up only where the pictures are no worse for it.
-double loss_of_references(const Planner& planner, HeldOutLoss& measured) {
-  const double predicted_db = planner.loss_of_references();
+double loss_of_references(Planner& planner, HeldOutLoss& measured) {
+  const double predicted_db = Pruning(planner).loss_of_references();
   return predicted_db > 0 && measured.now({{}, predicted_db}, 0.0).mean_db <= 0 ? predicted_db : 0;
 }
 
@@ -109,7 +110,7 @@ void give_up_by_measurement(Planner& planner, Atlas& atlas, SeenSurface& seen, c
   ThinnedViews thinned = thin_views_within(bounds.in_all, reference_loss_db, planner, measured);
   parsimony.taken_away = std::move(thinned.taken_away);
   parsimony.measured = thinned.loss;
-  planner.give_up_references(reference_loss_db);
+  Pruning(planner).give_up_references(reference_loss_db);
 }
 
 }  // namespace
@@ -121,7 +122,7 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   parsimony.gpu_bytes = gpu_bytes_of(atlas.snapshot());
   const double bound_db = *result.effective.max_loss_db + result.options.max_texel_loss_db;
   // Of the views that the stream has turned away, which can only be predicted.
-  const double turned_away_db = planner.predicted_loss().loss_db;
+  const double turned_away_db = Pruning(planner).predicted_loss().loss_db;
   const double in_all = bound_db - turned_away_db;
   const LossBounds bounds{std::min(result.options.max_texel_loss_db, in_all),
                           std::min(result.options.max_face_loss_db, in_all), in_all};
@@ -137,8 +138,8 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   }
   // Faces may have used up what prediction has for views.
   const bool used_up = result.face_loss_db > result.options.max_texel_loss_db;
-  if (!parsimony.measured && !used_up) parsimony.taken_away = planner.thin();
-  parsimony.predicted = planner.predicted_loss();
+  if (!parsimony.measured && !used_up) parsimony.taken_away = Pruning(planner).thin();
+  parsimony.predicted = Pruning(planner).predicted_loss();
   const double of_texels_and_faces = result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db;
   parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db
                                          : parsimony.predicted.loss_db + of_texels_and_faces;

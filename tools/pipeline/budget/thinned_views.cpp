@@ -7,13 +7,15 @@
 #include <optional>
 #include <vector>
 
+#include "planner/hindsight.h"
+#include "planner/pruning.h"
 #include "tools/pipeline/budget/most_steps_within.h"
 
 namespace lumatlas {
 
 ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Planner& planner, HeldOutLoss& measured) {
   ThinnedViews thinned;
-  const std::vector<ThinningStep> order = planner.thinning_order();
+  const std::vector<ThinningStep> order = Hindsight(planner).thinning_order();
   const std::size_t close_enough = std::max<std::size_t>(1, order.size() / 64);
   const auto without = [&](std::size_t views) -> HeldOutLoss::GivenUp {
     return {views > 0 ? std::optional(order[views - 1].gap) : std::nullopt, reference_loss_db};
@@ -31,9 +33,9 @@ ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Pla
   std::vector<std::uint32_t> gone;
   for (std::size_t i = 0; i < fits; ++i) {
     gone.push_back(order[i].slot);
-    thinned.taken_away.push_back(planner.name_of(order[i].slot));
+    thinned.taken_away.push_back(planner.store().name_of(order[i].slot));
   }
-  planner.take_away(gone);
+  Pruning(planner).take_away(gone);
   return thinned;
 }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr double kRestingShare = 0.002;
 
 void polish_once(Planner& planner, BuildStage& stage, BuildResult& result) {
-  result.polish.push_back(planner.polish());
+  result.polish.push_back(planner.refiner().polish());
   stage.tick();
 }
 
@@ -43,7 +43,7 @@ constexpr std::size_t kPointsAtFirst = 20000;
 
 bool correct_at_first(const Planner& planner, const BuildOptions& options, LensRefinement& lenses) {
   const auto taken = [&](std::size_t points) {
-    return std::min(points_of_each(points, planner.stored_views()), options.planner.refinement.samples);
+    return std::min(points_of_each(points, planner.store().stored_views()), options.planner.refinement.samples);
   };
   if (taken(kPointsAtFirst) < taken(kPointsTogether) && lenses.correct(kPointsAtFirst)) return true;
   return lenses.correct(kPointsTogether);
@@ -71,9 +71,9 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
 
 // Exposures and single views follow.
 void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
-  const std::uint32_t views = planner.stored_views();
+  const std::uint32_t views = planner.store().stored_views();
   if (views == 0) return;
-  PoseEstimate estimate = planner.solve_poses(points_of_each(kPointsTogether, views));
+  PoseEstimate estimate = planner.refiner().solve_poses(points_of_each(kPointsTogether, views));
   if (estimate.too_large) {
     result.warnings.push_back(too_large_together(views));
     return;
@@ -102,7 +102,7 @@ void refine_jointly(Planner& planner, std::vector<SceneView>& views, const Build
     if (result.effective.refinement.any()) refine_stored(planner, views, options, stage, result);
     stage.finish();
   }
-  planner.settle();
+  planner.refiner().settle();
   result.polish_ms = ms_since(start);
 }
 

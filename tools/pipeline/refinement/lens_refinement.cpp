@@ -69,10 +69,10 @@ void LensRefinement::note(const LensEstimates& estimates) {
 }
 
 bool LensRefinement::seem_right() {
-  if (planner_.stored_views() == 0) return true;
+  if (planner_.store().stored_views() == 0) return true;
   LensOptions options;
-  options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.stored_views());
-  const LensEstimates estimates = planner_.estimate_lenses(options);
+  options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.store().stored_views());
+  const LensEstimates estimates = planner_.refiner().estimate_lenses(options);
   if (estimates.undecided()) return false;
   note(estimates);
   return true;
@@ -87,7 +87,7 @@ bool LensRefinement::find_originals(const LensEstimates& estimates) {
   try {
     for (const LensEstimate& lens : estimates.lenses) {
       for (const std::uint32_t slot : lens.slots) {
-        if (lens.significant) require_files(view_of(planner_.name_of(slot)));
+        if (lens.significant) require_files(view_of(planner_.store().name_of(slot)));
       }
     }
   } catch (const InputError& error) {
@@ -98,13 +98,13 @@ bool LensRefinement::find_originals(const LensEstimates& estimates) {
 }
 
 bool LensRefinement::correct(std::size_t points) {
-  if (lost_originals_ || planner_.stored_views() == 0) return false;
+  if (lost_originals_ || planner_.store().stored_views() == 0) return false;
   LensOptions options;
-  options.most_points = points_of_each(points, planner_.stored_views());
+  options.most_points = points_of_each(points, planner_.store().stored_views());
   for (const RefinedLens& lens : lenses_) {
     options.least_improvement = std::min(options.least_improvement, least_improvement(lens));
   }
-  LensEstimates estimates = planner_.estimate_lenses(options);
+  LensEstimates estimates = planner_.refiner().estimate_lenses(options);
   for (LensEstimate& estimate : estimates.lenses) {
     const double most = 1 - least_improvement(lens_of(estimates.cameras[estimate.slots.front()]));
     estimate.significant = estimate.significant && estimate.residual.after <= most * estimate.residual.before;
@@ -115,8 +115,8 @@ bool LensRefinement::correct(std::size_t points) {
   note(estimates);
   if (!estimates.significant()) return false;
   correct_lenses(views_, lenses_);
-  planner_.correct_lenses(estimates,
-                          [&](std::uint32_t, const std::string& name) { return load_photograph(view_of(name)); });
+  planner_.refiner().correct_lenses(
+      estimates, [&](std::uint32_t, const std::string& name) { return load_photograph(view_of(name)); });
   return true;
 }
 

@@ -22,34 +22,34 @@ void StreamRefinement::before_offer(SceneView& view) const {
 // Returns whether any was wrong.
 bool StreamRefinement::correct_lenses() {
   has_corrected_ = refinement_.correct(kPointsInStream);
-  if (!has_corrected_) next_look_ = 2 * planner_.stored_views();
+  if (!has_corrected_) next_look_ = 2 * planner_.store().stored_views();
   return has_corrected_;
 }
 
 void StreamRefinement::after_offer() {
-  const std::uint32_t stored = planner_.stored_views();
+  const std::uint32_t stored = planner_.store().stored_views();
   const bool wanted = options_.refine == RefineMode::all && options_.planner.refinement.any();
   if (!wanted || stored < next_step_) return;
   next_step_ = stored + stored / 2;
-  if (planner_.at_rest() && (!options_.refine_lenses || refinement_.seem_right())) return;
+  if (planner_.refiner().at_rest() && (!options_.refine_lenses || refinement_.seem_right())) return;
   const bool can_solve = options_.planner.refinement.alignment.pose && stored > 0;
   const bool look = options_.refine_lenses && stored >= next_look_;
-  if (look || !can_solve) (void)planner_.polish();
+  if (look || !can_solve) (void)planner_.refiner().polish();
   // A corrected lens comes with its poses.
   if ((look && correct_lenses()) || !can_solve) return;
-  const bool solved = !planner_.solve_poses(points_of_each(kPointsInStream, stored)).too_large;
-  if (!solved && !look) (void)planner_.polish();
+  const bool solved = !planner_.refiner().solve_poses(points_of_each(kPointsInStream, stored)).too_large;
+  if (!solved && !look) (void)planner_.refiner().polish();
 }
 
 void StreamRefinement::finish(const BuildCallback& callback) {
   if (!has_corrected_) return;
   BuildStage stage(callback, "correcting lenses", 0);
   for (int round = 0; round < kLastRounds && has_corrected_; ++round) {
-    (void)planner_.polish();
+    (void)planner_.refiner().polish();
     (void)correct_lenses();
     stage.tick();
   }
-  if (has_corrected_) (void)planner_.polish();
+  if (has_corrected_) (void)planner_.refiner().polish();
   stage.finish();
 }
 

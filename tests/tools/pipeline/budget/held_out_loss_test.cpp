@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "planner/hindsight.h"
 #include "planner/predicted_loss.h"
 #include "planner/tile_choice.h"
 #include "tests/support/small_scenes.h"
@@ -75,7 +76,7 @@ struct Store {
       const bool hazy = i % 2 == 1;
       planner.offer("view " + std::to_string(i), camera, photograph_of(camera, *visibility, hazy ? haze : 0));
     }
-    REQUIRE(planner.stored_views() == views);
+    REQUIRE(planner.store().stored_views() == views);
   }
 
   std::shared_ptr<const Surface> surface;
@@ -91,7 +92,7 @@ TEST_CASE("a store loses nothing against itself, more the more is taken away, an
   HeldOutLoss measured(store.planner, store.atlas, store.stage);
   REQUIRE(measured.can_tell());
   CHECK(measured.now({}).mean_db == Approx(0).margin(1e-3));  // its neighbouring cells may be joined or not
-  const std::vector<ThinningStep> order = store.planner.thinning_order();
+  const std::vector<ThinningStep> order = Hindsight(store.planner).thinning_order();
   double last = 0.001;
   for (const std::size_t gone : {16, 26, 31}) {
     const MeasuredLoss loss = measured.now({order[gone - 1].gap, 0});
@@ -101,7 +102,7 @@ TEST_CASE("a store loses nothing against itself, more the more is taken away, an
     last = loss.mean_db;
   }
   CHECK(measured.now({1, 0}).mean_db > last);
-  CHECK(store.planner.stored_views() == 32);
+  CHECK(store.planner.store().stored_views() == 32);
 }
 
 TEST_CASE("what the pictures of a store lose is what they lose in its folds, drawn one by one") {
@@ -109,7 +110,7 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
   // those of them that are left, by hand.
   Store store(8, 20);
   HeldOutLoss measured(store.planner, store.atlas, store.stage);
-  const double gap = store.planner.thinning_order()[3].gap;
+  const double gap = Hindsight(store.planner).thinning_order()[3].gap;
   const MeasuredLoss loss = measured.now({gap, 0});
 
   EglContext context;
@@ -117,7 +118,7 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
   const auto draw = [&](std::vector<std::uint32_t> slots, const std::array<std::uint32_t, 1>& absent,
                         const Camera& camera) {
     std::sort(slots.begin(), slots.end());
-    snapshot.references = store.planner.references_among(slots, absent);
+    snapshot.references = Hindsight(store.planner).references_among(slots, absent);
     Renderer renderer;
     renderer.load(snapshot);
     return renderer.render(camera, {});
@@ -125,7 +126,7 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
   double sum = 0;
   for (std::uint32_t out = 0; out < 8; ++out) {
     std::vector<std::uint32_t> others, left;
-    for (const ThinningStep& step : store.planner.thinning_order(std::array{out})) {
+    for (const ThinningStep& step : Hindsight(store.planner).thinning_order(std::array{out})) {
       others.push_back(step.slot);
       if (step.gap > gap) left.push_back(step.slot);
     }
@@ -157,7 +158,7 @@ Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
     if (snapshot.views[slot]) others.push_back(slot);
     shown.push_back(snapshot.views[slot] ? store.atlas.shown(slot) : std::make_shared<std::vector<ShownCell>>());
   }
-  snapshot.references = store.planner.references_among(others, std::array{absent});
+  snapshot.references = Hindsight(store.planner).references_among(others, std::array{absent});
   if (share == 1) return snapshot;
   const auto kept = static_cast<std::size_t>(std::min(wanted, (1 + share) / 2 * tiles.resident_tiles()));
   const TileChoice choice = choose_tiles({*snapshot.surface, snapshot.views, shown, snapshot.references, kept, {}});
@@ -223,7 +224,7 @@ TEST_CASE("whole views have no tiles to give up") {
 TEST_CASE("with a bound the loss is on the same side of it as without") {
   Store store(64);
   HeldOutLoss measured(store.planner, store.atlas, store.stage);
-  const double gap = store.planner.thinning_order()[48].gap;
+  const double gap = Hindsight(store.planner).thinning_order()[48].gap;
   const MeasuredLoss exact = measured.now({gap, 0});
   const double loss = exact.mean_db;
   for (const double bound : {0.0, 0.5 * loss, 2 * loss, 20.0}) {
@@ -251,15 +252,15 @@ TEST_CASE("as many views are taken away as pictures allow") {
   for (const double bound : {0.0, 3.0, 60.0}) {
     Store store(32);
     HeldOutLoss measured(store.planner, store.atlas, store.stage);
-    const std::vector<ThinningStep> order = store.planner.thinning_order();
+    const std::vector<ThinningStep> order = Hindsight(store.planner).thinning_order();
     const ThinnedViews thinned = thin_views_within(bound, 0, store.planner, measured);
     const std::size_t gone = thinned.taken_away.size();
     CAPTURE(bound, gone, thinned.loss.mean_db);
-    CHECK(store.planner.stored_views() + gone == 32);
-    CHECK(store.planner.stored_views() < last);
+    CHECK(store.planner.store().stored_views() + gone == 32);
+    CHECK(store.planner.store().stored_views() < last);
     CHECK(thinned.loss.at_most_db() <= bound + 1e-3);
     for (std::size_t i = 0; i < gone; ++i) CHECK(thinned.taken_away[i] == "view " + std::to_string(order[i].slot));
-    last = store.planner.stored_views();
+    last = store.planner.store().stored_views();
   }
   CHECK(last == 1);
 }

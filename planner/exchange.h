@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Which stored views leave for one that is offered while the store is full (Erat et al. 2019, section 3.2).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "planner/coverage/coverage_ledger.h"
+#include "planner/planned_store.h"
+
+namespace lumatlas {
+
+struct Exchange {
+  std::vector<std::uint32_t> victims;  // slots of the views that leave; none where there is room
+  double gain = 0;                     // by how much scov rises
+};
+
+// Returns the exchange that raises scov most, for a view that sees `parts` and takes so many bytes. At least one view,
+// or room, is there for every view that is no larger than PlannerOptions::max_bytes.
+[[nodiscard]] Exchange best_exchange(const PlannedStore& store, std::span<const CellPart> parts, std::uint64_t bytes);
+
+}  // namespace lumatlas

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Tells what a planner's store would be if other views had been offered or taken away; nothing is changed. It serves
+// callers that measure which views a store can do without.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "planner/planner.h"
+
+namespace lumatlas {
+
+// One step of taking away a store's views, the one that is missed least first.
+struct ThinningStep {
+  std::uint32_t slot = 0;
+  double gap = 0;  // by what share of scov the store falls short of what it was before the first step, in [0, 1]
+};
+
+// No slot may be promised (std::logic_error). `absent`: slots of views that count as never offered, as do all that are
+// not stored.
+class Hindsight {
+ public:
+  // The planner must outlive it.
+  explicit Hindsight(const Planner& planner) : store_(planner.store()) {}
+
+  // Returns in which order stored views would be taken away, down to the last.
+  [[nodiscard]] std::vector<ThinningStep> thinning_order(std::span<const std::uint32_t> absent = {}) const;
+  // Returns what cells would refer to were only these views left, and after Pruning::give_up_references(max_loss_db).
+  [[nodiscard]] ReferenceTable references_among(std::span<const std::uint32_t> slots,
+                                                std::span<const std::uint32_t> absent = {},
+                                                double max_loss_db = 0) const;
+
+ private:
+  [[nodiscard]] std::vector<std::uint32_t> stored_slots_but(std::span<const std::uint32_t> absent) const;
+  [[nodiscard]] CoverageLedger ledger_of(std::span<const std::uint32_t> slots,
+                                         std::span<const std::uint32_t> offered) const;
+
+  const PlannedStore& store_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,167 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "planner/planned_store.h"
+
+#include <algorithm>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+
+#include "atlas/tiles/texel_format.h"
+
+namespace lumatlas {
+
+std::uint64_t stored_bytes(const Camera& camera) {
+  return kStoredPixelBytes * camera.width * camera.height;
+}
+
+PlannedStore::PlannedStore(Atlas& atlas, Refiner& refiner, const PlannerOptions& options)
+    : atlas_(atlas),
+      refiner_(refiner),
+      options_(options),
+      ledger_(*atlas.surface(), atlas.capacity(), options.coverage, options.min_reference_gain),
+      promised_(atlas.capacity()),
+      slot_bytes_(atlas.capacity(), 0) {
+  if (atlas.size() != 0) throw std::invalid_argument("planner: the atlas holds views already, must be empty");
+  if (options.max_loss_db) offered_.emplace(*atlas.surface(), options.coverage);
+}
+
+std::vector<std::uint32_t> PlannedStore::held_slots() const {
+  std::vector<std::uint32_t> slots;
+  for (std::uint32_t slot = 0; slot < atlas_.capacity(); ++slot) {
+    if (ledger_.stored(slot)) slots.push_back(slot);
+  }
+  return slots;
+}
+
+std::string PlannedStore::name_of(std::uint32_t slot) const {
+  return promised_[slot] ? promised_[slot]->name : atlas_.view(slot)->name;
+}
+
+const Camera* PlannedStore::promised_camera(const std::string& name, std::uint32_t slot) const {
+  const bool is_promised = slot < promised_.size() && promised_[slot] && promised_[slot]->name == name;
+  return is_promised ? &promised_[slot]->camera : nullptr;
+}
+
+void PlannedStore::require_no_promise() const {
+  if (std::any_of(promised_.begin(), promised_.end(), [](const auto& promise) { return promise.has_value(); })) {
+    throw std::logic_error("planner: a slot is promised, so it is not known what the store holds");
+  }
+}
+
+std::vector<float> PlannedStore::cell_coverage() const {
+  std::vector<float> coverage(ledger_.cells());
+  for (std::uint32_t cell = 0; cell < coverage.size(); ++cell) {
+    const double weight = ledger_.weight(cell);
+    coverage[cell] = weight > 0 ? static_cast<float>(ledger_.coverage(cell) / weight) : 0.0f;
+  }
+  return coverage;
+}
+
+bool PlannedStore::fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uint32_t freed_slots) const {
+  if (held_views_ - freed_slots >= atlas_.capacity()) return false;
+  return options_.max_bytes == 0 || stored_bytes_ - freed_bytes + bytes <= options_.max_bytes;
+}
+
+void PlannedStore::ask(std::span<const CellPart> seen) {
+  ledger_.ask(seen);
+  if (offered_) offered_->ask(seen);
+}
+
+void PlannedStore::unask(std::span<const CellPart> seen) {
+  ledger_.unask(seen);
+  if (offered_) offered_->unask(seen);
+}
+
+void PlannedStore::count_offered(std::span<const CellPart> seen) {
+  if (offered_) offered_->add(seen);
+}
+
+void PlannedStore::note_seen(std::span<const CellPart> seen) {
+  std::vector<CellPixels> cells;
+  cells.reserve(seen.size());
+  for (const CellPart& part : seen) cells.push_back({part.cell, 1});
+  atlas_.mark_seen(cells);
+}
+
+std::uint32_t PlannedStore::claim(const Camera& camera, const std::vector<CellPart>& seen) {
+  std::uint32_t slot = 0;
+  while (ledger_.stored(slot)) ++slot;
+  ledger_.insert(slot, seen);
+  ++held_views_;
+  slot_bytes_[slot] = lumatlas::stored_bytes(camera);
+  stored_bytes_ += slot_bytes_[slot];
+  return slot;
+}
+
+void PlannedStore::promise(std::uint32_t slot, const std::string& name, const Camera& camera) {
+  promised_[slot] = Promise{name, camera};
+}
+
+void PlannedStore::put(std::uint32_t slot, TiledView tiled) {
+  atlas_.insert_at(slot, std::move(tiled.view), std::move(tiled.shown));
+  promised_[slot].reset();
+  publish(ledger_.parts(slot));
+}
+
+void PlannedStore::evict(std::uint32_t slot) {
+  const std::vector<CellPart> seen(ledger_.parts(slot).begin(), ledger_.parts(slot).end());
+  const bool promised = promised_[slot].has_value();
+  stored_bytes_ -= bytes_of(slot);
+  --held_views_;
+  ledger_.erase(slot);
+  promised_[slot].reset();
+  publish(seen);
+  if (promised) return;
+  refiner_.erased(slot);
+  atlas_.erase(slot);
+}
+
+void PlannedStore::give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
+  ledger_.give_up(cell, slots);
+  publish(cell);
+}
+
+void PlannedStore::publish(std::span<const CellPart> cells) {
+  for (const CellPart& entry : cells) publish(entry.cell);
+}
+
+// Views that are promised a slot have nothing yet to refer to.
+void PlannedStore::publish(std::uint32_t cell) {
+  std::vector<std::uint32_t> references = ledger_.references(cell);
+  std::erase_if(references, [&](std::uint32_t slot) { return promised_[slot].has_value(); });
+  atlas_.set_references(cell, std::move(references));
+}
+
+void PlannedStore::follow(const Surface& surface, std::span<const std::uint32_t> again,
+                          std::span<const std::uint32_t> unchanged_cell) {
+  for (const std::uint32_t slot : again) {
+    ledger_.unask(ledger_.parts(slot));
+    ledger_.erase(slot);
+  }
+  ledger_.follow(surface, unchanged_cell);
+  if (offered_) offered_->follow(surface, unchanged_cell);
+}
+
+void PlannedStore::count_again(std::uint32_t slot, std::vector<CellPart> seen) {
+  ledger_.ask(seen);
+  ledger_.insert(slot, std::move(seen));
+}
+
+// Of what was offered, the coverage of the changed cells is forgotten but for what is still stored.
+void PlannedStore::offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed) {
+  if (offered_) {
+    std::vector<std::vector<CellPart>> views;
+    for (const std::uint32_t slot : slots) {
+      std::vector<CellPart>& view = views.emplace_back();
+      const std::span<const CellPart> seen = ledger_.parts(slot);
+      std::copy_if(seen.begin(), seen.end(), std::back_inserter(view),
+                   [&](const CellPart& entry) { return changed[entry.cell] != 0; });
+    }
+    // All ask before any is added: what a view is worth depends on what is asked for.
+    for (const std::vector<CellPart>& view : views) offered_->ask(view);
+    for (const std::vector<CellPart>& view : views) offered_->add(view);
+  }
+  for (std::uint32_t cell = 0; cell < ledger_.cells(); ++cell) publish(cell);
+}
+
+}  // namespace lumatlas

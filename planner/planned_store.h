@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Keeps account of what the planner has put into the atlas: which view has which slot, the bytes that the views take,
+// and what they are worth to the cells (Erat et al. 2019, section 3.2).
+//
+// A slot is free, promised to a view whose photograph has not been read yet, or holds a view. A view counts for
+// coverage from the moment at which it has a slot; cells refer to it once the atlas holds it.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "mesh/camera.h"
+#include "planner/coverage/coverage_ledger.h"
+#include "planner/coverage/offered_coverage.h"
+#include "planner/planner_options.h"
+#include "planner/refinement/refiner.h"
+
+namespace lumatlas {
+
+// Returns what a view of a camera takes in the store, bytes: colour, depth, trust, validity and rim of each of its
+// pixels.
+[[nodiscard]] std::uint64_t stored_bytes(const Camera& camera);
+
+// Slots that are handed in are below the atlas's capacity; this is not checked.
+class PlannedStore {
+ public:
+  // The three must outlive the store. The atlas must be empty (std::invalid_argument) and the options pass check().
+  PlannedStore(Atlas& atlas, Refiner& refiner, const PlannerOptions& options);
+
+  // Views that have a slot, the promised ones among them.
+  [[nodiscard]] std::uint32_t held_views() const { return held_views_; }
+  [[nodiscard]] std::vector<std::uint32_t> held_slots() const;  // ascending
+  // Views whose photographs the atlas holds.
+  [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
+  // Returns the bytes of the views that have a slot, as they came; downscaled ones take less.
+  [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
+  [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const { return slot_bytes_[slot]; }
+  // Returns the name of the view that has the slot, which must not be free.
+  [[nodiscard]] std::string name_of(std::uint32_t slot) const;
+  // Returns the camera that the view of that name was promised the slot with, null if it is not promised to that view
+  // or filled already.
+  [[nodiscard]] const Camera* promised_camera(const std::string& name, std::uint32_t slot) const;
+  // Throws std::logic_error if any slot is promised.
+  void require_no_promise() const;
+
+  // Returns scov: in cells, or with CoverageOptions::demand in pictures.
+  [[nodiscard]] double summed_coverage() const { return ledger_.summed_coverage(); }
+  // Returns each cell's part in scov as a share of the most that the cell can count; by Metric::directions in [0, 1].
+  [[nodiscard]] std::vector<float> cell_coverage() const;
+  [[nodiscard]] const CoverageLedger& ledger() const { return ledger_; }
+  // What all offered views would be worth; with PlannerOptions::max_loss_db alone.
+  [[nodiscard]] const std::optional<OfferedCoverage>& offered() const { return offered_; }
+  // Whether a view was needed for max_loss_db while there was no room for it.
+  [[nodiscard]] bool short_of_room() const { return short_of_room_; }
+  [[nodiscard]] const PlannerOptions& options() const { return options_; }
+  [[nodiscard]] Atlas& atlas() const { return atlas_; }
+
+  // Returns whether a view of so many bytes has room once `freed_slots` views of `freed_bytes` together have left.
+  [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes = 0, std::uint32_t freed_slots = 0) const;
+
+  // Counts the cells that a view sees as asked for (CellDemand), or takes that back.
+  void ask(std::span<const CellPart> seen);
+  void unask(std::span<const CellPart> seen);
+  // A view that has asked counts among the offered ones from here on.
+  void count_offered(std::span<const CellPart> seen);
+  // Marks the cells in the atlas as seen.
+  void note_seen(std::span<const CellPart> seen);
+  void note_short_of_room() { short_of_room_ = true; }
+
+  // Gives the lowest free slot to a view and returns it; there must be one.
+  std::uint32_t claim(const Camera& camera, const std::vector<CellPart>& seen);
+  // The slot, which was just claimed, waits for its photograph.
+  void promise(std::uint32_t slot, const std::string& name, const Camera& camera);
+  // Puts the view into the atlas, in its slot, and lets the cells that it sees refer to it.
+  void put(std::uint32_t slot, TiledView tiled);
+  // Frees the slot; what cells refer to follows.
+  void evict(std::uint32_t slot);
+  // The cell can do without these of its references.
+  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
+
+  // The geometry has changed, see Planner::update_surface(). The first call takes the views whose cells are counted
+  // anew out of the ledger and numbers the cells as on the new surface, the second counts a view with what it sees
+  // there, and the third counts them among the offered views and brings the references of all cells up to date.
+  void follow(const Surface& surface, std::span<const std::uint32_t> again,
+              std::span<const std::uint32_t> unchanged_cell);
+  void count_again(std::uint32_t slot, std::vector<CellPart> seen);
+  void offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed);
+
+ private:
+  // A view that has a slot, but no photograph yet.
+  struct Promise {
+    std::string name;
+    Camera camera;
+  };
+
+  void publish(std::span<const CellPart> cells);
+  void publish(std::uint32_t cell);
+
+  Atlas& atlas_;
+  Refiner& refiner_;
+  const PlannerOptions& options_;
+  CoverageLedger ledger_;
+  std::optional<OfferedCoverage> offered_;
+  std::vector<std::optional<Promise>> promised_;  // by slot
+  std::vector<std::uint64_t> slot_bytes_;         // of the view that has it, as it came: see lumatlas::stored_bytes()
+  std::uint32_t held_views_ = 0;
+  std::uint64_t stored_bytes_ = 0;  // of these
+  bool short_of_room_ = false;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// By what the planner chooses views, and within which bounds.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "atlas/validity.h"
+#include "planner/coverage/coverage.h"
+#include "planner/refinement/refiner.h"
+
+namespace lumatlas {
+
+struct PlannerOptions {
+  CoverageOptions coverage;
+  ValidityOptions validity;
+  RefinementOptions refinement;
+  // Delta_scov: a view is kept if it raises scov by more than this share of what its cells would be worth, served as
+  // well as one can be: their number, or with CoverageOptions::demand the sum of their weights; >= 0.
+  // 0 keeps whatever helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell counts
+  // up to fcov_max and not up to 1, 0.1 is right.
+  double min_view_gain = 0.001;
+  // While the store is full: by more than this share of what its views are worth on average, scov / N; >= 0. At 1, with
+  // a min_view_gain of 0, without max_bytes and without outliers, a store by Metric::directions is never worth less
+  // than a quarter of the best, whatever the stream (see direction_coverage.h).
+  double min_exchange_gain = 0.05;
+  // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0. For Metric::paper 0.01 is right.
+  double min_reference_gain = 0.001;
+  // How many of the lowest-ranked views are considered for replacement; 0: all of them.
+  std::uint32_t victims = 0;
+  // What the stored views may take together, bytes as stored_bytes() counts them; 0: as many as the atlas has slots
+  // for.
+  std::uint64_t max_bytes = 0;
+  // The store grows only while it is predicted to look worse by more than half of this than one of all offered views,
+  // and thin() takes views and references away again until it would be more than this: see predicted_loss.h. dB,
+  // finite, >= 0; needs Metric::directions. None: bounded by room alone.
+  std::optional<double> max_loss_db;
+  // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
+  std::uint32_t visibility_px = 160;
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const PlannerOptions& options);
+
+}  // namespace lumatlas
