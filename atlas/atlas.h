@@ -132,25 +132,25 @@ class Atlas {
   TileOptions layout_;
   TilePolicy policy_;
 
-  mutable std::mutex mutex_;  // of all that follows, but the maker
+  mutable std::mutex mutex_;  // guards all members below, except the maker
   std::shared_ptr<const Surface> surface_;
   std::vector<std::shared_ptr<const StoredView>> views_;
-  std::vector<SharedShownCells> shown_;  // by slot, never null
+  std::vector<SharedShownCells> shown_;  // one per view slot, never null
   std::vector<glm::dvec3> gains_;
-  std::vector<std::uint64_t> tenants_;             // by slot: how many views had been inserted anywhere before its own
+  std::vector<std::uint64_t> tenants_;             // one per view slot: how many views had been inserted before its own
   std::uint64_t inserted_ = 0;                     // views, ever
   std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each slot
-  std::vector<std::shared_ptr<const std::vector<std::uint32_t>>> references_;  // by cell, never null
+  std::vector<std::shared_ptr<const std::vector<std::uint32_t>>> references_;  // one per cell, never null
   std::vector<std::uint8_t> cell_seen_;
 
-  // What the last snapshot does not know yet.
+  // The changes since the last snapshot was made.
   mutable bool all_changed_ = true;
   mutable std::vector<std::uint32_t> changed_cells_;  // each once
-  mutable std::vector<std::uint8_t> cell_changed_;    // by cell: 1 if it is among them
+  mutable std::vector<std::uint8_t> cell_changed_;    // one per cell: 1 if it has changed
   mutable std::vector<std::uint32_t> newly_seen_;     // cells
   mutable bool choose_tiles_anew_ = false;
 
-  mutable std::mutex snapshot_mutex_;                     // of the maker; taken before the other
+  mutable std::mutex snapshot_mutex_;                     // guards the maker; locked before the other
   mutable std::atomic<std::thread::id> snapshot_thread_;  // the one that is in snapshot(); none: a default id
   mutable std::unique_ptr<SnapshotMaker> maker_;
 };

@@ -8,7 +8,7 @@
 
 namespace lumatlas {
 
-// Of cell k, the slots of the store that it refers to are views[offsets[k]] up to views[offsets[k + 1]].
+// Cell k refers to the view slots views[offsets[k]] up to views[offsets[k + 1]].
 struct ReferenceTable {
   std::vector<std::uint32_t> offsets{0};  // one more than there are cells
   std::vector<std::uint32_t> views;       // slots of the store

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where in a photograph a sample may be trusted: valid() of Erat et al. 2019, section 3.1, second and third case,
-// computed once per stored view into a mask instead of per fragment. (The first case, occlusion, needs the sample's
-// depth.)
+// Marks the pixels of a photograph whose samples are valid: valid() of Erat et al. 2019, section 3.1, second and third
+// case, computed once per stored view into a mask instead of per fragment. (The first case, occlusion, needs the
+// sample's depth.)
 //
 // Departures from the print: the image rectangle less the undistortion border instead of the cone alpha; the depth
 // difference relative to the depth; a fade towards invalid pixels instead of a step, so that no seam shows where a

@@ -43,7 +43,7 @@ class VertexColorMean {
   std::vector<ColorSum> sums_;
 };
 
-// What a view shows at a vertex.
+// The colour that a view shows at a vertex.
 struct VertexSample {
   std::uint32_t vertex : 31;
   std::uint32_t at_rim : 1;
@@ -69,7 +69,7 @@ class VertexColors {
   struct Shown {
     std::weak_ptr<const StoredView> view;  // which it is; a view that has left the store is not kept alive
     glm::dvec3 gain{1};
-    std::vector<VertexSample> samples;  // by ascending vertex
+    std::vector<VertexSample> samples;  // ascending by vertex
   };
 
   void begin(const std::shared_ptr<const Surface>& surface);
@@ -80,12 +80,12 @@ class VertexColors {
   void spread();
 
   std::shared_ptr<const Surface> surface_;
-  std::vector<Shown> shown_;           // by slot
-  std::vector<ColorSum> sums_;         // by vertex
-  std::vector<std::uint8_t> changed_;  // by vertex: 1 if its sum has changed
+  std::vector<Shown> shown_;           // one per view slot
+  std::vector<ColorSum> sums_;         // one per vertex
+  std::vector<std::uint8_t> changed_;  // one per vertex: 1 if its sum has changed
   bool any_changed_ = false;
-  std::vector<glm::vec4> spread_;     // by vertex: weighted linear colour, weight, with colours that were spread
-  std::vector<glm::u8vec3> colors_;   // by vertex
+  std::vector<glm::vec4> spread_;    // one per vertex: weighted linear colour and weight, with colours that were spread
+  std::vector<glm::u8vec3> colors_;  // one per vertex
   std::optional<VertexFaces> faces_;  // made when colours are spread for the first time
   std::uint64_t samples_counted_ = 0;
 };

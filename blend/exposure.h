@@ -24,10 +24,10 @@
 
 namespace lumatlas {
 
-// What is needed of a snapshot for the exposure of any picture; holds no photograph.
+// The part of a snapshot from which the exposure of any picture is found. Holds no photograph.
 class NearbyExposure {
  public:
-  NearbyExposure() = default;  // of no views
+  NearbyExposure() = default;  // without views
   // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each slot has a gain as
   // Snapshot describes.
   explicit NearbyExposure(const Snapshot& snapshot);

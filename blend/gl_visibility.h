@@ -14,10 +14,10 @@ struct GlVisibilityOptions {
   // Cells whose bounding sphere is out of view are not drawn; the buffer is the same without. Cells that face away are
   // drawn: a surface is seen, and hides others, from both of its sides.
   bool frustum_culling = true;
-  bool debug = false;  // as of EglContext::Options
+  bool debug = false;  // see EglContext::Options
 };
 
-// As make_ray_visibility(), with which it agrees but at silhouettes and where faces meet: a rasteriser moves corners to
+// Like make_ray_visibility(). The two differ at silhouettes and where faces meet, because a rasteriser moves corners to
 // the nearest 1/256 of a pixel. Mesa's depths are within 1e-4 of the rays', most within 1e-6; on a face thousands of
 // times larger than its distance from the camera they are worse. NVIDIA's are computed from the moved corners, and are
 // off by up to 2e-3 where a face is seen nearly edge-on. There is no near or far plane. A camera with numbers that

@@ -35,8 +35,8 @@ namespace lumatlas {
 // `across` is in [1, kMostSupersampling].
 [[nodiscard]] std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across);
 
-// By pixel, 1 at a silhouette, else 0. Throws std::invalid_argument unless `visible` has a depth and a face for each
-// pixel of the camera's image.
+// Returns 1 for each pixel at a silhouette, else 0. Throws std::invalid_argument unless `visible` has a depth and a
+// face for each pixel of the camera's image.
 [[nodiscard]] std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible);
 
 // The same options for one sample a pixel, at its middle.

@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// What a mesh file says: any triangles, in the file's own coordinates, which may be far from the origin.
+// The triangles of a mesh file, in the file's own coordinates, which may be far from the origin.
 struct TriangleSoup {
   std::vector<glm::dvec3> positions;
   std::vector<glm::u8vec3> colors;  // sRGB, one per position, or empty
@@ -38,7 +38,7 @@ struct Bounds {
   glm::dvec3 max{-1.0};
   [[nodiscard]] bool empty() const { return min.x > max.x; }
 };
-// Of the positions that faces use. Throw std::invalid_argument for a face that refers to no vertex.
+// Return the box of the positions that faces use. Throw std::invalid_argument for a face that refers to no vertex.
 [[nodiscard]] Bounds bounds(const TriangleSoup& soup);
 [[nodiscard]] Bounds bounds(const Mesh& mesh);
 

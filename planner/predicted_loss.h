@@ -21,12 +21,12 @@ namespace lumatlas {
 // Qualities have single precision, so that a gap summed from them may be off by this much.
 constexpr double kGapRounding = 1e-7;
 
-// Of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is. A gap that rounding has put
-// beyond either end counts as that end; NaN is refused (std::invalid_argument), here and below.
+// Returns the loss of fitted PSNR, dB, finite: 0 where the gap, in [0, 1], is 0, and more the larger it is. A gap that
+// rounding has put beyond either end counts as that end. NaN is refused (std::invalid_argument), here and below.
 [[nodiscard]] double predicted_loss_db(double gap);
 
-// What is lost besides when cells refer to fewer of the stored views, dB of fitted PSNR: 6.5 dB * sqrt(gap), with the
-// gap of their service, see direction_coverage.h, in [0, 1].
+// Returns the further loss when cells refer to fewer of the stored views, dB of fitted PSNR: 6.5 dB * sqrt(gap), with
+// the gap of their service in [0, 1], see direction_coverage.h.
 [[nodiscard]] double predicted_reference_loss_db(double gap);
 
 }  // namespace lumatlas

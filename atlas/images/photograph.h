@@ -19,8 +19,8 @@ struct Photograph {
   std::vector<std::uint8_t> valid;  // 0: outside the lens's image (undistortion border), 255: inside; empty: all inside
 };
 
-// What to do about an EXIF orientation. Photographs are upright by it for people to look at; but a
-// structure-from-motion program that ignored it (COLMAP does) has calibrated the pixels as they are stored.
+// How to treat an EXIF orientation. Viewers turn photographs upright by it. A structure-from-motion program that
+// ignores it, as COLMAP does, has calibrated the pixels as they are stored.
 enum class Orientation { exif, as_stored };
 
 struct ImageSize {
@@ -29,7 +29,7 @@ struct ImageSize {
 // From the header alone. Throws InputError.
 [[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
-// Where a photograph was taken, as a satellite receiver tells: WGS 84.
+// The position of a photograph as its satellite receiver states it: WGS 84.
 struct GpsPosition {
   double latitude_deg = 0;   // [-90, 90], north is positive
   double longitude_deg = 0;  // [-180, 180], east is positive
@@ -38,9 +38,9 @@ struct GpsPosition {
   friend bool operator==(const GpsPosition&, const GpsPosition&) = default;
 };
 
-// What a file's header says of the camera that took the photograph.
+// The camera that took a photograph, as the file's header describes it.
 struct CameraNote {
-  ImageSize size;                  // as stored
+  ImageSize size;                  // as it is stored
   std::string make, model;         // empty: not said
   double focal_length_mm = 0;      // 0: not said
   double focal_length_35mm = 0;    // that a camera for 35 mm film would need for the same view; 0: not said
@@ -82,12 +82,12 @@ struct GreyImage {
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);
 
 enum class ImageFormat { png, jpeg, webp };
-[[nodiscard]] const char* ending(ImageFormat format);     // of a file's name: ".png"
+[[nodiscard]] const char* ending(ImageFormat format);     // a file name's ending: ".png"
 [[nodiscard]] const char* mime_type(ImageFormat format);  // "image/png"
 
 struct ImageCoding {
   ImageFormat format = ImageFormat::png;
-  int quality = 95;  // of JPEG and WebP, [1, 100]; PNG is exact
+  int quality = 95;  // for JPEG and WebP, [1, 100]; PNG is exact
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

@@ -12,7 +12,7 @@
 
 namespace lumatlas {
 
-// Whether a file is a .glb, told by its first bytes whatever its name is. False if it cannot be read.
+// Returns whether a file is a .glb by its first bytes, whatever its name. False if it cannot be read.
 [[nodiscard]] bool is_glb(const std::filesystem::path& file);
 
 struct GlbFrame {

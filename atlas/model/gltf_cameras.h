@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What makes a glTF file stand upright in other programs, and lets people look from where the photographs were taken.
+// Nodes and cameras that make a glTF file stand upright in other programs, and offer the photographs' viewpoints there.
 #pragma once
 
 #include <glm/mat3x3.hpp>

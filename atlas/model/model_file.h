@@ -41,7 +41,7 @@ void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions&
                const ImageCoding& photographs = {}, const std::string& notes = {},
                const BaseTexture* texture = nullptr);
 
-// Where the time of reading a model goes, milliseconds. The last three are sums over the threads.
+// The time of each step of reading a model, milliseconds. The last three are sums over the threads.
 struct ReadTimes {
   double tables = 0;  // JSON, mesh, cells, references
   double views = 0;   // all of the rest
@@ -56,14 +56,14 @@ struct Model {
   ReadTimes times;
 };
 
-// Reads a model folder, its .gltf file, or a .glb, which may have any name. Of a base texture it asks only the size:
-// the renderer has the photographs. Depth and validity are not in the file: they are made again from the mesh, with the
-// options that it was written with. A view without a resident tile is left out and its photograph not opened. Opens
-// nothing outside of the folder, not even where a symbolic link leads there. Throws InputError: file, index, value,
-// what is wrong with it; of several views that cannot be read, the first.
+// Reads a model folder, its .gltf file, or a .glb, which may have any name. It asks only the size of a base texture,
+// because the renderer has the photographs. Depth and validity are not in the file: they are made again from the mesh,
+// with the options that it was written with. A view without a resident tile is left out and its photograph not opened.
+// Opens nothing outside the folder, not even through a symbolic link. Throws InputError with file, index, value and
+// fault. If several views cannot be read, it names the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
 
-// What a model file holds and what that takes, without a look at its pixels.
+// The contents of a model file and their sizes, found without reading pixels.
 struct ModelFacts {
   std::filesystem::path file;
   std::shared_ptr<const Surface> surface;  // vertices are split at the borders of cells, not in the texture
@@ -78,7 +78,7 @@ struct ModelFacts {
   std::uint64_t table_bytes = 0;   // cells, their coverage, references, tiles
   std::uint64_t photograph_bytes = 0;
   std::uint64_t mask_bytes = 0;
-  std::uint64_t texture_bytes = 0;  // of its image; 0: there is none
+  std::uint64_t texture_bytes = 0;  // the texture's image; 0: there is none
 };
 
 // Checks all but the images, of which it asks the size. Throws InputError as read_model().

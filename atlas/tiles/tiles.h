@@ -22,7 +22,7 @@
 
 namespace lumatlas {
 
-// No texture array has as many slots: so many tiles of the least size are a hundred gigabytes.
+// Larger than any texture array: this many tiles of the smallest size take a hundred gigabytes.
 inline constexpr std::uint32_t kMostTileSlots = 1u << 30;
 
 struct TileOptions {
@@ -46,9 +46,9 @@ void check(const TileOptions& options);
 // texels two.
 [[nodiscard]] std::uint32_t levels_of(const TileOptions& options);
 
-// What a slot takes, bytes, in the format of atlas/tiles/texel_format.h with its coarser levels.
+// Returns the bytes of one tile place, in the format of atlas/tiles/texel_format.h with its coarser levels.
 [[nodiscard]] std::uint64_t slot_bytes(const TileOptions& options);
-// The most slots of a texture array within so many bytes, whole pages of them: see pages_for(). Throws
+// Returns how many tile places a texture array within `bytes` has at most, in whole pages: see pages_for(). Throws
 // std::invalid_argument unless the options pass check() and cut views into tiles.
 [[nodiscard]] std::uint32_t slots_within(std::uint64_t bytes, const TileOptions& options);
 
@@ -99,21 +99,22 @@ struct TiledView {
   StoredView view;
   std::vector<ShownCell> shown;
 };
-// As make_stored_view(), with shown_cells() of what comes of it, and their errors.
+// Like make_stored_view(), with shown_cells() of its result. Throws as both do.
 [[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph,
                                         VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
                                         const ValidityOptions& options, std::vector<std::uint8_t> trust = {});
 
-// Where each tile of each view is in the texture array: the last step from a face to a texel. Tiles of the view in slot
-// v of the store are slots[first_tile[v]] up to slots[first_tile[v + 1]], row by row. Its functions take a table that
-// passes check(Snapshot) and a view and camera that belong to it; they do not look again.
+// The position of each tile of each view in the texture array: the last step from a face to a texel. Tiles of the view
+// in view slot v are slots[first_tile[v]] up to slots[first_tile[v + 1]], row by row. Its functions take a table that
+// passes check(Snapshot), and a view and camera that belong to it. They do not check again.
 struct TileTable {
   TileOptions options;
   std::vector<std::uint32_t> first_tile;  // one more than the store has slots; empty: whole views
-  std::vector<std::uint32_t> slots;       // of the texture array, kNotResident: the tile is not there
+  std::vector<std::uint32_t> slots;       // tile places in the texture array; kNotResident: the tile is not there
 
   [[nodiscard]] bool whole_views() const { return first_tile.empty(); }
-  // Whether the tile that holds an image position (pixels from the top left corner, inside the image) is resident.
+  // Returns whether the tile that holds an image position (pixels from the top left corner, inside the image) is
+  // resident.
   [[nodiscard]] bool resident(std::uint32_t view, const Camera& camera, double x, double y) const;
   // One value per pixel of a view: 1 where it is in a resident tile or its gutter.
   [[nodiscard]] std::vector<std::uint8_t> resident_pixels(std::uint32_t view, const Camera& camera) const;

@@ -21,7 +21,7 @@
 
 namespace lumatlas {
 
-// Where the slots are in the pages of the array.
+// The layout of tile places in the pages of the array.
 struct ArrayShape {
   std::uint32_t slot_width = 0;   // texels, gutter included
   std::uint32_t slot_height = 0;  // texels, gutter included
@@ -40,22 +40,22 @@ struct ArrayShape {
   [[nodiscard]] bool operator==(const ArrayShape&) const = default;
 };
 
-// What a driver takes at most; without other values, what OpenGL 4.5 promises.
+// The limits of a driver. The defaults are those that OpenGL 4.5 guarantees.
 struct ArrayLimits {
   std::uint32_t pages = 2048;
   std::uint32_t side = 16384;  // texels
 };
 
-// For at least so many slots of tiles; and of whole views, which are all as large as the largest. The options must pass
-// check().
+// Returns the shape of an array for at least `slots` tiles, or for whole views, which all take as much as the largest.
+// The options must pass check().
 [[nodiscard]] ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits);
 [[nodiscard]] ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options);
 
-// Whether the driver of the current context takes textures of the format.
+// Returns whether the driver of the current context takes textures of the format.
 [[nodiscard]] bool driver_takes(TexelFormat format);
 
-// Whether the driver of the current context draws in software, which looks into a block for each texel: from blocks
-// that takes three times as long.
+// Returns whether the driver of the current context draws in software. Such a driver decodes a block for each texel,
+// which takes three times as long.
 [[nodiscard]] bool draws_in_software();
 
 // The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not. Its
@@ -72,18 +72,18 @@ class PhotographArray {
   // are the same.
   void load(const Snapshot& snapshot, bool blocks = true);
 
-  // What shaders/photographs.glsl reads: the photographs, their depths in blocks, and by tile where it is.
+  // The textures that shaders/photographs.glsl reads: photographs, their depths in blocks, and the place of each tile.
   [[nodiscard]] const GlTexture& photographs() const { return photographs_; }
   [[nodiscard]] const GlTexture& depths() const { return depths_; }
   [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_; }
-  // Of a tile, pixels without the gutter.
+  // The size of a tile without the gutter, pixels.
   [[nodiscard]] glm::uvec2 tile_size() const { return {tile_width_, tile_height_}; }
   [[nodiscard]] std::uint32_t gutter() const { return gutter_; }
   [[nodiscard]] const ArrayShape& shape() const { return shape_; }
   // The number of a view's first tile in the table of tiles, and how many columns of tiles it has.
   [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
-  // What a view's stored depths are shares of: a power of two near its median depth.
+  // The unit of a view's stored depths: a power of two near its median depth.
   [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
   // Slots of which the last load() copied colours or depths.
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
@@ -92,7 +92,7 @@ class PhotographArray {
   [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
 
  private:
-  // What a slot holds. The view may be gone from memory.
+  // The contents of a tile place. The view may be gone from memory.
   struct Held {
     std::weak_ptr<const StoredView> view;
     std::uint32_t tile = 0;
@@ -121,9 +121,9 @@ class PhotographArray {
   ArrayShape shape_;
   TexelFormat stored_format_ = TexelFormat::rgb8;  // the snapshot's, whatever the driver takes
   std::uint32_t tile_width_ = 0, tile_height_ = 0, gutter_ = 0;
-  std::vector<std::uint32_t> first_tile_;  // by view
-  std::vector<Held> held_;                 // by slot
-  std::vector<Scaled> scaled_;             // by view
+  std::vector<std::uint32_t> first_tile_;  // one per view
+  std::vector<Held> held_;                 // one per tile place
+  std::vector<Scaled> scaled_;             // one per view
   std::uint32_t uploaded_ = 0;
   std::uint64_t color_bytes_ = 0, depth_bytes_ = 0;
   GlTexture photographs_, depths_, tile_slots_;

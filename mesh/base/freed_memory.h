@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a program does with memory that it has freed.
+// How a program returns freed memory to the system.
 #pragma once
 
 #include <malloc.h>

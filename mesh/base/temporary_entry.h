@@ -13,9 +13,9 @@ namespace lumatlas {
 // ".lumatlas-", 128 random bits of the system as 32 hexadecimal digits, and `ending`.
 [[nodiscard]] std::string random_temporary_name(const std::string& ending = "");
 
-// An empty file or folder that nobody else has. Removed with its contents by the destructor, and by
-// remove_temporary_entries(). Its lock (flock) goes with the process, however that ends, and tells
-// remove_leftovers() of later processes that nobody writes there any more.
+// A new empty file or folder that no other process uses. The destructor and remove_temporary_entries() remove it with
+// its contents. Its lock (flock) ends with the process, however that ends, and tells remove_leftovers() of later
+// processes that it is abandoned.
 class TemporaryEntry {
  public:
   enum class Kind { file, folder };
@@ -29,7 +29,7 @@ class TemporaryEntry {
   TemporaryEntry& operator=(const TemporaryEntry&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  // What is at path() is no longer temporary, or no longer there: nothing removes it any more. Call it, like every
+  // Makes the entry permanent, or gives up one that was moved away: nothing removes it any more. Call it, like every
   // rename from or to path(), while removal_paused() is held.
   void release();
 

@@ -21,12 +21,12 @@ namespace lumatlas {
 
 struct CellGrowth {
   Cells cells;
-  std::vector<std::uint32_t> previous_cell;  // by cell: which one it was, ascending; kNoCell: it is new
-  std::vector<std::uint8_t> changed;         // by cell: 1 if it is new, gained or lost faces, or has one that moved
+  std::vector<std::uint32_t> previous_cell;  // for each cell its number before, ascending; kNoCell: it is new
+  std::vector<std::uint8_t> changed;  // one per cell: 1 if it is new, gained or lost faces, or has one that moved
 };
 
-// The cells of `mesh`, which `mesh_before` with the cells `before` has become. `previous_face` says for each face which
-// one it was, wherever its corners were then, or kNoFace for one that is new: see match_faces().
+// Returns the cells of `mesh`, which `mesh_before` with the cells `before` has become. `previous_face` says for each
+// face which one it was, wherever its corners were then, or kNoFace for one that is new: see match_faces().
 //
 // Clusters: a face stays in the cell that it was in. New faces form cells among themselves, as make_cells() forms them;
 // those much smaller than the target join a neighbour, old or new, that they fit, and an old cell as small takes one of
@@ -40,11 +40,11 @@ struct CellGrowth {
 // bytes for any number of threads.
 //
 // The new faces should be no larger than a cell (split_large_faces with before.size). `options` are those that the
-// cells before were made with: a size other than before.size is refused, unless it is 0. Of no cells before, the result
-// is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
-// mesh.h, for a changed mesh without faces, if `previous_face`
-// has not one entry per face, names a face that was not there or names one twice, if `before` is not of `mesh_before`,
-// and if the partition is a grid and the cells before are not its cubes.
+// cells before were made with: a size other than before.size is refused, unless it is 0. Without cells before, the
+// result is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
+// mesh.h, for a changed mesh without faces, if `previous_face` has not one entry per face, names a face that was not
+// there or names one twice, if `before` is not of `mesh_before`, and if the partition is a grid and the cells before
+// are not its cubes.
 [[nodiscard]] CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                                     std::span<const std::uint32_t> previous_face, const CellOptions& options);
 

@@ -46,20 +46,20 @@ struct Cells {
   std::vector<std::uint32_t> cell_of_face;  // one per face of the mesh
 };
 
-// Where the bulk of a mesh lies.
+// The region that holds the bulk of a mesh.
 struct SceneExtent {
   Bounds core;          // along each axis, all but the outermost 1% of the area on each side
-  double diameter = 0;  // of the core's diagonal; > 0 for a mesh with area
+  double diameter = 0;  // length of the core's diagonal; > 0 for a mesh with area
 };
 
 // Stray triangles far away do not count, for they have little area. Nor do stray vertices, whose faces may have
 // more area than the scene: where faces that are more than a hundred times as high as their shortest edge is long, and
 // those between two vertices that have no other faces, make the box more than twice as large, they do not count either.
 [[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
-[[nodiscard]] double scene_diameter(const Mesh& mesh);  // of scene_extent()
+[[nodiscard]] double scene_diameter(const Mesh& mesh);  // the diameter of scene_extent()
 
-// What CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper finds 1/100
-// to 1/30 of the scene). 0 for a mesh without area.
+// Returns the size that CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper
+// finds 1/100 to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours

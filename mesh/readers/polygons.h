@@ -32,7 +32,7 @@ class Polygons {
 
  private:
   struct Fan {
-    std::size_t first;      // of its faces
+    std::size_t first;      // its first face
     std::uint32_t corners;  // two more than it has faces
   };
   static void triangulate(const Fan& fan, TriangleSoup& soup);

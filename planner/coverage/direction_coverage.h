@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Coverage of cells as the renderer will need it: how well the novel directions above a cell are served by the views
-// that see it. In place of the sum over views of Erat et al. 2019, section 3.2.
+// Measures how well the views that see a cell serve the novel directions above it, as the renderer will need them. It
+// replaces the sum over views of Erat et al. 2019, section 3.2.
 //
 //   q(f, s)    = cov_p(f) (lambda k(f, s) + 1 - lambda)       how well view f serves novel direction s, in [0, 1]
 //   k(f, s)    = max(0, 1 - (1 - cos angle(f, s)) / (1 - cos direction_width))
@@ -23,7 +23,7 @@
 // narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
 // among them: a newcomer takes the place of the reference that is missed least.
 //
-// What a reference less costs is judged where pictures will be asked for, at the stored cameras that see the cell:
+// The cost of removing a reference is judged where pictures will be asked for, at the stored cameras that see the cell:
 //
 //   service(b) = w(b) mean over these cameras' directions c of  sum_j v_j p_j(c)
 //   p(f, c)    = cov_p(f) (lambda max(0, 1 - angle(f, c) / direction_width) + 1 - lambda)
@@ -53,7 +53,7 @@ struct CellFrame {
 
 class DirectionCoverage final : public CellCoverage {
  public:
-  // As make_cell_coverage(); `min_reference_gain`: in cells.
+  // Like make_cell_coverage(). `min_reference_gain` is in cells.
   DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
 
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
@@ -97,7 +97,7 @@ class DirectionCoverage final : public CellCoverage {
   static constexpr std::uint32_t kNobody = ~0u;
   struct State {
     std::vector<Member> members;
-    // Of each novel direction the best K + 1 views, best first; empty until a view sees the cell.
+    // The best K + 1 views of each novel direction, best first; empty until a view sees the cell.
     std::vector<Served> best;
     double value = 0;  // before the weight
     CellDemand demand;

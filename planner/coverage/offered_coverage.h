@@ -23,22 +23,21 @@ class OfferedCoverage {
   // breaks a rule: cells of parts and stores of the surface, slots of the store.
   OfferedCoverage(const Surface& surface, const CoverageOptions& options);
 
-  // What a view asks for is told here as it is told the store's ledger: CoverageLedger::ask() and unask().
+  // Add or remove the demand of a view, as the store's ledger does: CoverageLedger::ask() and unask().
   void ask(std::span<const CellPart> parts) { ask(parts, false); }
   void unask(std::span<const CellPart> parts) { ask(parts, true); }
   // A view that has asked counts from here on, kept or not.
   void add(std::span<const CellPart> parts);
 
-  // By what share the store serves the novel directions worse than all views would that were added: in [0, 1], and
-  // exactly 0 for a store of all of them. `newcomer`: a view more, which has asked but is not added, and is not to be
+  // Returns by what share the store serves the novel directions worse than all added views would: in [0, 1], and
+  // exactly 0 for a store of all of them. `newcomer`: one more view, which has asked but is not added and will not be
   // kept.
   [[nodiscard]] double gap(const CoverageLedger& store, std::span<const CellPart> newcomer = {}) const;
 
   // The same, were the view in that slot of the store taken away.
   [[nodiscard]] double gap_without(const CoverageLedger& store, std::uint32_t slot) const;
 
-  // As CoverageLedger::follow(). What was offered of a cell that is new is not known: it counts from there on what is
-  // added.
+  // Like CoverageLedger::follow(). A cell that is new starts without the views that were offered before.
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
 
   // Views that are held of a cell, as numbers.

@@ -53,8 +53,8 @@ class ExposureGraph {
 
   [[nodiscard]] const std::vector<double>& log_gains(bool white_balance, int channel);
 
-  std::vector<std::vector<ExposureRatio>> ratios_;  // by slot
-  std::array<Solutions, 4> solutions_;              // by channel, and of luminance
+  std::vector<std::vector<ExposureRatio>> ratios_;  // one per view slot
+  std::array<Solutions, 4> solutions_;              // one per channel, and luminance
   std::uint64_t looks_ = 0;
 };
 

@@ -25,7 +25,7 @@ struct ViewGradient {
 struct JointEquations {
   BlockMatrix H;
   Eigen::VectorXd g;
-  std::vector<ViewGradient> of_views;  // by slot
+  std::vector<ViewGradient> of_views;  // one per view slot
 };
 
 // Returns the squares of the equations that may not be 0, whichever of the views that show a point its medians are of.

@@ -20,7 +20,7 @@ namespace lumatlas {
 
 struct PoseOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
-  // Of each view, evenly taken, >= 1. Time grows with it.
+  // Points of each view, evenly taken, >= 1. Time grows with it.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
   // On tiles of the normal equations, for each step. Time grows with it: see kMostStepOperations.
   std::size_t most_operations = kMostStepOperations;
@@ -28,7 +28,7 @@ struct PoseOptions {
 };
 
 struct PoseEstimate {
-  std::vector<Camera> cameras;  // by slot: intrinsics as they were
+  std::vector<Camera> cameras;  // one per view slot: intrinsics as they were
   std::size_t views = 0;        // that took part
   std::size_t points = 0;       // that were fitted to
   // A step would take more than PoseOptions::most_operations, so that nothing was solved and no view took part.

@@ -42,7 +42,7 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  // Where to write until commit(); afterwards where the output is.
+  // Returns the folder to write to before commit(), and the folder of the output afterwards.
   [[nodiscard]] const std::filesystem::path& path() const { return committed_ ? target_ : temporary_->path(); }
 
   // Writes the marker file {"lumatlas": version, "command": ..., "files": [...], "options": effective_options}, waits
@@ -79,7 +79,7 @@ class AtomicFile {
 // The text of a JSON file or result. Names of files may hold bytes that are not UTF-8: they become U+FFFD, rather than
 // cost the whole output.
 [[nodiscard]] std::string json_text(const nlohmann::json& value);
-void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // as an AtomicFile
+void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // writes an AtomicFile
 
 // The two ways in which commit() puts `fresh` in the place of the existing folder `target`; `fresh` then holds what
 // `target` held. Exchanging is one step, but some file systems (NFS, exFAT) cannot: then it returns false and nothing

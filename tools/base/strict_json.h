@@ -30,9 +30,9 @@ class JsonPlace {
   void expect_keys(std::initializer_list<std::string_view> required,
                    std::initializer_list<std::string_view> optional) const;
   [[nodiscard]] bool has(std::string_view key) const;
-  [[nodiscard]] JsonPlace at(std::string_view key) const;                        // of an object that has it
-  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  // of an object, by name
-  [[nodiscard]] std::vector<JsonPlace> elements() const;                         // of an array
+  [[nodiscard]] JsonPlace at(std::string_view key) const;                        // requires an object that has the key
+  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  // an object's, sorted by name
+  [[nodiscard]] std::vector<JsonPlace> elements() const;                         // an array's
   [[nodiscard]] std::string text() const;                                        // not empty, one line
   [[nodiscard]] std::string one_of(std::initializer_list<std::string_view> words) const;
   [[nodiscard]] double number() const;                                         // finite

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the views of a scene see its mesh.
+// Tests whether the views of a scene see its mesh.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image tha
 // The share of the pixels that show the mesh, [0, 1].
 [[nodiscard]] double covered_share(const VisibilityBuffer& buffer);
 
-// Whether less than 1 % of the pixels show the mesh: the view is called blind.
+// Returns whether less than 1 % of the pixels show the mesh. Such a view is called blind.
 [[nodiscard]] bool sees_next_to_nothing(const VisibilityBuffer& buffer);
 
 // The warning that `blind` of `views` are blind, `first` being the name of one; empty where none is.
@@ -29,7 +29,7 @@ inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image tha
 
 struct BlindViews {
   std::size_t looks = 0;  // views that were looked through
-  std::size_t blind = 0;  // of these
+  std::size_t blind = 0;  // how many of these are blind
   std::string first;      // the name of the first blind one; empty: none is
   double covered = 1;     // share of the pixels of all that see the mesh, [0, 1]
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene's folders hold beside what is used, in sentences for SceneViews::notes.
+// Sentences for SceneViews::notes about files in a scene's folders that are not used.
 #pragma once
 
 #include <cstddef>

@@ -26,13 +26,14 @@ class ExposureField {
 
   void add(const TextureView& view);
 
-  // By vertex, positive; those at one place are alike. Exactly 1 if every gain is 1. A vertex that no view shows has
-  // the factor of those around it, and one that is joined to none of them the mean of all.
+  // Returns the factor of each vertex, positive; vertices at one place have the same. Exactly 1 if every gain is 1. A
+  // vertex that no view shows has the factor of those around it, and one that is joined to none of them the mean of
+  // all.
   [[nodiscard]] std::vector<glm::vec3> factors() const;
 
  private:
   const Mesh& mesh_;
-  std::vector<glm::vec4> sums_;  // by vertex: -sum a_i ln g_i, sum a_i
+  std::vector<glm::vec4> sums_;  // one per vertex: -sum a_i ln g_i, sum a_i
 };
 
 }  // namespace lumatlas

@@ -33,7 +33,7 @@ struct ColorOptions {
   // Differences between views above this count as disagreement; of square roots of linear light. > 0
   double tolerance = 0.3;
   enum class Exposure {
-    nearby,  // of the photographs that see the place, see exposure_field.h
+    nearby,  // exposure of the photographs that see the place, see exposure_field.h
     model,   // the common exposure of all views
   };
   Exposure exposure = Exposure::nearby;
@@ -62,7 +62,7 @@ class SurfaceColors {
   [[nodiscard]] Consensus consensus(std::uint32_t face, float b, float c, double density) const;
 
  private:
-  // What views show of the place, in `shown`.
+  // Collects the views' colours of the point in `shown`.
   void find_shown(std::uint32_t face, const SurfacePlace& place, double density, std::vector<ShownPlace>& shown) const;
   // The same, until the next call on the same thread, and what they agree on.
   const std::vector<ShownPlace>& look(std::uint32_t face, const SurfacePlace& place, double density,

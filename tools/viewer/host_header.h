@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether a request's Host header names this server. A page of another site whose name its owner leads to this address
-// (DNS rebinding) sends that name: so no name is good but those that the user of the server knows.
+// Checks whether a request's Host header names this server. A page of another site can be led to this address by its
+// owner (DNS rebinding), and then sends that site's name. So only names that the user of the server knows are accepted.
 #pragma once
 
 #include <string>

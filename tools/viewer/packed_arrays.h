@@ -13,7 +13,7 @@
 namespace lumatlas {
 
 enum class PackedCoding {
-  plain,       // as they are
+  plain,       // the values themselves
   difference,  // to the entry before in the same component, alternating in sign: 0, -1, 1, -2, 2 become 0 to 4
   corners,     // vertices that are numbered in the order in which they first come: how far below the next new one
 };

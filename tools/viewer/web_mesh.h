@@ -13,7 +13,7 @@
 
 namespace lumatlas {
 
-// Where a position is: origin + step * whole numbers.
+// The grid of positions: origin + step * whole numbers.
 struct PositionGrid {
   glm::dvec3 origin{0.0};
   double step = 1;  // scene units, > 0

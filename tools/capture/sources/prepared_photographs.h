@@ -18,17 +18,17 @@ namespace lumatlas {
 struct CapturedVideo {
   std::string name;
   std::size_t frames = 0;  // that it has
-  std::size_t taken = 0;   // of these
+  std::size_t taken = 0;   // how many of these were taken
   double seconds = 0;      // 0: not known
   std::string damage;      // FFmpeg's words of it; empty: none
 };
 
 struct PreparedPhotographs {
   CapturedPhotographs captured;
-  std::vector<CapturedVideo> videos;            // by name
+  std::vector<CapturedVideo> videos;            // sorted by name
   double step = 0;                              // see FrameChoiceOptions; 0 without videos
   std::size_t converted = 0;                    // photographs of other forms
-  std::map<std::string, std::string> left_out;  // by name, why: the sources' and those that cannot be read
+  std::map<std::string, std::string> left_out;  // for each name the reason: the sources' and those that cannot be read
   bool made_anything = false;                   // false where an earlier run left all of it
 };
 

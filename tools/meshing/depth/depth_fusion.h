@@ -22,19 +22,20 @@ namespace lumatlas {
 struct DepthImage {
   Camera camera;
   std::vector<float> depth;  // z in the camera frame at the middle of each pixel, row by row; 0: not measured
-  // Of the angle between each pixel's ray and the normal of what it sees, [0, 1]. Distances are then taken along that
-  // normal, not along the ray: else what is only ever seen aslant would be out of the truncation's reach, and full of
-  // holes. A slanted pixel counts less, in proportion. Empty: all 1.
+  // Cosine of the angle between each pixel's ray and the normal of the surface there, [0, 1]. Distances are then taken
+  // along the normal, not along the ray: otherwise a surface that is only seen at a slant would be out of the
+  // truncation's reach, and full of holes. A slanted pixel counts less, in proportion. Empty: all 1.
   std::vector<float> cosine = {};
-  // By how much the depth grows from each pixel to the next, to the right and down: depths between the middles of
-  // pixels follow it. Empty: all 0.
+  // The growth of the depth from each pixel to the next, to the right and down, from which depths between the middles
+  // of pixels are found. Empty: all 0.
   std::vector<glm::vec2> slope = {};
 };
 
 struct FusionOptions {
   double voxel = 0.02;       // scene units, > 0
   double truncation = 0.05;  // how far from a measurement it says something, scene units, >= voxel
-  // A voxel says something where so many images at distance 1 have seen it; one at distance z counts 1 / z^2, > 0.
+  // A voxel has a value if at least this many images at distance 1 have seen it. An image at distance z counts 1 / z^2,
+  // > 0.
   double least_weight = 1;
   // Blocks of 512 voxels, 8 bytes each, >= 1: where the surface takes more, the voxels are made larger until it does
   // not, or it is refused.
@@ -44,7 +45,7 @@ struct FusionOptions {
 
 struct FusedSurface {
   TriangleSoup surface;
-  double voxel = 0, truncation = 0;  // as they were used
+  double voxel = 0, truncation = 0;  // the values that were used
   std::size_t blocks = 0;
 };
 

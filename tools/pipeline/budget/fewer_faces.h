@@ -31,10 +31,10 @@ struct SeenSurface {
 };
 using MakeVisibility = std::function<std::shared_ptr<const Visibility>(const Surface&)>;
 
-// Of give_up_faces_within().
+// The limits of give_up_faces_within().
 struct FaceLimits {
   double max_loss_db = 0;
-  double pixels = 0;  // of the stored views as they are now, that the surface may move by
+  double pixels = 0;  // distance that the surface may move by, in pixels of the stored views as they are now
   CellOptions cells;
 };
 

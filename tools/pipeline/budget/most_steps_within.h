@@ -14,7 +14,7 @@ namespace lumatlas {
 // where to look next; never near the ends of what is left, for it may be otherwise. 0 steps lose nothing.
 [[nodiscard]] inline std::size_t most_steps_within(double max_loss_db, std::size_t too_far, std::size_t close_enough,
                                                    const std::function<double(std::size_t)>& loss_at) {
-  constexpr double kUsedUp = 0.8;  // of the bound
+  constexpr double kUsedUp = 0.8;  // share of the bound
   constexpr double kFarthest = 4;  // times as many steps as were tried last
   std::size_t fits = 0, guess = too_far / 2;
   while (too_far - fits > close_enough) {

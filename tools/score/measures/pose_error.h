@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How wrong cameras are, in pixels of what they see, against cameras that are known to be true.
+// Measures the errors of cameras against the true ones, in pixels of what they see.
 //
-// Where only the given poses tie the cameras to the mesh, refinement may move them all together, which no picture
-// shows. So errors are also measured after the one rigid motion of the world that brings the whole set closest to the
-// truth.
+// If only the given poses tie the cameras to the mesh, refinement may move them all together, which no picture shows.
+// So errors are also measured after the one rigid motion of the world that brings the whole set closest to the truth.
 #pragma once
 
 #include <glm/mat3x3.hpp>

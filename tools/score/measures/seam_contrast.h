@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the borders of cells show in a rendering: see tools/score/README.md.
+// Measures how much the borders of cells show in a rendering: see tools/score/README.md.
 //
 // The error of a rendering, rendering less photograph, steps from each pixel to its neighbours. Blur, noise and wrong
 // poses make it step everywhere; where two cells show different photographs it steps more at their border than two

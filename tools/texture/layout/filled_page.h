@@ -24,7 +24,7 @@ class FilledPage {
 
  private:
   Photograph picture_;
-  std::vector<std::uint8_t> is_set_;  // by texel
+  std::vector<std::uint8_t> is_set_;  // one per texel
 };
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the binary and the text reader of COLMAP's models share: the rules that a record obeys, and the sentences.
+// Shared by the binary and the text reader of COLMAP's models: the rules that a record obeys, and the sentences.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 
 namespace lumatlas::colmap {
 
-// Where in a file something is wrong.
+// The position of a fault in a file.
 struct Place {
   const std::filesystem::path& path;
   const char* unit;      // "line", "the camera at index", ...
