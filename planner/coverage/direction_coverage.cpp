@@ -137,7 +137,7 @@ void DirectionCoverage::qualities(std::uint32_t cell, const Member& member, cons
   for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s], kernel);
 }
 
-// By how much a view of that quality would raise the value of one direction, whose best views are `best`.
+// Returns by how much a view of that quality would raise the value of one direction, whose best views are `best`.
 double DirectionCoverage::rise(std::span<const Served> best, float quality) const {
   const std::size_t ranks = rank_value_.size();
   std::size_t j = 0;

@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kFinestPx = 1000;  // longer side: beyond, noise and compression rule the gradients
 constexpr std::size_t kHeldOut = 5;        // each such point is not fitted to
 
-// What one view shows of a point.
+// The value of a point in one view.
 struct Value {
   double color;
   std::uint32_t slot;
@@ -96,7 +96,7 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
 
 namespace {
 
-// Whether a point of the image plane, pixels, lies in the image or at most `margin` pixels beside it.
+// Returns whether a point of the image plane, pixels, lies in the image or at most `margin` pixels beside it.
 bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
   return image.x >= -margin && image.y >= -margin && image.x < camera.width + margin &&
          image.y < camera.height + margin;
@@ -104,7 +104,7 @@ bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
 
 }  // namespace
 
-// Nothing for a point behind the camera.
+// Returns nothing for a point behind the camera.
 std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
                                                  const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];

@@ -13,7 +13,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kRidge = 1e-7;  // of the normal matrix' mean diagonal: for views that nothing else holds
+constexpr double kRidge = 1e-7;  // share of the normal matrix' mean diagonal: for views that nothing else holds
 constexpr int kAttempts = 4;     // at a step that lowers the cost
 constexpr double kLeastDamping = 0.01, kDampingFactor = 30;
 constexpr double kMostLost = 0.1;  // share of the compared points that a step may lose
@@ -77,7 +77,7 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
   terms_.assign(slots_of_lenses_.size(), Terms{});
 }
 
-// By slot, from the cameras of the stored views, which the state gets.
+// Finds the lens of each view slot from the cameras of the stored views, which the state gets.
 std::vector<std::size_t> JointSolver::found_lenses() {
   state_.cameras.resize(views_.size());
   std::vector<std::size_t> lens_of(views_.size(), 0);
@@ -125,7 +125,7 @@ Eigen::Index JointSolver::column(std::size_t slot) const {
   return static_cast<Eigen::Index>(kBlock * block_of_[slot]);
 }
 
-// What is not estimated has the prior alone, and so stays 0.
+// A parameter that is not estimated has the prior alone, and so stays 0.
 JointEquations JointSolver::normal_equations(const JointState& state, const std::vector<Linearised>& all) const {
   std::vector<Block> estimated;
   for (const Terms& terms : terms_) {
@@ -156,8 +156,9 @@ double JointSolver::pull_of(const JointState& state, std::uint32_t slot) const {
   return pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
 }
 
-// As when views are aligned one by one. Without it, a change of the focal length for which all views move along their
-// axes would cost nothing, and whoever draws from the given poses would see the loss.
+// Adds the pulls towards the given poses, as when views are aligned one by one. Without them, a change of the focal
+// length for which all views move along their axes would cost nothing, and pictures drawn from the given poses would
+// show the loss.
 void JointSolver::add_pulls(const JointState& state, JointEquations& normal) const {
   const double fixed = kFixed * normal.H.trace();
   for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {

@@ -21,7 +21,7 @@ constexpr double kLeastCornerPx = 0.5;
 constexpr double kFurtherDeviations = 3;  // see LensEstimate::most_corner_px
 
 constexpr Terms kFirstTerms = {true, true, true, true, false, false, false};
-// What is tried then, one after the other.
+// The further terms that are tried, one after the other.
 constexpr std::array<Terms, 2> kMoreTerms = {Terms{false, false, false, false, true, false, false},
                                              Terms{false, false, false, false, false, true, true}};
 
@@ -65,7 +65,7 @@ class Estimator {
     }
   }
 
-  // Whether a parameter is more than a few deviations away from 0, and that can be seen.
+  // Returns whether a parameter is more than a few deviations away from 0, and the difference can be seen.
   [[nodiscard]] bool is_determined(std::size_t lens, int parameter, const Block& deviation) const {
     Block alone = Block::Zero();
     alone[parameter] = solver_.state().shared[lens][parameter];
@@ -148,8 +148,9 @@ class Estimator {
   double least_improvement_;
   std::size_t most_operations_;
   JointSolver solver_;
-  std::vector<LensEstimate> lenses_;      // with their slots, and nothing estimated
-  std::vector<double> most_improvement_;  // by lens: share of the residual of the points held out, of all fits tried
+  std::vector<LensEstimate> lenses_;  // with their slots, and nothing estimated
+  std::vector<double>
+      most_improvement_;  // one per lens: share of the residual of the points held out, the most of all fits tried
 };
 
 }  // namespace

@@ -70,7 +70,7 @@ void set_action(int signal, void (*action)(int)) {
   _exit(kCannotStart);
 }
 
-// Whether it has ended; it stays a zombie, so that no other process gets its number.
+// Returns whether the child has ended. It stays a zombie, so that no other process gets its number.
 bool has_ended(pid_t child) {
   siginfo_t info{};
   return waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == child;

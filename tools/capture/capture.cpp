@@ -373,7 +373,7 @@ class CaptureRun {
   fs::path mask_folder_;  // empty: none was given
   CaptureSources sources_;
   CapturedPhotographs captured_;
-  std::map<std::string, fs::path> masks_;  // by photograph
+  std::map<std::string, fs::path> masks_;  // for each photograph
   MatchingPlan plan_;
   KnownPoses poses_;  // with options_.poses
   fs::path work_, model_;

@@ -52,7 +52,7 @@ std::vector<double> labelled(const ColorScale& scale, std::size_t count) {
   return numbers;
 }
 
-// Where each named colour goes: in lines as wide as the picture.
+// The position of a named colour, in lines as wide as the picture.
 struct Place {
   std::uint32_t left, line;
 };
@@ -123,7 +123,7 @@ void require_scale(const ColorScale& scale) {
 }  // namespace
 
 std::vector<double> round_numbers(double least, double most, std::size_t count, bool whole) {
-  constexpr double kSlack = 1e-9;  // of a step: 0.3 / 0.1 is less than 3
+  constexpr double kSlack = 1e-9;  // share of a step: 0.3 / 0.1 is less than 3
   const auto inside = [&](double step) {
     return std::floor(most / step + kSlack) - std::ceil(least / step - kSlack) + 1;
   };

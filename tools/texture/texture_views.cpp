@@ -41,7 +41,7 @@ std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t 
   return mask;
 }
 
-// By pixel, 0 to 255: see TextureView.
+// Returns 0 to 255 for each pixel: see TextureView.
 std::vector<std::uint8_t> faded(std::vector<std::uint8_t> mask, const StoredView& view, std::uint32_t fade_px) {
   std::vector<std::uint8_t> good(mask.size());
   for (std::size_t i = 0; i < mask.size(); ++i) good[i] = mask[i] >= 128 && !view.at_rim(i);

@@ -46,7 +46,7 @@ Mesh hilly_sheet(std::uint32_t quads) {
 
 struct Seconds {
   double wall = 1e30;
-  double processor = 1e30;  // of all threads together, which other programs on the machine disturb less
+  double processor = 1e30;  // all threads together, which other programs on the machine disturb less
 };
 
 template <typename Work>

@@ -102,7 +102,7 @@ void print_head(const std::vector<std::uint32_t>& references) {
 // Erat et al. 2019, Table 2, left half.
 struct PaperRow {
   const char* name;
-  std::map<std::uint32_t, double> ms;  // by R
+  std::map<std::uint32_t, double> ms;  // for each R
 };
 const std::vector<PaperRow>& paper_rows() {
   static const std::vector<PaperRow> rows = {

@@ -26,11 +26,12 @@ namespace {
 using glm::vec2;
 using glm::vec3;
 
-constexpr float kOffset = 2e-4F;    // rays start this far off the surface, scene units: above float noise at 10 units
-constexpr float kBrightest = 2.0F;  // of one path: lamps stay white, their edges and reflections stay smooth
+constexpr float kOffset = 2e-4F;  // rays start this far off the surface, scene units: above float noise at 10 units
+constexpr float kBrightest =
+    2.0F;  // the most light of one path: lamps stay white, their edges and reflections stay smooth
 constexpr float kNearestLight = 0.6F;  // lights are no nearer than this, scene units: else their frames are all noise
-constexpr float kNegligible = 1e-3F;   // of a light's part of white: no shadow ray
-constexpr std::uint64_t kSensor = 0x6e6f697365;  // what the sensor's random numbers are for
+constexpr float kNegligible = 1e-3F;   // a light's part of white that needs no shadow ray
+constexpr std::uint64_t kSensor = 0x6e6f697365;  // use of the sensor's random numbers
 
 EmbreeScene make_scene(RTCDevice device, const Mesh& mesh) {
   // Built by one thread: the order of a leaf's triangles decides which of two is hit on their common edge.
@@ -67,10 +68,10 @@ class PixelSamples {
   }
 
  private:
-  static vec2 wrapped(const vec2& v) { return {v.x < 1 ? v.x : v.x - 1, v.y < 1 ? v.y : v.y - 1}; }  // of [0, 2)
+  static vec2 wrapped(const vec2& v) { return {v.x < 1 ? v.x : v.x - 1, v.y < 1 ? v.y : v.y - 1}; }  // takes [0, 2)
 
   std::uint32_t count_;
-  std::vector<vec2> lattice_;  // of Fibonacci
+  std::vector<vec2> lattice_;  // Fibonacci lattice
   std::vector<vec2> points_;
 };
 
@@ -122,7 +123,7 @@ struct Bundle {
     float reach;  // steps
   };
   std::array<Ray, kLanes> rays;
-  std::uint32_t count = 0;  // of the rays
+  std::uint32_t count = 0;  // number of rays
 
   void add(std::uint32_t lane, const vec3& from, const vec3& step, float reach) {
     rays[count++] = {lane, from, step, reach};
@@ -235,7 +236,7 @@ class Surfaces {
   const Layer* visitor_;
 };
 
-// What a path of the camera or of a reflection has arrived at.
+// The surface that a path of the camera or of a reflection has reached.
 struct Place {
   Hit hit;  // no surface: nothing
   vec3 direction;
@@ -275,7 +276,7 @@ class Paths {
  private:
   [[nodiscard]] std::size_t moment() const { return kFirstLight + 2 * scene_.lights.size(); }
 
-  // Where the rays of a bundle end; light is that of what shines by itself.
+  // Returns the ends of a bundle's rays; `light` is that of surfaces that shine by themselves.
   [[nodiscard]] Places arrived(Bundle& rays) const {
     std::array<Hit, kLanes> hits;
     surfaces_.intersect(rays, hits);
@@ -329,7 +330,7 @@ class Paths {
     }
   }
 
-  // What glossy and metal surfaces mirror.
+  // Returns the light that glossy and metal surfaces mirror.
   [[nodiscard]] std::array<vec3, kLanes> reflections(const Places& places, const PixelSamples& random,
                                                      std::uint32_t first) const {
     std::array<vec3, kLanes> light{};
@@ -433,12 +434,13 @@ vec3 transmitted(const Exposure& exposure, const Camera& camera, std::uint32_t x
 // Normal distributions stand for the counts of photons and electrons: they are many.
 vec3 with_noise(const vec3& light, double noise, Random random) {
   if (noise == 0) return light;
-  constexpr double kMidGrey = 0.21586;             // linear light of sRGB 128
-  constexpr double kSlope = 1.055 / 2.4 * 2.4457;  // of sRGB over linear light there; kMidGrey^(1 / 2.4 - 1) = 2.4457
-  constexpr double kReadShare = 0.02;              // of the variance at mid grey: what is left of it in the dark
+  constexpr double kMidGrey = 0.21586;  // linear light of sRGB 128
+  constexpr double kSlope =
+      1.055 / 2.4 * 2.4457;            // slope of sRGB over linear light there; kMidGrey^(1 / 2.4 - 1) = 2.4457
+  constexpr double kReadShare = 0.02;  // share of the variance at mid grey that is left in the dark
   vec3 noisy;
   for (int channel = 0; channel < 3; ++channel) {
-    const double variance = kReadShare + (1 - kReadShare) * light[channel] / kMidGrey;  // of that at mid grey
+    const double variance = kReadShare + (1 - kReadShare) * light[channel] / kMidGrey;  // relative to that at mid grey
     const double deviation = noise / (255 * kSlope) * std::sqrt(variance);
     noisy[channel] = light[channel] + static_cast<float>(deviation * gaussian(random));
   }

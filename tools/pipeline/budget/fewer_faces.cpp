@@ -44,7 +44,7 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
   }
 }
 
-// None where nothing would be left of the mesh, or nothing that can be cut into cells.
+// Returns nothing if no face would be left of the mesh, or none that can be cut into cells.
 std::optional<SurfaceInput> fewer_if_any(const SurfaceInput& input, const CellOptions& cells, const FaceOptions& faces,
                                          const std::vector<Camera>& cameras = {}) {
   try {

@@ -66,7 +66,7 @@ class Lines {
     return false;
   }
 
-  [[nodiscard]] std::uint64_t number() const { return number_; }  // of the last line, from 1
+  [[nodiscard]] std::uint64_t number() const { return number_; }  // the last line's, from 1
 
  private:
   std::string_view rest_;
