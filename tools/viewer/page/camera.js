@@ -24,7 +24,7 @@ export const row = (rotation, number) => rotation.slice(3 * number, 3 * number +
 export const worldFromCam = (rotation, v) => [0, 1, 2].map(
     (i) => rotation[i] * v[0] + rotation[3 + i] * v[1] + rotation[6 + i] * v[2]);
 
-// Where a camera is and how it is turned.
+// Returns the position and orientation of a camera.
 /** @param {Camera} camera @returns {Pose} */
 export function poseOf(camera) {
   return {position: times(worldFromCam(camera.rotation, camera.translation), -1), rotation: [...camera.rotation]};

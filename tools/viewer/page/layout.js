@@ -6,7 +6,7 @@
 import {viewsOf} from './model.js';
 /** @import {Layout, Place, Scene, TexelForm} from './types.d.ts' */
 
-// What every WebGL 2 has.
+// Limits of every WebGL 2.
 const MOST_SIDE = 2048;
 const MOST_PAGES = 256;
 export const BLOCK_SIDE = 4;  // texels that are compressed together
@@ -64,7 +64,7 @@ function layoutWith(scene, form, tile, count) {
   };
 }
 
-// Where a cell begins.
+// Returns the corner of a cell.
 /** @param {Layout} layout @param {number} index @returns {Place} */
 export function placeOf(layout, index) {
   const inPage = layout.columns * layout.rows;
@@ -115,7 +115,7 @@ export function makeLayout(scene, form, bytes, shown) {
   return layout;
 }
 
-// Whether what is in an array that the one describes is where the other expects it.
+// Returns whether both layouts have the same places, so that an array of the one may be used with the other.
 /** @param {Layout} a @param {Layout} b */
 export function samePlaces(a, b) {
   return a.form === b.form && a.tile === b.tile && a.scale === b.scale &&

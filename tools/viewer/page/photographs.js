@@ -12,8 +12,8 @@ import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTe
 /** @import {SiteFiles} from './site_files.js' */
 /** @import {Renderer} from './renderer.js' */
 
-const PICTURE_PIXEL_BYTES = 4 + 2;  // as it comes, with its mask
-const DEPTH_PIXEL_BYTES = 4;        // of what its depths are found from
+const PICTURE_PIXEL_BYTES = 4 + 2;  // a picture before it is stored, with its mask
+const DEPTH_PIXEL_BYTES = 4;        // a depth from which the view's depths are found
 
 export class Photographs {
   // `resident`: for each tile of the scene, 1 or 0.
@@ -38,7 +38,7 @@ export class Photographs {
     this.depths = this.array(gl.RGBA32UI, layout.size.map((side) => side / DEPTH_BLOCK_SIDE), 1, gl.NEAREST);
     this.bytes = layout.bytes + this.tileSlots.bytes + this.views.bytes;
     /** @type {Map<number, number>} */
-    this.cells = new Map();  // by slot, of the views that are there
+    this.cells = new Map();  // the cell of each view slot that is there
     this.free = Array.from({length: layout.count}, (_, cell) => cell).reverse();
     this.framebuffer = this.objects.framebuffer();
     /** @type {BlockCompressor | null} */
@@ -69,7 +69,7 @@ export class Photographs {
     bindTexture(gl, 'tile_slots', gl.TEXTURE_2D, this.tileSlots.texture);
   }
 
-  // What store() needs of a view, over the network.
+  // Fetches over the network what store() needs of a view.
   /** @param {SiteFiles} files @param {View} view @param {number} slot @returns {Promise<FetchedView>} */
   static async fetched(files, view, slot) {
     const [picture, mask] = await Promise.all([loadPhotograph(files, view), loadMask(files, view)]);
@@ -166,7 +166,7 @@ export class Photographs {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  // What is only needed while views come.
+  // Frees what is only needed while views come.
   /** @param {Renderer} renderer */
   rest(renderer) {
     this.compressor?.release();

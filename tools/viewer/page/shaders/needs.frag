@@ -31,7 +31,8 @@ void rank_view(uint view, float weight) {
   }
 }
 
-// What share is left of a view's photograph where it shows the point that lies `away` from its centre; 0: it does not.
+// Returns which share is left of a view's photograph at the point that lies `away` from its centre; 0: it does not show
+// the point.
 float frame_at(uint view, vec3 away) {
   vec4 size = view_texel(view, 4u);
   vec2 image;
