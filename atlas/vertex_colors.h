@@ -24,9 +24,9 @@ namespace lumatlas {
 // 2^10 counts as that; validity times 1000, or times 1 at rims. They hold 65,536 views.
 using ColorSum = glm::u64vec4;
 
-// The mean over views, in linear light, of the colours that they show at each vertex, weighted by validity, and by a
-// thousandth of it where the vertex is at the rim of what the view sees; a view that does not see the vertex (its depth
-// there is nearer by over 2%) does not count.
+// The mean over views, in linear light, of the colours that they show at each vertex. The weight is the validity, or a
+// thousandth of it if the vertex is at a rim in the view. A view that does not see the vertex (its depth there is
+// nearer by over 2%) does not count.
 class VertexColorMean {
  public:
   explicit VertexColorMean(const Mesh& mesh);  // keeps a reference to it

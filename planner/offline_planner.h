@@ -5,8 +5,8 @@
 //
 // For Metric::directions, which is monotone submodular, lazy evaluation chooses what plain greedy selection would,
 // worth at least 1 - 1/e of the best choice of as many views (Nemhauser, Wolsey, Fisher 1978). For Metric::paper
-// neither holds, as what a view adds can grow while others come and depends on the order of arrival: a view is taken
-// once its gain, evaluated anew, is no less than what the others' gains were when they were last evaluated.
+// neither holds, because the gain of a view can grow while others come and depends on the order of arrival. A view is
+// then taken if its gain, evaluated anew, is no less than the last evaluated gains of the others.
 #pragma once
 
 #include <cstddef>

@@ -34,8 +34,8 @@ struct TileChoice {
   ReferenceTable references;    // each cell's references to views whose tiles here show it; no more than it had
 };
 
-// Must give the same for the same demand. Called by one thread at a time, while snapshot(), bound_tiles() and
-// cut_anew() of the store wait: where the policy calls one of these on the same thread, that throws std::logic_error,
+// Must give the same for the same demand. Called by one thread at a time, while snapshot(), set_tile_limit() and
+// retile() of the store wait: where the policy calls one of these on the same thread, that throws std::logic_error,
 // and it must not wait for another thread that does. All other calls of the store are free to it.
 using TilePolicy = std::function<TileChoice(const TileDemand&)>;
 

@@ -1,8 +1,8 @@
 #version 300 es
-// Second pass: each visible pixel is the mean of the BLENDED_VIEWS best valid views that its cells refer to.
-// Erat et al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked
-// at, 1, 2 or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour.
-// In the variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
+// Second pass: each visible pixel is the mean of the BLENDED_VIEWS best valid views that its cells refer to. Erat et
+// al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked at, 1, 2
+// or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour. In the
+// variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
 
 #include "picture.glsl"
 #include "surface_texel.glsl"

@@ -66,13 +66,13 @@ struct SceneExtent {
 // interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. The faces' first corners and
 // their order stay where nothing is long; new faces come last.
 //
-// An edge between needles, faces more than twenty times as long as high, stays as it is if it is longer than a thousand
-// times `max_edge`, as those at a stray vertex are, or once one million such edges have been halved: a large polygon
-// that was cut into a fan would else become more faces than memory holds, for no area.
+// An edge between needles (faces more than twenty times as long as high) is not split if it is longer than a thousand
+// times `max_edge`, like those at a stray vertex, or once one million such edges have been halved. Otherwise a large
+// polygon that was cut into a fan would become more faces than memory holds, for no area.
 //
-// Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless max_edge is finite, above 0 and at least
-// four times the resolution, as floats, of the positions of the faces to be split, and if these would become more faces
-// than half of the machine's memory holds, at 400 bytes a face.
+// Throws std::invalid_argument if the mesh breaks a rule of mesh.h; unless max_edge is finite, above 0 and at least
+// four times the float resolution of the positions to be split; and if the result would have more faces than half of
+// the machine's memory holds, at 400 bytes a face.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell

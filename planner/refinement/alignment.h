@@ -5,9 +5,9 @@
 //   J(f) = sum_j m(E_f e_f(pr(X_j, f)) - c_j)         m: Tukey's biweight, c_j: linear colour of X_j
 //
 // Departures from the print: Levenberg-Marquardt over pose and exposure together, coarse to fine, instead of optical
-// flow alternating with exposure (the alternation converges to the same minimum, slower); a difference in linear light
-// counts as much as it changes the sRGB value, as in the score and in the eye; and a weak pull towards the given pose,
-// so that what the photographs leave open (sliding along a plain wall) stays where it was.
+// flow alternating with exposure. The alternation converges to the same minimum, but slower. A difference in linear
+// light counts as much as it changes the sRGB value, as in the score and in the eye. A weak pull towards the given pose
+// keeps motions that the photographs leave open (sliding along a plain wall) at 0.
 #pragma once
 
 #include <cstdint>

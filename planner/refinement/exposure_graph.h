@@ -13,8 +13,8 @@
 // again whenever a view comes or goes spreads such errors over all of them, as panorama stitchers do (Brown and Lowe
 // 2007, section 6). The small e keeps the mean of the logarithms near 0, so a stream as a whole grows neither brighter
 // nor darker. The minimum is looked for by reweighting least squares a fixed number of times. Each of these linear
-// systems is solved by conjugate gradients that begin at its solution of the last time, so that a view that comes or
-// goes costs a few looks at all ratios: time grows with their number and not with the cube of the views'.
+// systems is solved by conjugate gradients that begin at its last solution. So a view that comes or goes costs a few
+// passes over all ratios: time grows with their number, not with the cube of the number of views.
 #pragma once
 
 #include <array>

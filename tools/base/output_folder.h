@@ -88,8 +88,8 @@ void write_json(const std::filesystem::path& path, const nlohmann::json& value);
 [[nodiscard]] bool exchange_folders(const std::filesystem::path& fresh, const std::filesystem::path& target);
 void swap_folders_by_renaming(const std::filesystem::path& fresh, const std::filesystem::path& target);
 
-// A new path beside `target`, ".lumatlas-DIGITS-earlier-NAME", which remove_leftovers() does not remove. Where a
-// process was killed in the moment of a swap, the next OutputFolder for `target` finds the old folder there: it moves
+// A new path beside `target`, ".lumatlas-DIGITS-earlier-NAME", which remove_leftovers() does not remove. If a process
+// was killed in the moment of a swap, the next OutputFolder for `target` finds the old folder under this name. It moves
 // the folder back if nothing or an empty folder is at `target`, and removes it if the new output is there. A folder on
 // NFS cannot be locked, so it is left to the user. Where NAME has more than 204 bytes, the path is a temporary one.
 [[nodiscard]] std::filesystem::path swap_name(const std::filesystem::path& target);

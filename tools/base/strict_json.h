@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// JSON files of unknown origin, read without trusting them, and JSON that people write, read strictly: comments are
-// allowed, but an unknown or repeated key, a missing one and a wrong type are refused by file and place ("sweep.json:
+// Reads JSON files of unknown origin safely, and JSON that people write strictly. In the latter, comments are allowed,
+// but an unknown or repeated key, a missing one and a wrong type are refused by file and place ("sweep.json:
 // series[2].build.cell-sise: ...").
 #pragma once
 
@@ -53,8 +53,8 @@ inline constexpr int kDeepestJson = 100;
 // kDeepestJson. Every JSON text that this process did not write itself comes through here.
 [[nodiscard]] nlohmann::json parse_json(std::string_view text, const std::string& file);
 
-// The same of a text in which numbers may be nan or inf, as Python and C++ write what is no number and what is too
-// large: these become texts such as "NaN", so that JsonPlace::number() refuses them where they stand.
+// Like parse_json(), for a text in which numbers may be nan or inf, as Python and C++ write them. These become texts
+// such as "NaN", so that JsonPlace::number() refuses them with their place.
 [[nodiscard]] nlohmann::json parse_json_with_nan(std::string_view text, const std::string& file);
 
 // A file's value. Throws InputError as read_whole_file() and parse_json() do; the second also where a key is repeated.

@@ -69,10 +69,10 @@ struct CaptureResult {
 // From a folder of photographs and videos, or one video: makes photographs of what COLMAP does not read, then features,
 // matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads: images/ (see
 // prepared_photographs.h), masks (a link, with options.masks), sparse/0/, mesh.ply; beside these stand videos/,
-// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step whose
-// inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left them is
-// passed over; features and matching that were broken off, or have got more photographs, go on where they were, and so
-// does a mesh that was broken off. Photographs that are held out give no depths to it.
+// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step is skipped
+// if its inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left
+// them. Features and matching that were interrupted, or that have more photographs now, continue where they were, and
+// so does an interrupted mesh. Photographs that are held out give no depths to it.
 //
 // Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
 // photographs, and where `work` holds something else; Interrupted, with what is done kept.

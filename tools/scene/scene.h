@@ -103,11 +103,10 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // tools/scene/mesh_frame.h takes them to those of the poses. Throws InputError.
 [[nodiscard]] TriangleSoup read_scene_mesh(const std::filesystem::path& file);
 
-// The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
-// the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
-// pixels whose mask is exactly 0, or whose alpha is less than half, and a black rim. A view without any of these is
-// returned unchanged, to the byte. Throws InputError if the file or the mask cannot be read or has another size than
-// the view's camera.
+// Returns the photograph as the view's pinhole camera would have taken it, undistorted by lens and correction
+// (bilinear). These pixels are marked invalid: the border that the lens did not see, pixels whose mask is exactly 0 or
+// whose alpha in the file is less than half, and a black rim. A view without any of these is returned unchanged, to the
+// byte. Throws InputError if the file or the mask cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).

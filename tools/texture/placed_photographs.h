@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The photographs that a model was offered, one after the other, for a texture from all of them: those in the model as
-// they are there, the others read from disk, and given exposure and pose by what the model shows where they look.
+// The photographs that a model was offered, one after the other, for a texture from all of them. Photographs in the
+// model are taken from it. The others are read from disk, and get exposure and pose by comparison with the model.
 #pragma once
 
 #include <cstddef>

@@ -60,9 +60,9 @@ struct SiteFacts {
 // How many ticks write_site() gives.
 [[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
 
-// Hands each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others,
-// whose names hold a tag of their bytes: a file of that name is the same in every version of every site, so that no
-// cache mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
+// Passes each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others,
+// whose names hold a digest of their bytes. A file of that name is the same in every version of every site, so no cache
+// mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
 

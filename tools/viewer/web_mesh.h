@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (zone_mesh.h), with positions
-// on a grid that is finer than any photograph can tell, and in an order that packs well.
+// Packs the mesh of a model for a page: the renderer's own copy of it, by fade zones (zone_mesh.h), with positions on a
+// grid finer than any photograph resolves, and in an order that packs well.
 #pragma once
 
 #include <cstddef>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A surface from depth images: they are averaged in a truncated signed distance volume (Curless, Levoy, "A volumetric
-// method for building complex models from range images", 1996) that exists near what was measured alone (Niessner et
-// al., "Real-time 3D reconstruction at scale using voxel hashing", 2013), and its zero set is cut out by surface nets
-// (Gibson, "Constrained elastic surface nets", 1998).
+// Makes a surface from depth images. They are averaged in a truncated signed distance volume (Curless, Levoy, "A
+// volumetric method for building complex models from range images", 1996). The volume exists near measured surface
+// alone (Niessner et al., "Real-time 3D reconstruction at scale using voxel hashing", 2013). Surface nets extract its
+// zero set (Gibson, "Constrained elastic surface nets", 1998).
 //
 // It is our own, because CGAL's meshers of implicit surfaces take functions that are known everywhere: they close what
 // no image has seen, and the holes of a scan are what it is wanted for here.

@@ -33,9 +33,9 @@ struct PosePair {
   std::vector<glm::dvec3> points;  // that `truth` sees
 };
 
-// The motion whose before_motion() brings the measured cameras closest to the true ones: the least sum of the
-// distances, in pixels, between the points' images in both (distances, not their squares, so that a few lost cameras do
-// not drag the others along). No motion without points, or where the points leave it open.
+// Returns the motion whose before_motion() brings the measured cameras closest to the true ones: with the least sum of
+// the distances, in pixels, between the points' images in both. Distances, not their squares, so that a few lost
+// cameras do not drag the others along. No motion without points, or where the points leave it open.
 [[nodiscard]] RigidMotion common_motion(std::span<const PosePair> pairs);
 
 }  // namespace lumatlas

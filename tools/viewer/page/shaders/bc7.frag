@@ -109,8 +109,8 @@ Ramp coded(End first, End second, RampFormat format) {
 }
 
 // Two ends of a line through the mean in the direction in which the channels vary most: of the least piece that has all
-// texels beside it. The power method begins at the texel farthest from the mean, for at right angles to the direction it
-// would not find it.
+// texels beside it. The power method begins at the texel farthest from the mean, for at right angles to the direction
+// it would not find it.
 void find_ends(RampFormat format, out vec4 first, out vec4 second) {
   vec4 mean = vec4(0.0);
   for (int i = 0; i < kTexels; ++i) mean += format.channels * texel_at(i) / float(kTexels);
