@@ -328,13 +328,13 @@ void Atlas::choose_tiles_anew() {
   choose_tiles_anew_ = true;
 }
 
-void Atlas::bound_tiles(std::uint32_t max_tiles) {
+void Atlas::set_tile_limit(std::uint32_t max_tiles) {
   const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
-  if (maker_) maker_->bound_tiles(max_tiles);
+  if (maker_) maker_->set_tile_limit(max_tiles);
   layout_.max_tiles = max_tiles;
 }
 
-std::vector<SharedShownCells> Atlas::cut_anew(const TileOptions& layout, std::vector<SharedShownCells> shown) {
+std::vector<SharedShownCells> Atlas::retile(const TileOptions& layout, std::vector<SharedShownCells> shown) {
   lumatlas::check(layout);
   const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
   const std::scoped_lock lock(mutex_);

@@ -102,13 +102,13 @@ class Atlas {
   void choose_tiles_anew();
   // Bounds the tiles of the snapshots that follow, 0: as many as the references need, and lets them be chosen anew. No
   // other thread may ask for the layout meanwhile.
-  void bound_tiles(std::uint32_t max_tiles);
+  void set_tile_limit(std::uint32_t max_tiles);
   // Another layout for the snapshots that follow, with what each slot's tiles show then: of free slots nothing. Views,
   // references and gains stay; tiles are chosen anew. Waits for a snapshot that another thread takes. Returns what the
   // tiles showed before, which takes all back with the former layout. Throws std::invalid_argument, and changes
   // nothing, unless the layout passes check() and there is for each slot, never null, what insert() would take. No
   // other thread may insert or replace views, or ask for the layout, meanwhile.
-  std::vector<SharedShownCells> cut_anew(const TileOptions& layout, std::vector<SharedShownCells> shown);
+  std::vector<SharedShownCells> retile(const TileOptions& layout, std::vector<SharedShownCells> shown);
 
  private:
   void require_slot(std::uint32_t slot) const;

@@ -46,7 +46,7 @@ class SnapshotMaker {
   [[nodiscard]] Snapshot snapshot(StoreChanges changes);
 
   // From the next snapshot on, whose tiles are chosen from all; with whole views it changes nothing.
-  void bound_tiles(std::uint32_t max_tiles);
+  void set_tile_limit(std::uint32_t max_tiles);
 
  private:
   void follow(StoreChanges& changes);
