@@ -406,7 +406,7 @@ RendererWork Renderer::work() const {
   return {state_->meshes, state_->photographs.color_bytes(), state_->photographs.depth_bytes()};
 }
 
-void Renderer::take_steps(const RendererOptions& steps) {
+void Renderer::set_options(const RendererOptions& steps) {
   if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();
   state_->steps = steps;
 }

@@ -53,15 +53,15 @@ class Renderer {
   // become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than half
   // of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are those
   // of any later surface once a store has changed under one, so that a store may change as often as it likes. Throws
-  // std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if the driver's limits
-  // (layers, texture size, buffer size) or its free memory, where it tells that, are exceeded, naming the limit, the
-  // number and what to do; the earlier one is then gone too.
+  // std::invalid_argument, and changes nothing, unless the snapshot passes check(). Throws GlError, naming the limit,
+  // the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its free
+  // memory, if it reports that. The earlier snapshot is then gone too.
   void load(const Snapshot& snapshot);
 
   [[nodiscard]] RendererWork work() const;
 
   // Takes effect from the next picture on.
-  void take_steps(const RendererOptions& steps);
+  void set_options(const RendererOptions& steps);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
   // and options pass check(), and without load(). So do the three functions below.

@@ -120,12 +120,12 @@ Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Fl
     if (first > 0 && of_one_copy(kWays[first - 1], kWays[first])) continue;
     BlendOptions blend;
     blend.border_width = kWays[first].fading ? flags.border_width : 0;
-    renderer.take_steps(kWays[first].steps);
+    renderer.set_options(kWays[first].steps);
     (void)time_picture(renderer, cameras.front(), blend);  // which sets up
     for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
       for (const Camera& camera : cameras) {
         for (std::size_t way = first; way < kWays.size() && of_one_copy(kWays[first], kWays[way]); ++way) {
-          renderer.take_steps(kWays[way].steps);
+          renderer.set_options(kWays[way].steps);
           blend.sampling = kWays[way].sampling;
           blend.supersample = kWays[way].supersample;
           times[way].push_back(time_picture(renderer, camera, blend));
