@@ -28,13 +28,15 @@ struct ReferenceService {
   std::uint32_t given_up = 0;  // how many
 };
 
+enum class DemandChange { add, remove };
+
 // Views are told apart by the slot that they are stored in; those that see a cell are its members, in order of arrival,
 // and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by different
 // threads at once.
 //
-// Everything that is asked or told checks what it is given, and throws std::invalid_argument naming the field, its
-// value and the rule: a cell is below cells(), a part passes check(), and a list by slot reaches as far as the slots of
-// all that ever were members of the cell.
+// Every function checks its arguments and throws std::invalid_argument naming the field, its value and the rule: a cell
+// is below cells(), a part passes check(), and a list by view slot has an entry for every slot that ever was a member
+// of the cell.
 class CellCoverage {
  public:
   virtual ~CellCoverage() = default;
@@ -58,9 +60,9 @@ class CellCoverage {
                                            const Contribution* newcomer) const;
 
   // Adds the demand of an offered view, stored or not, to a measure by which a cell's value depends on all offered
-  // views that see it. `take_back` removes a demand that was added before. Returns by how much the cell's value rises.
-  // Adds to `losses` (one per view slot; empty: not needed) by how much more the cell loses without each member.
-  double ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses);
+  // views that see it; or removes one that was added before. Returns by how much the cell's value rises. Adds to
+  // `losses` (one per view slot; empty: not needed) by how much more the cell loses without each member.
+  double change_demand(std::uint32_t cell, const Contribution& part, DemandChange change, std::span<double> losses);
   // Returns the cell's weight against other cells; 1 where cells count alike.
   [[nodiscard]] double weight(std::uint32_t cell) const;
 
@@ -95,8 +97,8 @@ class CellCoverage {
   virtual void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const = 0;
   [[nodiscard]] virtual double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                                       const Contribution* newcomer) const = 0;
-  virtual double do_ask(std::uint32_t /*cell*/, const Contribution& /*part*/, bool /*take_back*/,
-                        std::span<double> /*losses*/) {
+  virtual double do_change_demand(std::uint32_t /*cell*/, const Contribution& /*part*/, DemandChange /*change*/,
+                                  std::span<double> /*losses*/) {
     return 0;
   }
   [[nodiscard]] virtual double do_weight(std::uint32_t /*cell*/) const { return 1; }

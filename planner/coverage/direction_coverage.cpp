@@ -248,11 +248,11 @@ double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<c
   return cells_[cell].weight * value_of(best);
 }
 
-double DirectionCoverage::do_ask(std::uint32_t cell, const Contribution& part, bool take_back,
-                                 std::span<double> losses) {
+double DirectionCoverage::do_change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+                                           std::span<double> losses) {
   State& state = cells_[cell];
   const double value_before = value(cell), weight_before = state.weight;
-  take_back ? state.demand.remove(part) : state.demand.add(part);
+  change == DemandChange::remove ? state.demand.remove(part) : state.demand.add(part);
   state.weight = state.demand.weight(options_.demand_prior);
   const double ideal_distance = state.demand.ideal_distance();
   if (ideal_distance == state.ideal_distance) {

@@ -13,11 +13,11 @@
 // normal.
 //
 // A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
-// falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure choosing
-// offline by greedy selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a
-// quarter of it, if an exchange must gain scov / N, whatever gains at all is taken while there is room, and views are
-// bounded by number alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain. That is for a
-// measure that stays as it is, as it does without demand.
+// falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure greedy
+// selection offline reaches 1 - 1/e of the optimum (Nemhauser et al. 1978). Online selection with exchanges reaches a
+// quarter of it (Buchbinder, Feldman, Schwartz 2015), under these conditions: an exchange must gain scov / N
+// (PlannerOptions::min_exchange_gain), any view with a gain is taken while there is room, views are bounded by number
+// alone, and the measure stays as it is, as it does without demand.
 //
 // All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
 // narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
@@ -71,7 +71,8 @@ class DirectionCoverage final : public CellCoverage {
   void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
   [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                               const Contribution* newcomer) const override;
-  double do_ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) override;
+  double do_change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+                          std::span<double> losses) override;
   [[nodiscard]] double do_weight(std::uint32_t cell) const override { return cells_[cell].weight; }
   void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
   void do_erase(std::uint32_t cell, std::uint32_t slot) override;

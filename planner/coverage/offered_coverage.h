@@ -24,8 +24,8 @@ class OfferedCoverage {
   OfferedCoverage(const Surface& surface, const CoverageOptions& options);
 
   // Add or remove the demand of a view, as the store's ledger does: CoverageLedger::ask() and unask().
-  void ask(std::span<const CellPart> parts) { ask(parts, false); }
-  void unask(std::span<const CellPart> parts) { ask(parts, true); }
+  void ask(std::span<const CellPart> parts) { change_demand(parts, DemandChange::add); }
+  void unask(std::span<const CellPart> parts) { change_demand(parts, DemandChange::remove); }
   // A view that has asked counts from here on, kept or not.
   void add(std::span<const CellPart> parts);
 
@@ -45,7 +45,7 @@ class OfferedCoverage {
 
  private:
   void require_cells(std::span<const CellPart> parts) const;
-  void ask(std::span<const CellPart> parts, bool take_back);
+  void change_demand(std::span<const CellPart> parts, DemandChange change);
   struct Sum {
     double all = 0, missing = 0;
     [[nodiscard]] double share() const;
