@@ -49,8 +49,8 @@ struct ViewPart {
 };
 // and what is refined.
 struct JointState {
-  std::vector<Block> shared;    // one per lens
-  std::vector<Camera> cameras;  // one per view slot, with the given intrinsics
+  std::vector<Block> lens_parameters;  // one per lens
+  std::vector<Camera> cameras;         // one per view slot, with the given intrinsics
   // One per view slot: a factor on the view's gain where it is compared with the others' colours. Those colours have
   // the gains that the views came with; otherwise the differences would fall if all views grew darker. Free gains with
   // a fixed mean left poses as far from the truth (walks of 24 views, 3 pixels of error, up to a stop of exposure).
@@ -109,7 +109,7 @@ class JointProblem {
     bool robust;
   };
   // The view that also shows a point, and the level of its pyramid.
-  struct Place {
+  struct SampledView {
     std::uint32_t slot, level;
     glm::dvec2 image;
   };
@@ -120,7 +120,7 @@ class JointProblem {
   [[nodiscard]] std::optional<glm::dvec2> image_of(const Linearisation& at, std::uint32_t slot,
                                                    const glm::dvec3& position) const;
   void find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level, Scratch& scratch) const;
-  [[nodiscard]] ColorSample sample_at(const Place& place) const;
+  [[nodiscard]] ColorSample sample_at(const SampledView& place) const;
   void point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point, std::size_t index,
                   Scratch& scratch, Linearised& out) const;
 

@@ -72,7 +72,7 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     if (views_[slot]) block_of_[slot] = blocks_++;
   }
-  state_.shared.assign(slots_of_lenses_.size(), Block::Zero());
+  state_.lens_parameters.assign(slots_of_lenses_.size(), Block::Zero());
   state_.gain.assign(views_.size(), 1);
   terms_.assign(slots_of_lenses_.size(), Terms{});
 }
@@ -113,7 +113,7 @@ bool JointSolver::takes_more_than(std::size_t most) const {
 
 void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool estimated) {
   terms_[lens][parameter] = estimated;
-  if (!estimated) state_.shared[lens][static_cast<Eigen::Index>(parameter)] = 0;
+  if (!estimated) state_.lens_parameters[lens][static_cast<Eigen::Index>(parameter)] = 0;
 }
 
 std::vector<Linearised> JointSolver::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
@@ -138,7 +138,7 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
   const Block prior = kPrior.array().square().inverse();
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     normal.H.at(lens, lens).diagonal() += prior;
-    normal.g.segment<kBlock>(lens_column(lens)) += prior.cwiseProduct(state.shared[lens]);
+    normal.g.segment<kBlock>(lens_column(lens)) += prior.cwiseProduct(state.lens_parameters[lens]);
   }
   add_pulls(state, normal);
   return normal;
@@ -183,7 +183,7 @@ JointState JointSolver::moved_by(const JointState& from, const Eigen::VectorXd& 
   }
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     for (int i = 0; i < kBlock; ++i) {
-      if (terms_[lens][static_cast<std::size_t>(i)]) state.shared[lens][i] += step[lens_column(lens) + i];
+      if (terms_[lens][static_cast<std::size_t>(i)]) state.lens_parameters[lens][i] += step[lens_column(lens) + i];
     }
   }
   return state;
@@ -200,7 +200,7 @@ void JointSolver::measure_noise() {
 
 double JointSolver::prior_cost(const JointState& state) const {
   double sum = 0;
-  for (const Block& q : state.shared) sum += q.cwiseQuotient(kPrior).squaredNorm();
+  for (const Block& q : state.lens_parameters) sum += q.cwiseQuotient(kPrior).squaredNorm();
   for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
     if (views_[slot]) sum += pulled(state, slot).squaredNorm();
   }
