@@ -48,19 +48,19 @@ Eigen::Matrix<double, kPoseParameters, 1> pose_of(const Frame& frame, const Came
 }
 
 // The position of a point in a photograph.
-struct Place {
+struct ImagePoint {
   glm::dvec3 cam;
   glm::dvec2 image;
 };
 
 // Returns nothing behind the camera, outside the image, or where the photograph has no colour.
-std::optional<Place> place_of(const Camera& camera, const Pyramid& photograph, const glm::dvec3& position) {
+std::optional<ImagePoint> image_point(const Camera& camera, const Pyramid& photograph, const glm::dvec3& position) {
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
   const glm::dvec2 image = camera.image_from_cam(cam);
   const bool inside = image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height;
   if (!inside || !photograph.is_valid(image)) return std::nullopt;
-  return Place{cam, image};
+  return ImagePoint{cam, image};
 }
 
 // How much a difference from the targets' colours counts at a level, by channel: the same for every pose and exposure.
@@ -188,8 +188,8 @@ class Disagreement {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kPointsPerTask),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t point = range.begin(); point != range.end(); ++point) {
-                          const std::optional<Place> place =
-                              place_of(frame_.camera, photograph_, targets_.positions[point]);
+                          const std::optional<ImagePoint> place =
+                              image_point(frame_.camera, photograph_, targets_.positions[point]);
                           if (place) seen_[point] = photograph_.color(level_, place->image);
                         }
                       });
@@ -197,10 +197,10 @@ class Disagreement {
 
   void point_rows(const Camera& camera, const glm::dvec3& gain, const double* pose, std::size_t point, bool robust,
                   double* residuals, double* jacobian) const {
-    std::optional<Place> place;
+    std::optional<ImagePoint> place;
     std::optional<ColorSample> sample;
     if (options_.pose) {
-      place = place_of(camera, photograph_, targets_.positions[point]);
+      place = image_point(camera, photograph_, targets_.positions[point]);
       if (place) sample = photograph_.sample(level_, place->image);
     } else if (seen_[point]) {
       sample = ColorSample{*seen_[point], {}, {}};
@@ -276,7 +276,7 @@ glm::dvec3 median_ratio(const Camera& camera, const Pyramid& photograph, const A
                         std::uint32_t level, bool per_channel) {
   std::vector<double> ratios[3];
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
-    const std::optional<Place> place = place_of(camera, photograph, targets.positions[point]);
+    const std::optional<ImagePoint> place = image_point(camera, photograph, targets.positions[point]);
     if (!place) continue;
     const glm::dvec3 color = photograph.color(level, place->image);
     const glm::dvec3 target(targets.colors[level][point]);
@@ -337,7 +337,7 @@ std::optional<double> correlation(const Camera& camera, const glm::dvec3& gain, 
   const std::uint32_t level = photograph.level_near(kCorrelationPx);
   std::array<CorrelationSums, std::size_t{kTiles} * kTiles> tiles;
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
-    const std::optional<Place> place = place_of(camera, photograph, targets.positions[point]);
+    const std::optional<ImagePoint> place = image_point(camera, photograph, targets.positions[point]);
     if (!place) continue;
     const auto column = static_cast<std::size_t>(place->image.x * kTiles / camera.width);
     const auto row = static_cast<std::size_t>(place->image.y * kTiles / camera.height);

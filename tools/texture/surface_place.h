@@ -51,6 +51,6 @@ struct ShownPlace {
 [[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, double density,
                                                  float sharpness);
 [[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place,
-                                                 const TextureView::Place& seen, double density, float sharpness);
+                                                 const TextureView::ImagePoint& seen, double density, float sharpness);
 
 }  // namespace lumatlas

@@ -31,17 +31,19 @@ class TextureView {
   TextureView(const StoredView& view, const glm::dvec3& gain);
 
   // The position of a surface point in the view: pixels, and z in its camera. False where the view does not see it.
-  struct Place {
+  struct ImagePoint {
     glm::vec2 image{0.0f};
     float depth = 0;
   };
-  [[nodiscard]] bool sees(const glm::vec3& point, Place& place) const { return locate(point, place) && shows(place); }
+  [[nodiscard]] bool sees(const glm::vec3& point, ImagePoint& place) const {
+    return locate(point, place) && shows(place);
+  }
   // The same in two steps, with time between them for the processor to fetch what the second reads: whether the point
   // is in the image, and whether what the image shows there is that point and may be used. If locate() says no, `place`
   // has no meaning, and prefetch() and shows() must not be called with it.
-  [[nodiscard]] bool locate(const glm::vec3& point, Place& place) const;
-  void prefetch(const Place& place) const;
-  [[nodiscard]] bool shows(const Place& place) const;
+  [[nodiscard]] bool locate(const glm::vec3& point, ImagePoint& place) const;
+  void prefetch(const ImagePoint& place) const;
+  [[nodiscard]] bool shows(const ImagePoint& place) const;
 
   // `footprint`: how many pixels the mean is taken over, a side.
   [[nodiscard]] ViewColor sharp(const glm::vec2& image, float footprint) const;
@@ -76,7 +78,7 @@ class TextureView {
 template <typename Use>
 void for_each_seen(const TextureView& view, std::span<const glm::vec3> points, const Use& use) {
   constexpr std::size_t kAtOnce = 32;  // whose pixels are fetched together
-  TextureView::Place places[kAtOnce];
+  TextureView::ImagePoint places[kAtOnce];
   bool in_image[kAtOnce];
   for (std::size_t first = 0; first < points.size(); first += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, points.size() - first);

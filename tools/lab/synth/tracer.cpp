@@ -237,14 +237,14 @@ class Surfaces {
 };
 
 // The surface that a path of the camera or of a reflection has reached.
-struct Place {
+struct PathEnd {
   Hit hit;  // no surface: nothing
   vec3 direction;
   vec3 color;
   vec3 n;  // unit, of the smooth shape, towards where the ray came from
   vec3 light{0.0F};
 };
-using Places = std::array<Place, kLanes>;
+using PathEnds = std::array<PathEnd, kLanes>;
 
 // The light along the paths of one photograph, `kLanes` paths of a pixel at a time.
 class Paths {
@@ -267,7 +267,7 @@ class Paths {
         rays.add(lane, vec3(eye.center()), vec3(glm::normalize(eye.ray(place))),
                  std::numeric_limits<float>::infinity());
       }
-      const Places seen = light_along(rays, random, first);
+      const PathEnds seen = light_along(rays, random, first);
       for (std::uint32_t lane = 0; lane < count; ++lane) sum += glm::min(seen[lane].light, vec3(kBrightest));
     }
     return sum / static_cast<float>(samples);
@@ -277,13 +277,13 @@ class Paths {
   [[nodiscard]] std::size_t moment() const { return kFirstLight + 2 * scene_.lights.size(); }
 
   // Returns the ends of a bundle's rays; `light` is that of surfaces that shine by themselves.
-  [[nodiscard]] Places arrived(Bundle& rays) const {
+  [[nodiscard]] PathEnds arrived(Bundle& rays) const {
     std::array<Hit, kLanes> hits;
     surfaces_.intersect(rays, hits);
-    Places places;
+    PathEnds places;
     for (std::uint32_t i = 0; i < rays.count; ++i) {
       const Bundle::Ray& ray = rays.rays[i];
-      Place& place = places[ray.lane];
+      PathEnd& place = places[ray.lane];
       place.hit = hits[ray.lane];
       if (place.hit.surface == nullptr) {
         if (scene_.sky) place.light = sky_color(*scene_.sky, ray.step);
@@ -299,15 +299,17 @@ class Paths {
     return places;
   }
 
-  static bool reflects(const Place& place) { return place.hit.surface != nullptr && place.hit.material->emission <= 0; }
-  static bool is_diffuse(const Place& place) { return reflects(place) && !place.hit.material->metal; }
+  static bool reflects(const PathEnd& place) {
+    return place.hit.surface != nullptr && place.hit.material->emission <= 0;
+  }
+  static bool is_diffuse(const PathEnd& place) { return reflects(place) && !place.hit.material->metal; }
 
   // Radiance along rays of the camera.
-  [[nodiscard]] Places light_along(Bundle& rays, const PixelSamples& random, std::uint32_t first) const {
-    Places places = arrived(rays);
+  [[nodiscard]] PathEnds light_along(Bundle& rays, const PixelSamples& random, std::uint32_t first) const {
+    PathEnds places = arrived(rays);
     add_diffuse(places, random, first);
     const std::array<vec3, kLanes> mirrored = reflections(places, random, first);
-    for (Place& place : places) {
+    for (PathEnd& place : places) {
       if (!reflects(place)) continue;
       const Material& material = *place.hit.material;
       const vec3& mirror = mirrored[static_cast<std::size_t>(&place - places.data())];
@@ -321,22 +323,22 @@ class Paths {
     return places;
   }
 
-  void add_diffuse(Places& places, const PixelSamples& random, std::uint32_t first) const {
+  void add_diffuse(PathEnds& places, const PixelSamples& random, std::uint32_t first) const {
     const std::array<vec3, kLanes> irradiance = direct(places, random, kFirstLight, first);
     const std::array<float, kLanes> share = openness(places, random, first);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      Place& place = places[lane];
+      PathEnd& place = places[lane];
       if (is_diffuse(place)) place.light = place.color * (irradiance[lane] + share[lane] * ambient(place.n));
     }
   }
 
   // Returns the light that glossy and metal surfaces mirror.
-  [[nodiscard]] std::array<vec3, kLanes> reflections(const Places& places, const PixelSamples& random,
+  [[nodiscard]] std::array<vec3, kLanes> reflections(const PathEnds& places, const PixelSamples& random,
                                                      std::uint32_t first) const {
     std::array<vec3, kLanes> light{};
     Bundle rays;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const Place& place = places[lane];
+      const PathEnd& place = places[lane];
       if (!reflects(place) || (!place.hit.material->metal && place.hit.material->gloss <= 0)) continue;
       const vec3 step = in_lobe(place, random.point(kLobe, first + lane));
       if (glm::dot(step, place.hit.geometric_normal) > 0) {
@@ -346,11 +348,11 @@ class Paths {
       }
     }
     if (rays.count == 0) return light;
-    const Places others = arrived(rays);
+    const PathEnds others = arrived(rays);
     const std::array<vec3, kLanes> irradiance = direct(others, random, kFirstLight + scene_.lights.size(), first);
     for (std::uint32_t i = 0; i < rays.count; ++i) {
       const std::uint32_t lane = rays.rays[i].lane;
-      const Place& other = others[lane];
+      const PathEnd& other = others[lane];
       light[lane] = glm::min(other.light, vec3(kBrightest));
       if (!reflects(other)) continue;
       light[lane] = other.color * (irradiance[lane] + ambient(other.n));  // one bounce: no mirror in the mirror
@@ -358,7 +360,7 @@ class Paths {
     return light;
   }
 
-  static vec3 in_lobe(const Place& place, const vec2& square) {
+  static vec3 in_lobe(const PathEnd& place, const vec2& square) {
     const vec3 mirror = glm::reflect(place.direction, place.n);
     const vec2 disk = place.hit.material->roughness * in_disk(square);
     const vec3 helper = std::abs(mirror.z) > 0.7F ? vec3(1, 0, 0) : vec3(0, 0, 1);
@@ -371,7 +373,7 @@ class Paths {
   }
 
   // The share of ambient light that arrives: 1 in the open, less where surfaces are near.
-  [[nodiscard]] std::array<float, kLanes> openness(const Places& places, const PixelSamples& random,
+  [[nodiscard]] std::array<float, kLanes> openness(const PathEnds& places, const PixelSamples& random,
                                                    std::uint32_t first) const {
     std::array<float, kLanes> shares;
     shares.fill(1);
@@ -388,7 +390,7 @@ class Paths {
   }
 
   // Irradiance of the lights over pi: what a white diffuse surface would send out. 0 where there is none.
-  [[nodiscard]] std::array<vec3, kLanes> direct(const Places& places, const PixelSamples& random,
+  [[nodiscard]] std::array<vec3, kLanes> direct(const PathEnds& places, const PixelSamples& random,
                                                 std::size_t first_purpose, std::uint32_t first) const {
     std::array<vec3, kLanes> sums{};
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
@@ -410,7 +412,7 @@ class Paths {
   }
 
   // The share of a light that `step` leads to, if nothing is in the way.
-  static vec3 arriving(const AreaLight& light, const Place& place, const vec3& step) {
+  static vec3 arriving(const AreaLight& light, const PathEnd& place, const vec3& step) {
     const float arriving = glm::dot(place.n, step);
     const float leaving = -glm::dot(glm::cross(light.edge_u, light.edge_v), step);  // times the light's area
     if (arriving <= 0 || leaving <= 0 || glm::dot(place.hit.geometric_normal, step) <= 0) return vec3(0.0F);

@@ -4,7 +4,7 @@
 // that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin where all coarser levels
 // have a pixel's border, and a block's.
 import {viewsOf} from './model.js';
-/** @import {Layout, Place, Scene, TexelForm} from './types.d.ts' */
+/** @import {Layout, CellPlace, Scene, TexelForm} from './types.d.ts' */
 
 // Limits of every WebGL 2.
 const MOST_SIDE = 2048;
@@ -65,7 +65,7 @@ function layoutWith(scene, form, tile, count) {
 }
 
 // Returns the corner of a cell.
-/** @param {Layout} layout @param {number} index @returns {Place} */
+/** @param {Layout} layout @param {number} index @returns {CellPlace} */
 export function placeOf(layout, index) {
   const inPage = layout.columns * layout.rows;
   const at = index % inPage;
@@ -123,7 +123,7 @@ export function samePlaces(a, b) {
 }
 
 // The number of a tile's place in the array. `columns`: tiles in a row of its view.
-/** @param {Layout} layout @param {Place} place @param {number} columns @param {number} tile */
+/** @param {Layout} layout @param {CellPlace} place @param {number} columns @param {number} tile */
 export function slotOfTile(layout, place, columns, tile) {
   const column = place.x / layout.tile + tile % columns;
   const row = place.y / layout.tile + Math.floor(tile / columns);

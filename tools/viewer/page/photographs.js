@@ -7,7 +7,7 @@ import {GlObjects} from './gl_objects.js';
 import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
 import {loadMask, loadPhotograph, viewsOf} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
-/** @import {FetchedView, Layout, Place, Scene, Size, TexelForm, View} from './types.d.ts' */
+/** @import {FetchedView, Layout, CellPlace, Scene, Size, TexelForm, View} from './types.d.ts' */
 /** @import {Programs} from './programs.js' */
 /** @import {SiteFiles} from './site_files.js' */
 /** @import {Renderer} from './renderer.js' */
@@ -136,7 +136,7 @@ export class Photographs {
   }
 
   // Means over what a texel covers, in the page and at each of its coarser levels.
-  /** @param {Place} place */
+  /** @param {CellPlace} place */
   storeLevels(place) {
     const {gl, layout, scene} = this;
     if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.form, layout.cell);
@@ -154,7 +154,7 @@ export class Photographs {
     }
   }
 
-  /** @param {number} level @param {Place} place @param {Size} size @param {number} pixels */
+  /** @param {number} level @param {CellPlace} place @param {Size} size @param {number} pixels */
   drawLevel(level, {x, y, page}, size, pixels) {
     const {gl} = this;
     const program = this.programs.use('photograph');
@@ -175,7 +175,7 @@ export class Photographs {
   }
 
   // The surface as the view's camera sees it, whose depths become blocks.
-  /** @param {Place} place @param {View} view @param {Renderer} renderer */
+  /** @param {CellPlace} place @param {View} view @param {Renderer} renderer */
   drawDepths(place, view, renderer) {
     const {gl, layout, scene} = this;
     const camera = scaledCamera(view, layout.scale);

@@ -163,7 +163,7 @@ export interface Layout {
   tiles: number;
 }
 
-export interface Place {
+export interface CellPlace {
   page: number;
   x: number;
   y: number;
