@@ -569,8 +569,4 @@ bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* v
   return implementation_->surfaces(visitor).free(vec3(from), vec3(to - from), 0.999F);
 }
 
-Photograph trace_photograph(const Scene& scene, const Camera& camera, std::uint32_t samples, std::uint64_t seed) {
-  return Tracer(scene).photograph(camera, samples, seed);
-}
-
 }  // namespace lumatlas::synth

@@ -80,8 +80,4 @@ class Tracer {
   std::unique_ptr<Implementation> implementation_;
 };
 
-// One photograph; for several, keep a Tracer.
-[[nodiscard]] Photograph trace_photograph(const Scene& scene, const Camera& camera, std::uint32_t samples,
-                                          std::uint64_t seed);
-
 }  // namespace lumatlas::synth

@@ -30,7 +30,7 @@ const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
  * }} state
  * @returns {{slot: number, instead?: number} | null}
  */
-export function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
+function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
   const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot) && !lost.has(slot));
   if (!wanted) return null;
   if (held.has(wanted.slot)) return {slot: wanted.slot};
