@@ -22,10 +22,11 @@ inline constexpr double kMostExposureGain = 1e6;
 // Immutable once made. With tiles, a view is there only if at least one of its tiles is resident.
 struct Snapshot {
   std::shared_ptr<const Surface> surface;
-  std::vector<std::shared_ptr<const StoredView>> views;  // one per view slot; null: the slot shows nothing
-  // Exposure by slot, per channel R G B: linear light of the photograph times this is the model's. 1 where no view is.
+  std::vector<std::shared_ptr<const StoredView>> views;  // one per view slot; null: the view slot shows nothing
+  // Exposure by view slot, per channel R G B: linear light of the photograph times this is the model's. 1 where no view
+  // is.
   std::vector<glm::dvec3> gains;
-  ReferenceTable references;               // to slots that hold a view
+  ReferenceTable references;               // to view slots that hold a view
   std::vector<std::uint8_t> cell_seen;     // one per cell, 1: some offered view saw it, kept or not
   std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
   TileTable tiles;                         // which parts of the views are resident
@@ -51,8 +52,8 @@ void check_gains(const Snapshot& snapshot);
 // The snapshot without the far sphere of its surface.
 [[nodiscard]] Snapshot without_far_sphere(const Snapshot& snapshot);
 
-// With tiles, takes away the views that have no resident tile, with the references to them: nothing of them is shown,
-// so that neither memory nor a file need hold their photographs. Slots keep their numbers.
+// With tiles, removes the views that have no resident tile, and the references to them. They are not shown, so neither
+// memory nor a file need hold their photographs. Slots keep their numbers.
 void leave_out_views_without_tiles(Snapshot& snapshot);
 
 }  // namespace lumatlas

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Averaged vertex colours: what is shown where no view is valid, and the baseline of view-independent colouring (what
-// RGB-D fusion gives).
+// Averaged vertex colours: shown where no view is valid, and the baseline of view-independent colouring (as RGB-D
+// fusion makes it).
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@
 namespace lumatlas {
 
 // Sums over views at a vertex: red, green and blue in linear light times weight, and weight. Whole numbers, so that the
-// sum does not depend on the order, and what was added can be taken away again: light in steps of 2^-20, what is above
-// 2^10 counts as that; validity times 1000, or times 1 at rims. They hold 65,536 views.
+// sum does not depend on the order, and can be subtracted again. Light is in steps of 2^-20 and clamped to 2^10;
+// validity is times 1000, or times 1 at rims. They hold 65,536 views.
 using ColorSum = glm::u64vec4;
 
 // The mean over views, in linear light, of the colours that they show at each vertex. The weight is the validity, or a
@@ -56,7 +56,7 @@ struct VertexSample {
 // gain is added to the sums, or taken away from them, and no other view is looked at.
 class VertexColors {
  public:
-  // Views and gains by slot, null where there is none; the views pass check(). Throws std::invalid_argument for a
+  // Views and gains by view slot, null where there is none; the views pass check(). Throws std::invalid_argument for a
   // surface that is null, and unless there are as many gains as views.
   [[nodiscard]] const std::vector<glm::u8vec3>& of(const std::shared_ptr<const Surface>& surface,
                                                    std::span<const std::shared_ptr<const StoredView>> views,

@@ -37,7 +37,7 @@ namespace lumatlas {
 }
 
 // How many levels of a photograph are sampled so, counted from the finest: those that have the two pixels beyond a tile
-// that the kernel reaches. The coarsest one that a gutter has room for has only one.
+// that the kernel reaches. The coarsest level of a gutter has only one.
 [[nodiscard]] inline std::uint32_t cubic_levels(const TileOptions& options) {
   return levels_of_gutter(options.gutter_px) - 1;
 }

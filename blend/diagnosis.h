@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max
 struct PixelDiagnosis {
   // How many of the views that the cell refers to are valid here, whatever they weigh. Section 3.1's valid() > 0.
   std::uint32_t valid_views = 0;
-  std::uint32_t winner = kNoView;  // the slot of the view that weighs most; kNoView: none weighs anything
+  std::uint32_t winner = kNoView;  // the view slot of the view that weighs most; kNoView: none weighs anything
   // The weights of the three best views in the pixel's colour, best first, in [0, 1]. They sum to 1, to less where K is
   // above 3, and to 0 where there is no winner.
   std::array<float, 3> shares{};

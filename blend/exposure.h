@@ -28,8 +28,8 @@ namespace lumatlas {
 class NearbyExposure {
  public:
   NearbyExposure() = default;  // without views
-  // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each slot has a gain as
-  // Snapshot describes.
+  // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each view slot has a gain
+  // as Snapshot describes.
   explicit NearbyExposure(const Snapshot& snapshot);
 
   // E_o, per channel R G B: linear light of the model times this is the picture's. Within the range of the inverse

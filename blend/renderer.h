@@ -49,13 +49,13 @@ class Renderer {
   Renderer& operator=(Renderer&&) noexcept;
 
   // Copies the snapshot to the GPU in place of an earlier one. Tiles whose colours and validity, or whose depths, are
-  // the same bytes as before in their slot are not copied again, nor is the mesh of the same surface. Arrays that have
-  // become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than half
-  // of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are those
-  // of any later surface once a store has changed under one, so that a store may change as often as it likes. Throws
-  // std::invalid_argument, and changes nothing, unless the snapshot passes check(). Throws GlError, naming the limit,
-  // the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its free
-  // memory, if it reports that. The earlier snapshot is then gone too.
+  // the same bytes as before in their tile place are not copied again, nor is the mesh of the same surface. Arrays that
+  // have become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than
+  // half of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are
+  // those of any later surface once a store has changed under one, so that a store may change as often as it likes.
+  // Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(). Throws GlError, naming the
+  // limit, the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its
+  // free memory, if it reports that. The earlier snapshot is then gone too.
   void load(const Snapshot& snapshot);
 
   [[nodiscard]] RendererWork work() const;

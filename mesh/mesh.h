@@ -24,10 +24,10 @@ struct Mesh {
   std::vector<glm::uvec3> faces;
 };
 
-// Throws std::invalid_argument naming the entry, its value and the rule, for what no function can work with: a face
-// that refers to no vertex, colours that are neither none nor one per position, a position that is not finite, or more
-// than 5e8 faces or vertices. That a mesh is manifold takes longer to see and is not checked here: every function says
-// what it does with one that is not. The functions of mesh/ that are handed a mesh begin with this.
+// Throws std::invalid_argument naming the entry, its value and the rule, for a mesh that no function can work with: a
+// face that refers to no vertex, colours that are neither none nor one per position, a position that is not finite, or
+// more than 5e8 faces or vertices. Whether a mesh is manifold takes longer to find out and is not checked here: every
+// function says how it treats other meshes. All functions of mesh/ that take a mesh call this first.
 void check(const Mesh& mesh);
 // The first of these rules alone, for functions that take any coordinates.
 void check_faces(const Mesh& mesh);

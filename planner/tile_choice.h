@@ -15,7 +15,7 @@
 //   1. Whole views, by what each adds to the sum per tile, until one does not fit.
 //   2. More whole views, until the tiles are 1.2 times as many as there may be: what gutters take and more.
 //   3. Of these, tiles are given up by what the sum loses, the least first, until there are as many as there may be.
-//   4. What room is left goes to single tiles, by what they add.
+//   4. Free tile places go to single tiles, by what they add.
 //
 // Each step takes, or gives up, the best candidate at that moment. Most values only become worse, so they are computed
 // again only at the head of the queue, and where they are likely to have become better.

@@ -50,15 +50,14 @@ struct CameraNote {
 [[nodiscard]] CameraNote read_camera_note(const std::filesystem::path& path);
 
 // Reads JPEG, PNG, TIFF, WebP, OpenEXR, HEIC (HEIF), AVIF, and the raw forms of cameras that LibRaw knows (DNG, CR2,
-// CR3, NEF, ARW, RAF, ORF, RW2 and others). They are told by their first bytes whatever their names are, a raw TIFF by
-// its directories; other formats are refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped);
-// floating-point files are taken as linear light. Colours in the space of an ICC profile, such as Display P3 or Adobe
-// RGB, are converted to sRGB.
-// HEIC, AVIF and raw files are turned once, by their decoders, whatever `orientation` is: other programs see them
-// through the same decoders. A raw file is developed as picture_file.h says. Its size is what LibRaw finds visible,
-// which may be some pixels more than the camera's own JPEG has.
-// A file that is replaced by another one while it is read gives the old picture or the new one. Throws InputError: path
-// and reason, also for a file that is cut off or whose coded pixels are damaged, as far as its decoder can tell.
+// CR3, NEF, ARW, RAF, ORF, RW2 and others). Formats are recognised by the first bytes, whatever the name, and a raw
+// TIFF by its directories; other formats are refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is
+// dropped); floating-point files are taken as linear light. Colours in the space of an ICC profile, such as Display P3
+// or Adobe RGB, are converted to sRGB. HEIC, AVIF and raw files are turned once, by their decoders, whatever
+// `orientation` is: other programs see them through the same decoders. A raw file is developed as picture_file.h says.
+// Its size is what LibRaw finds visible, which may be some pixels more than the camera's own JPEG has. A file that is
+// replaced by another one while it is read gives the old picture or the new one. Throws InputError: path and reason,
+// also for a file that is cut off or whose coded pixels are damaged, as far as its decoder can tell.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 
@@ -93,9 +92,9 @@ struct ImageCoding {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const ImageCoding& coding);
 
-// The bytes of a file, 8-bit RGB. JPEG keeps colour at full resolution, so that it does not bleed. The same bytes each
-// time. Where a note is given, the file's EXIF says what the note does of camera and place. Throws
-// std::invalid_argument for what is no image, InputError if it cannot be encoded.
+// Returns the bytes of a file, 8-bit RGB. JPEG keeps colour at full resolution, so that it does not bleed. The result
+// is deterministic. The file's EXIF has the camera and position of the note, if there is one. Throws
+// std::invalid_argument for an invalid image, InputError if it cannot be encoded.
 [[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
                                                      const std::optional<CameraNote>& note = std::nullopt);
 

@@ -43,9 +43,9 @@ class PictureFile {
 // as they are coded. Throws InputError.
 [[nodiscard]] std::unique_ptr<PictureFile> open_heif(const std::filesystem::path& path);
 
-// The raw form of a camera, by LibRaw: OpenImageIO 2.4 hides what LibRaw tells of damage. Develops it to sRGB with the
-// camera's white balance, and without what depends on the picture's content, so that photographs of one series agree.
-// There is no tone curve, so that it is mostly darker than the camera's own JPEG. Throws InputError.
+// The raw form of a camera, by LibRaw: OpenImageIO 2.4 hides the damage that LibRaw reports. Develops it to sRGB with
+// the camera's white balance, and without what depends on the picture's content, so that photographs of one series
+// agree. There is no tone curve, so that it is mostly darker than the camera's own JPEG. Throws InputError.
 [[nodiscard]] std::unique_ptr<PictureFile> open_raw(const std::filesystem::path& path);
 
 // Returns whether a file that begins with `head`, TIFF or not, is a camera's raw format.

@@ -28,7 +28,7 @@ struct GlbFrame {
 [[nodiscard]] std::vector<unsigned char> read_glb_binary(const std::filesystem::path& file, const GlbFrame& frame,
                                                          std::uint64_t bytes);
 
-// The caller looks whether the stream has failed. Throws InputError by require_fits_glb() before anything is written.
+// The caller checks whether the stream has failed. Throws InputError by require_fits_glb() before anything is written.
 void write_glb_frame(std::ostream& file, std::string json, std::span<const unsigned char> binary);
 
 // A .glb has 32 bits for its length. Throws InputError, one sentence without a path, for more `bytes`.

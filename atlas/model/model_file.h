@@ -23,7 +23,7 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 // Writes scene.gltf, scene-X.bin and images/ into `folder`, which must exist; X and the images' names are of the files'
 // content. The model is there whole once scene.gltf is, which comes last. Until then a model that is there already
 // stays as it is, also where the process is killed or a file cannot be written; then its files are removed. With
-// photographs as PNG, reading the model back gives the same pictures to the bit. Free slots and views without a
+// photographs as PNG, reading the model back gives the same pictures to the bit. Free view slots and views without a
 // resident tile are left out: the others keep their order, their slots become consecutive. Vertices are split where
 // cells meet; faces keep their order. Names become Unicode on one line. The mesh's own colours are left out: what is
 // shown of them is in the snapshot's vertex colours. With a texture vertices are there once more for each of its places
@@ -34,9 +34,9 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
                  const ImageCoding& photographs = {}, const BaseTexture* texture = nullptr);
 
 // Writes the same model as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it
-// becomes the asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB
-// or more, for which a .glb has no room, and std::invalid_argument for notes that are no JSON object or as
-// write_model() does. Holds the whole file in memory, twice.
+// becomes the asset's "extras". The caller checks whether the stream has failed. Throws InputError for a model of 4 GiB
+// or more, the limit of a .glb, and std::invalid_argument for notes that are no JSON object or as write_model() does.
+// Holds the whole file in memory, twice.
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,
                const ImageCoding& photographs = {}, const std::string& notes = {},
                const BaseTexture* texture = nullptr);

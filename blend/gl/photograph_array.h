@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the slots of a texture array or, as the
-// baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> slot -> texel.
+// Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the tile places of a texture array or, as
+// the baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> tile place -> texel.
 //
-// Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows. Depth and rims
-// have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
+// Colour (sRGB) with validity as alpha has coarser levels, within a tile place as far as its gutter allows. Depth and
+// rims have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
 #pragma once
 
 #include <cstdint>
@@ -25,12 +25,12 @@ namespace lumatlas {
 struct ArrayShape {
   std::uint32_t slot_width = 0;   // texels, gutter included
   std::uint32_t slot_height = 0;  // texels, gutter included
-  std::uint32_t columns = 1;      // slots in a page
+  std::uint32_t columns = 1;      // tile places in a page
   std::uint32_t rows = 1;
   std::uint32_t pages = 1;
   std::uint32_t levels = 1;
   TexelFormat format = TexelFormat::rgb8;
-  // Blocks of depth in a slot.
+  // Blocks of depth in a tile place.
   std::uint32_t depth_columns = 0;
   std::uint32_t depth_rows = 0;
 
@@ -58,16 +58,16 @@ struct ArrayLimits {
 // which takes three times as long.
 [[nodiscard]] bool draws_in_software();
 
-// The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not. Its
-// format is rgb8 without `blocks`, or where the driver does not take the snapshot's.
+// The shape that a snapshot's array has; of bounded tiles, that of all its tile places, whether they are used or not.
+// Its format is rgb8 without `blocks`, or where the driver does not take the snapshot's.
 [[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot, bool blocks = true);
 
 class PhotographArray {
  public:
-  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched, and
-  // of one whose view was replaced, only what has other bytes: colours with validity, or depths. An array that becomes
-  // too small makes place for one with a quarter more pages, where the driver copies textures. Throws GlError if a
-  // limit of the driver is exceeded, naming the limit, the number and what to do; what was there is then gone. Where
+  // Copies the parts of the snapshot to the GPU that are not there yet. A tile that stays is not copied. For a tile
+  // whose view was replaced, only changed bytes are: colours with validity, or depths. An array that becomes too small
+  // is replaced by one with a quarter more pages, if the driver copies textures. Throws GlError if a limit of the
+  // driver is exceeded, naming the limit, the number and what to do; the former contents are then gone. If
   // array_shape() has another format than the snapshot, texels are compressed and decompressed again, so that pictures
   // are the same.
   void load(const Snapshot& snapshot, bool blocks = true);
@@ -106,7 +106,7 @@ class PhotographArray {
   void allocate(const ArrayShape& shape);
   [[nodiscard]] bool grow(const ArrayShape& needed);
   void measure_depths(const Snapshot& snapshot);
-  // A tile for a slot, and what is copied there. Levels or depths that the slot holds already are empty.
+  // A tile for a tile place, and what is copied there. Levels or depths that the tile place holds already are empty.
   struct Upload {
     std::uint32_t slot, view, tile;
     std::uint64_t color_digest = 0, depth_digest = 0;

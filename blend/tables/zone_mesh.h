@@ -48,14 +48,14 @@ struct ZoneMesh {
 struct ZoneReferences {
   std::vector<glm::uvec4> zones;          // references from and to, the faces' cell, deviation_bits() of that
   std::vector<glm::uvec4> cells;          // references from and to, 1 if an offered view saw it, 0
-  std::vector<std::uint32_t> references;  // slot; from bit 28 on, which of the zone's cells refer to it
+  std::vector<std::uint32_t> references;  // view slot; from bit 28 on, which of the zone's cells refer to it
 };
 
 // A deviation (Snapshot::cell_deviation) as shaders read it: the upper half of its bits. It loses 1 in 128 at most.
 [[nodiscard]] std::uint32_t deviation_bits(float deviation);
 
 // Views that several cells of a zone refer to are listed once for it. `cell_seen` and `cell_deviation` as in Snapshot.
-// Throws GlError for more than 2^28 slots.
+// Throws GlError for more than 2^28 view slots.
 [[nodiscard]] ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
                                              const std::vector<std::uint8_t>& cell_seen,
                                              const std::vector<float>& cell_deviation);

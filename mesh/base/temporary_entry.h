@@ -49,9 +49,9 @@ class TemporaryEntry {
 // thread make another one: threads that try wait for ever. From any thread, never throws.
 void remove_temporary_entries() noexcept;
 
-// Removes from `folder` the temporary entries that a process left behind which was killed at once. Leaves alone what a
-// living process holds, what has another name, and whatever is on a network's file system, where locks may not tell.
-// Never throws: leftovers that cannot be removed stay.
+// Removes from `folder` the temporary entries that a process left behind which was killed at once. Leaves alone entries
+// that a living process has locked, entries of another name, and everything on network file systems, where locks may
+// not work. Never throws: leftovers that cannot be removed stay.
 void remove_leftovers(const std::filesystem::path& folder) noexcept;
 
 // Waits until the disk has the file, or the names in the folder. False, with errno, where they could not be written;
@@ -60,8 +60,8 @@ void remove_leftovers(const std::filesystem::path& folder) noexcept;
 // The same for everything on the file system of `folder`, in one piece: for folders of many files.
 [[nodiscard]] bool sync_file_system(const std::filesystem::path& folder);
 
-// Holds what is at a path as a living process holds its temporary entries, under whatever name it gets. Does nothing
-// where it cannot be locked.
+// Locks the file or folder at a path as a process locks its temporary entries; a rename keeps the lock. Does nothing if
+// it cannot be locked.
 class LeftoverLock {
  public:
   explicit LeftoverLock(const std::filesystem::path& path);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cells of a mesh that changes while views of it are stored already: what stays of the surface stays in its cell, so
-// that what is known of the cell can be kept. Erat et al. 2019, section 5, ask for it.
+// Cells of a mesh that changes while views of it are stored already: surface that stays keeps its cell, so that the
+// cell's data can be kept. Erat et al. 2019, section 5, ask for it.
 #pragma once
 
 #include <cstdint>
@@ -35,9 +35,9 @@ struct CellGrowth {
 //
 // Grid: a cell is the faces in its cube, new or old, as make_cells() has them.
 //
-// Either way a cell without faces is gone, and one that is not `changed` has its statistics as they were, to the bit.
-// Cells that were there before come first, in their order; new ones follow by their first face. Deterministic: the same
-// bytes for any number of threads.
+// With both, a cell without faces is dropped, and a cell that is not `changed` keeps its statistics to the bit. Old
+// cells come first, in their order; new ones follow by their first face. Deterministic: the same bytes for any number
+// of threads.
 //
 // The new faces should be no larger than a cell (split_large_faces with before.size). `options` are those that the
 // cells before were made with: a size other than before.size is refused, unless it is 0. Without cells before, the

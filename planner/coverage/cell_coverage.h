@@ -30,13 +30,13 @@ struct ReferenceService {
 
 enum class DemandChange { add, remove };
 
-// Views are told apart by the slot that they are stored in; those that see a cell are its members, in order of arrival,
-// and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by different
-// threads at once.
+// Views are told apart by the view slot that they are stored in; those that see a cell are its members, in order of
+// arrival, and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by
+// different threads at once.
 //
 // Every function checks its arguments and throws std::invalid_argument naming the field, its value and the rule: a cell
-// is below cells(), a part passes check(), and a list by view slot has an entry for every slot that ever was a member
-// of the cell.
+// is below cells(), a part passes check(), and a list by view slot has an entry for every view slot that ever was a
+// member of the cell.
 class CellCoverage {
  public:
   virtual ~CellCoverage() = default;
@@ -49,10 +49,10 @@ class CellCoverage {
   [[nodiscard]] double value(std::uint32_t cell) const;
   // Returns by how much one more view would raise the cell's value. `victims`, if not empty, has a 1 for each view slot
   // that might leave before. For each of these that is a member, the change of the result without it is added to
-  // `corrections` (one entry a slot); for other slots too where that costs nothing.
+  // `corrections` (one entry a view slot); for other slots too where that costs nothing.
   [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
                             std::span<double> corrections) const;
-  // Adds `factor` times what the cell would lose without each member to `losses` (by slot). The factor is finite.
+  // Adds `factor` times what the cell would lose without each member to `losses` (by view slot). The factor is finite.
   void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const;
   // Returns the cell's value without the members in `gone`, and with `newcomer` if it is not null. Computed by the
   // definition, not from what is kept up to date.
@@ -66,9 +66,9 @@ class CellCoverage {
   // Returns the cell's weight against other cells; 1 where cells count alike.
   [[nodiscard]] double weight(std::uint32_t cell) const;
 
-  // The slot must not be a member yet, and be below 2^32 - 1.
+  // The view slot must not be a member yet, and be below 2^32 - 1.
   void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part);
-  // The slot must be a member. Another member may take the place of its reference.
+  // The view slot must be a member. Another member may take the place of its reference.
   void erase(std::uint32_t cell, std::uint32_t slot);
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
 

@@ -25,8 +25,8 @@ class CellDemand {
   // Returns the weight of the cell, in pictures: its mean share of the picture over the views that see it and `prior`
   // more views that do not. `prior` is finite and >= 0 (std::invalid_argument). In [0, 1], 0 if no view sees it.
   [[nodiscard]] double weight(double prior) const;
-  // The geometric mean of the distances that the views see the cell from, by their pixels, scene units; 0 if none sees
-  // it. In steps of 9 %: what depends on it has to be computed anew less often.
+  // Returns the geometric mean of the distances from which the views see the cell, weighted by their pixels, scene
+  // units; 0 if none sees it. It changes in steps of 9 %, so that dependent values must be recomputed less often.
   [[nodiscard]] double ideal_distance() const;
 
  private:

@@ -32,23 +32,21 @@ class ExposureGraph {
  public:
   explicit ExposureGraph(std::uint32_t slots);
 
-  // The ratios of a view to others, in place of those that it was given before. Each must be finite
-  // (std::invalid_argument); otherwise nothing is changed.
+  // Replaces the ratios of a view to others. Each must be finite (std::invalid_argument); otherwise nothing is changed.
   void set(std::uint32_t slot, std::span<const ExposureRatio> ratios);
-  // Forgets every ratio that the slot is part of.
+  // Forgets every ratio that the view slot is part of.
   void erase(std::uint32_t slot);
 
-  // Gains by slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all alike.
-  // Their logarithms are those of the exact solution of the last linear system to 1e-6, and mostly
-  // to far less.
+  // Gains by view slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all
+  // alike. Their logarithms are those of the exact solution of the last linear system to 1e-6, and mostly to far less.
   [[nodiscard]] std::vector<glm::dvec3> solve(bool white_balance);
 
-  // How many times all calls of solve() have looked at a ratio: what their time grows with.
+  // Returns how often all calls of solve() have read a ratio, which their time grows with.
   [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
  private:
   static constexpr std::size_t kSystems = 5;  // least squares without weights, then reweighted
-  // One channel's last solution of each system, ln gains by slot; empty at first.
+  // One channel's last solution of each system, ln gains by view slot; empty at first.
   using Solutions = std::array<std::vector<double>, kSystems>;
 
   [[nodiscard]] const std::vector<double>& log_gains(bool white_balance, int channel);

@@ -33,8 +33,8 @@ struct JointEquations {
                                          std::span<const std::size_t> block_of,
                                          const InterruptionPoint& interruption_point);
 
-// `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of`
-// by slot: its view's block. The same bits for any number of threads.
+// `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of` by
+// view slot: its view's block. The same bits for any number of threads.
 [[nodiscard]] JointEquations joint_equations(const JointProblem& problem, const JointState& state,
                                              const std::vector<Linearised>& linear, std::span<const Block> estimated,
                                              std::span<const std::size_t> block_of,

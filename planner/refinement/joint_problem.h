@@ -81,7 +81,7 @@ struct ImageDerivatives {
 
 class JointProblem {
  public:
-  // See JointInput. `lens_of` by slot. What the spans show must outlive this object.
+  // See JointInput. `lens_of` by view slot. What the spans show must outlive this object.
   JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
                std::size_t most_points, InterruptionPoint interruption_point);

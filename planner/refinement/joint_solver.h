@@ -31,8 +31,8 @@ struct JointInput {
   std::span<const std::vector<SurfaceSample>> samples;
 };
 
-// Throws std::invalid_argument if there are not as many of each as the atlas has slots, or if a sample's face is not in
-// the mesh.
+// Throws std::invalid_argument if there are not as many of each as the atlas has view slots, or if a sample's face is
+// not in the mesh.
 void check(const JointInput& input, const Requirement& requires_);
 
 struct JointOptions {
@@ -60,7 +60,7 @@ class JointSolver {
   JointSolver(const JointSolver&) = delete;
   JointSolver& operator=(const JointSolver&) = delete;
 
-  // Returns for each lens, ascending by the first slot, the view slots that share it.
+  // Returns for each lens, ascending by the first view slot, the view slots that share it.
   [[nodiscard]] const std::vector<std::vector<std::uint32_t>>& slots_of_lenses() const { return slots_of_lenses_; }
   [[nodiscard]] const Camera& camera_of(std::size_t lens) const {
     return state_.cameras[slots_of_lenses_[lens].front()];

@@ -10,8 +10,8 @@
 //
 // Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
 // views. Where all views share points, time grows with the cube of their number, and memory with its square: 4 MB at
-// 100 views; beyond LensOptions::most_operations nothing is solved, and that is told. How many views the atlas has room
-// for makes no difference.
+// 100 views; beyond LensOptions::most_operations nothing is solved, and the result says so. The capacity of the atlas
+// makes no difference.
 #pragma once
 
 #include <cstddef>
@@ -47,9 +47,9 @@ struct LensEstimate {
   LensResidual residual;
   double corner_px = 0;  // the largest distance by which the correction moves a corner
   // The most pixels by which any field alone can move a corner, even 3 deviations further than estimated, also one that
-  // was tried and given up; 0 where no fit that was tried lowered the residual at points held out by half of what is
-  // asked for. Where it is below 0.5 px, more points are not expected to make the estimate significant, unless poses
-  // were refined with the wrong lens: they hide most of it from few points.
+  // was tried and given up; 0 if no fit that was tried lowered the residual at held-out points by half of
+  // LensOptions::least_improvement. Where it is below 0.5 px, more points are not expected to make the estimate
+  // significant, unless poses were refined with the wrong lens: they hide most of it from few points.
   double most_corner_px = 0;
   // The residual falls by LensOptions::least_improvement or more, and some field of more than 5 deviations moves a
   // corner by more than 0.5 px.

@@ -33,9 +33,9 @@ struct PoseEstimate {
   std::size_t points = 0;       // that were fitted to
   // A step would take more than PoseOptions::most_operations, so that nothing was solved and no view took part.
   bool too_large = false;
-  // Roots of the mean robust squared difference, sRGB values of [0, 1], at points that nothing was fitted to: of the
-  // poses that the views had, with the better of the exposures that they had and those that were found; and of the
-  // poses and exposures that were found. Both 0 with no view that took part.
+  // Roots of the mean robust squared difference, sRGB values of [0, 1], at points that were not fitted to. The first is
+  // that of the former poses, with the former or the found exposures, whichever is better. The second is that of the
+  // found poses and exposures. Both are 0 if no view took part.
   double residual_before = 0, residual_after = 0;
 
   [[nodiscard]] bool improves() const { return residual_after < residual_before; }

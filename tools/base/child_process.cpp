@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // This is not Boost.Process: a child must end with its parent, with all that it started, and start with no signal
-// blocked. Boost.Process has no words for these, and Debian 12's needs a compiled Boost.Filesystem besides.
+// blocked. Boost.Process has no functions for these, and Debian 12's needs a compiled Boost.Filesystem besides.
 #include "tools/base/child_process.h"
 
 #include <fcntl.h>

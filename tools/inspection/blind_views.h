@@ -28,13 +28,13 @@ inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image tha
 [[nodiscard]] std::string empty_frames_warning(double covered);
 
 struct BlindViews {
-  std::size_t looks = 0;  // views that were looked through
+  std::size_t looks = 0;  // views for which the mesh was drawn
   std::size_t blind = 0;  // how many of these are blind
   std::string first;      // the name of the first blind one; empty: none is
   double covered = 1;     // share of the pixels of all that see the mesh, [0, 1]
 };
 
-// Looks through the views of these ranks, or evenly through 100 of them at most. Throws Interrupted soon after a
+// Draws the mesh for the views of these ranks, or evenly for 100 of them at most. Throws Interrupted soon after a
 // signal.
 [[nodiscard]] BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                                      const Visibility& visibility);

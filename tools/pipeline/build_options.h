@@ -86,10 +86,10 @@ struct BuildOptions {
   // largest max_views of them; with `watch` they are not known in advance; max_texel_loss_db allows it. None: `tiles`
   // all the same. Both cut views into tiles.
   std::optional<TileOptions> tight_tiles;
-  std::uint64_t array_bytes = 0;  // that the texture array of tiles may take; 0: what it needs
-  // That the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: what it needs. Not with
-  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
-  // room for, to choose tiles from.
+  std::uint64_t array_bytes = 0;  // the texture array of tiles at most; 0: no bound
+  // Bytes that the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: no bound. Not with
+  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that fit, to
+  // choose tiles from.
   std::uint64_t gpu_bytes = 0;
   // Smallest scale, in (0, 1], that fitting to gpu_bytes and max_texel_loss_db may shrink photographs to. Fitting to
   // gpu_bytes stops before if giving up parts of some photographs is better: see fitted_views.h.

@@ -28,7 +28,7 @@ struct ColmapOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const ColmapOptions& options);
 
-// Called with how many of all steps of a command are done, as COLMAP's own words tell.
+// Called with how many of all steps of a command are done, as COLMAP's log tells.
 using ColmapProgress = std::function<void(std::size_t done, std::size_t of)>;
 
 class ColmapProgram {

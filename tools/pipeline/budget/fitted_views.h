@@ -30,9 +30,9 @@ struct FittedViews {
 [[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                                     const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
 
-// Nearly the largest scale in [`least`, 1) by which `room_at(scale)` is 1 or more. That is asked for at most six times,
-// and falls in steps, roughly with the scale's square; at 1 it is `room`, in (0, 1). Where nothing that was asked for
-// has that much, the largest scale of most room, 1 included.
+// Returns nearly the largest scale in [`least`, 1) for which `room_at(scale)` is 1 or more. Calls it at most six times;
+// it falls in steps, roughly with the scale's square, and is `room`, in (0, 1), at 1. If no call gave 1 or more,
+// returns the largest scale with the most, 1 included.
 [[nodiscard]] double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at);
 
 }  // namespace lumatlas

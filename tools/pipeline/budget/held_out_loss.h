@@ -23,9 +23,8 @@ namespace lumatlas {
 
 class HeldOutLoss {
  public:
-  // Draws from what `atlas`, which `planner` fills, holds now, with an OpenGL context of its own; all must outlive it.
-  // Throws GlError where there is none, or where it has no room for all views. Each fold that is drawn is a step of
-  // `stage`.
+  // Draws the present views of `atlas`, which `planner` fills, with an OpenGL context of its own; all must outlive it.
+  // Throws GlError if there is none, or if all views do not fit. Each fold that is drawn is a step of `stage`.
   HeldOutLoss(const Planner& planner, const Atlas& atlas, BuildStage& stage);
 
   // Returns whether enough photographs show surface that others show too.

@@ -38,7 +38,7 @@ void choose_by_loss(PlannerOptions& planner);
 // Sets the bounds of a build. The caller has set the tiles, `tight_tiles`, `least_scale`, `faces`, and
 // `planner.max_bytes`, the bytes of photographs that tiles are cut from (0: no bound). Unless `keeps_max_views`,
 // `max_views` is none afterwards where something else bounds the photographs. Throws std::invalid_argument for a budget
-// that has no room for a tile.
+// smaller than a tile.
 void apply_budget(const ModelBudget& budget, bool keeps_max_views, BuildOptions& options);
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far one can go within a bound, where each look takes long.
+// Finds how many steps stay within a bound, if each try takes long.
 #pragma once
 
 #include <algorithm>

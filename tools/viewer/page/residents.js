@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which photographs are on the GPU: all where there is room, else those that the current picture needs. Others stay
-// until their room is needed, and are shown where a better one is not there yet.
+// Decides which photographs are on the GPU: all if they fit, else those that the current picture needs. Others stay
+// until their place is needed, and are shown where a better one is not there yet.
 import {FetchFailure} from './fetching.js';
 import {ContextLost} from './gl_objects.js';
 import {viewsOf} from './model.js';
