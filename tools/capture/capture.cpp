@@ -164,7 +164,7 @@ class CaptureRun {
   }
 
   [[nodiscard]] std::string log_of(const std::string& step) const {
-    return " (COLMAP's words: " + ColmapProgram::log(work_, step).string() + ")";
+    return " (COLMAP's log: " + ColmapProgram::log(work_, step).string() + ")";
   }
 
   // Returns whether a database of the photographs `before` holds nothing that is not so `now`: COLMAP passes over
