@@ -73,7 +73,8 @@ class Atlas {
   // Replaces the references of one cell. Every view slot must hold a view (std::logic_error). Throws
   // std::invalid_argument unless the surface has the cell and no slot comes twice.
   void set_references(std::uint32_t cell, std::vector<std::uint32_t> slots);
-  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;  // as for the cell above
+  [[nodiscard]] std::vector<std::uint32_t> references(
+      std::uint32_t cell) const;  // throws if the surface lacks the cell
   // Notes that an offered view saw these cells. Throws std::invalid_argument unless the surface has them all.
   void mark_seen(std::span<const CellPixels> cells);
 

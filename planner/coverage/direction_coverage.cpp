@@ -202,7 +202,7 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
     sum += gain;
     if (corrections.empty()) continue;
     std::copy(served.begin() + 1, served.end(), others.begin());
-    for (std::size_t j = 0; j < ranks && served[j].slot != kNobody; ++j) {
+    for (std::size_t j = 0; j < ranks && served[j].slot != kNoSlot; ++j) {
       // `others` is `served` without its j-th.
       corrections[served[j].slot] += scale * (rise(std::span(others).first(ranks), quality[s]) - gain);
       others[j] = served[j];
@@ -217,7 +217,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
     double loss = 0;  // if the j-th leaves, those behind it move up by one rank
     for (std::size_t j = rank_value_.size(); j-- > 0;) {
       loss += rank_value_[j] * (best[first + j].quality - best[first + j + 1].quality);
-      if (best[first + j].slot != kNobody) losses[best[first + j].slot] += factor * loss / options_.directions;
+      if (best[first + j].slot != kNoSlot) losses[best[first + j].slot] += factor * loss / options_.directions;
     }
   }
 }
@@ -225,7 +225,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
 double DirectionCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
                                   std::span<double> corrections) const {
   thread_local std::vector<float> quality;
-  qualities(cell, member(cell, kNobody, part), value_kernel_, quality);
+  qualities(cell, member(cell, kNoSlot, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
 }
 
@@ -240,9 +240,9 @@ double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<c
   });
   if (newcomer) {
     std::vector<float> quality;
-    qualities(cell, member(cell, kNobody, *newcomer), value_kernel_, quality);
+    qualities(cell, member(cell, kNoSlot, *newcomer), value_kernel_, quality);
     for (std::size_t s = 0; s < quality.size(); ++s) {
-      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNobody});
+      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNoSlot});
     }
   }
   return cells_[cell].weight * value_of(best);

@@ -93,9 +93,9 @@ class DirectionCoverage final : public CellCoverage {
   };
   struct Served {
     float quality = 0;
-    std::uint32_t slot = kNobody;
+    std::uint32_t slot = kNoSlot;
   };
-  static constexpr std::uint32_t kNobody = ~0u;
+  static constexpr std::uint32_t kNoSlot = ~0u;
   struct State {
     std::vector<Member> members;
     // The best K + 1 views of each novel direction, best first; empty until a view sees the cell.

@@ -26,8 +26,8 @@ struct PositionGrid {
 struct PackedMesh {
   PackedArrays arrays;  // corners, positions, colors, shares, zones: as in ZoneMesh
   PositionGrid grid;
-  std::vector<std::size_t> corner_counts;  // of the faces for each of kCellsOfShader
-  std::vector<std::uint32_t> vertices;     // of the ZoneMesh, in the order in which they are here
+  std::vector<std::size_t> corner_counts;  // corners of the faces for each of kCellsOfShader
+  std::vector<std::uint32_t> vertices;     // the vertices of the ZoneMesh in their order here
 };
 
 // Changes the order of the mesh's vertices, and that of the faces within each of its groups.

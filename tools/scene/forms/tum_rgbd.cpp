@@ -161,7 +161,7 @@ PosedFiles posed_files(const std::string& text, const fs::path& list, const std:
 }
 
 void add_depths(const PosedFiles& found, const CameraModel& lens, Capture& posed) {
-  constexpr double kUnit = 1.0 / 5000;  // of TUM's depth files
+  constexpr double kUnit = 1.0 / 5000;  // the unit of TUM depth files
   for (PosedPhotograph depth : found.files) {
     depth.lens = lens;
     posed.depths.push_back(depth_with(depth, depth.file, kUnit));
