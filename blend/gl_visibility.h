@@ -27,8 +27,8 @@ struct GlVisibilityOptions {
 // and other objects like this one, may be current before and after. Calls from several threads wait for each other.
 //
 // Copies what it needs. Throws std::invalid_argument if the mesh has no faces, one of them has a corner that is no
-// vertex, or the cells are not the mesh's; GlError if there is no OpenGL 4.5 or the mesh does not fit; trace() throws
-// GlError for a picture above the driver's texture size or 2^29 pixels.
+// vertex, or the cells are not the mesh's. Throws GlError if there is no OpenGL 4.5 or the mesh does not fit. trace()
+// throws GlError for a picture above the driver's texture size or 2^29 pixels.
 [[nodiscard]] std::unique_ptr<Visibility> make_gl_visibility(const Mesh& mesh, const Cells& cells,
                                                              const GlVisibilityOptions& options = {});
 

@@ -42,9 +42,9 @@ struct CellGrowth {
 // The new faces should be no larger than a cell (split_large_faces with before.size). `options` are those that the
 // cells before were made with: a size other than before.size is refused, unless it is 0. Without cells before, the
 // result is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
-// mesh.h, for a changed mesh without faces, if `previous_face` has not one entry per face, names a face that was not
-// there or names one twice, if `before` is not of `mesh_before`, and if the partition is a grid and the cells before
-// are not its cubes.
+// mesh.h, and for a changed mesh without faces. Also if `previous_face` has not one entry per face, names a face that
+// was not there or names one twice; if `before` is not of `mesh_before`; and if the partition is a grid and the cells
+// before are not its cubes.
 [[nodiscard]] CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                                     std::span<const std::uint32_t> previous_face, const CellOptions& options);
 

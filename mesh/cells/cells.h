@@ -52,9 +52,9 @@ struct SceneExtent {
   double diameter = 0;  // length of the core's diagonal; > 0 for a mesh with area
 };
 
-// Stray triangles far away do not count, for they have little area. Nor do stray vertices, whose faces may have
-// more area than the scene: where faces that are more than a hundred times as high as their shortest edge is long, and
-// those between two vertices that have no other faces, make the box more than twice as large, they do not count either.
+// Stray triangles far away do not count, for they have little area. Stray vertices do not count either; their faces may
+// have more area than the scene. Such faces are more than a hundred times as high as their shortest edge is long, or
+// lie between two vertices that have no other faces. They are left out if they make the box more than twice as large.
 [[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
 [[nodiscard]] double scene_diameter(const Mesh& mesh);  // the diameter of scene_extent()
 

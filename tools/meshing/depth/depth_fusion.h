@@ -54,10 +54,10 @@ using DepthSource = std::function<DepthImage(std::size_t index)>;
 
 // Two triangles for each edge of the grid that the surface crosses between voxels that were seen; none without depths.
 // Faces look to where the cameras were. The mesh may be non-manifold where two sheets meet in one voxel: see
-// mesh/repair/repair.h. The same for any number of threads.
-// Throws std::invalid_argument naming the field, its value and the rule that it breaks, an image of the wrong size,
-// or a depth too far from the origin, more than 8 million voxels; InputError where max_blocks are too few and voxels
-// may not be enlarged; and what the source throws for the least index.
+// mesh/repair/repair.h. The same for any number of threads. Throws std::invalid_argument naming the field, its value
+// and the rule that it breaks, an image of the wrong size, or a depth more than 8 million voxels from the origin.
+// Throws InputError if max_blocks are too few and voxels may not be enlarged, and passes on the exception of the source
+// for the least index.
 [[nodiscard]] TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& options);
 
 // The same of images that are held a few at a time. `progress` is called with the number of images that have been read

@@ -1,8 +1,8 @@
 #version 300 es
-// A block of 4 x 4 texels of a stored photograph in the form BC7, for a texture of sRGB, in two of its eight modes:
-// mode 6 has a ramp of 16 steps for colour and alpha together; mode 4, for blocks in which they change apart, one of 4
-// steps for colour and one of 8 for alpha. Counterpart of atlas/tiles/bc7_block.cpp.
-// Source: the Khronos Data Format Specification, section "BPTC Compressed Texture Image Formats".
+// Compresses a block of 4 x 4 texels of a stored photograph to BC7, for a texture of sRGB, in two of its eight modes.
+// Mode 6 has a ramp of 16 steps for colour and alpha together. Mode 4, for blocks in which they change apart, has one
+// of 4 steps for colour and one of 8 for alpha. Counterpart of atlas/tiles/bc7_block.cpp. Source: the Khronos Data
+// Format Specification, section "BPTC Compressed Texture Image Formats".
 precision highp float;
 precision highp int;
 precision highp sampler2D;
