@@ -13,8 +13,8 @@
 // 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. Four steps seek the largest sum:
 //
 //   1. Whole views, by what each adds to the sum per tile, until one does not fit.
-//   2. More whole views, until the tiles are 1.2 times as many as there may be: what gutters take and more.
-//   3. Of these, tiles are given up by what the sum loses, the least first, until there are as many as there may be.
+//   2. More whole views, until the tiles are 1.2 times the limit.
+//   3. Tiles of these views are given up by the loss of the sum, the least first, until they are within the limit.
 //   4. Free tile places go to single tiles, by what they add.
 //
 // Each step takes, or gives up, the best candidate at that moment. Most values only become worse, so they are computed
